@@ -1,0 +1,174 @@
+"""Adaptations: lists of changes applied as one transaction, and what became of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Annotated, ClassVar
+
+from bus_schema.annotations import Count, PlainValue, Seconds, Tagged, Text
+from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.lifecycle import Transition
+from bus_schema.registry import message
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameters:
+    """Reparameterisation: several parameters of a component, all or none."""
+
+    change: ClassVar[str] = "set_parameters"
+    component: str
+    parameters: dict[str, PlainValue]
+
+
+@dataclass(frozen=True, slots=True)
+class Connect:
+    """Change of connection: a port moves to another topic, with nothing lost and nothing doubled."""
+
+    change: ClassVar[str] = "connect"
+    component: str
+    port: str
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeState:
+    """A lifecycle transition."""
+
+    change: ClassVar[str] = "transition"
+    component: str
+    transition: Transition
+
+
+@dataclass(frozen=True, slots=True)
+class Add:
+    """Addition: a new component, its process included."""
+
+    change: ClassVar[str] = "add"
+    component: str
+    spec: ComponentSpec
+
+
+@dataclass(frozen=True, slots=True)
+class Remove:
+    """Removal: the component and its process end."""
+
+    change: ClassVar[str] = "remove"
+    component: str
+
+
+@dataclass(frozen=True, slots=True)
+class Swap:
+    """Another class or configuration takes over the name, the connections and, where both speak it, the state."""
+
+    change: ClassVar[str] = "swap"
+    component: str
+    cls: str
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """Redeployment: the component continues on another host, with its state."""
+
+    change: ClassVar[str] = "move"
+    component: str
+    host: str
+
+
+@dataclass(frozen=True, slots=True)
+class EnterMode:
+    """A named set of changes, as the stack defines it."""
+
+    change: ClassVar[str] = "mode"
+    component: str
+    mode: str
+
+
+Change = Annotated[
+    SetParameters | Connect | ChangeState | Add | Remove | Swap | Move | EnterMode,
+    Tagged("change"),
+]
+
+
+class Outcome(Enum):
+    """How an adaptation ended, or that it has not."""
+
+    PENDING = "pending"
+    APPLIED = "applied"
+    REJECTED = "rejected"
+    ROLLED_BACK = "rolled_back"
+    CANCELLED = "cancelled"
+    APPLIED_STATE_LOST = "applied_state_lost"
+    STUCK = "stuck"
+
+
+@message("regraft/AdaptationRequest")
+@dataclass(frozen=True, slots=True)
+class AdaptationRequest:
+    """What somebody wants changed. ``revision`` is the one that the caller saw; stale is refused.
+
+    ``key`` makes a repeated request the same adaptation. A dry run touches nothing.
+    """
+
+    changes: tuple[Change, ...]
+    reason: Annotated[str, Text(1000)] = ""
+    who: Annotated[str, Text(200)] = ""
+    revision: Count | None = None
+    key: Annotated[str, Text(200)] = ""
+    dry_run: bool = False
+    undoes: str = ""
+
+
+@message("regraft/Violation")
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """One thing wrong with a request: the index of the change, the component and field, what is wrong and what would do."""
+
+    change: int | None
+    component: str
+    field: str
+    problem: str
+
+
+class StepState(Enum):
+    """How far a step has come."""
+
+    PLANNED = "planned"
+    STARTED = "started"
+    DONE = "done"
+    FAILED = "failed"
+    UNDONE = "undone"
+    UNDO_FAILED = "undo_failed"
+
+
+@message("regraft/StepReport")
+@dataclass(frozen=True, slots=True)
+class StepReport:
+    """One step of an adaptation: what it does, to whom, how far it came, how long it took, what went wrong."""
+
+    number: Count
+    component: str
+    action: str
+    state: StepState
+    duration: Seconds = 0.0
+    error: str = ""
+
+
+@message("regraft/AdaptationReport")
+@dataclass(frozen=True, slots=True)
+class AdaptationReport:
+    """An adaptation's line in the journal. ``tick`` is the world tick in which it was applied, None in real time."""
+
+    id: str
+    outcome: Outcome
+    request: AdaptationRequest
+    revision_before: Count
+    revision_after: Count
+    started: Seconds
+    duration: Seconds = 0.0
+    tick: Count | None = None
+    violations: tuple[Violation, ...] = ()
+    steps: tuple[StepReport, ...] = ()
+    error: str = ""
+    architecture: Architecture | None = None

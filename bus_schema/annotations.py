@@ -1,0 +1,82 @@
+"""What a field of a message means: its unit, its bounds, the layout of an array.
+
+``Annotated`` carries them, so that a type checker sees plain ``float`` and a tool reads the unit:
+
+>>> from bus_schema.annotations import Metres
+>>> from typing import get_args
+>>> get_args(Metres)
+(<class 'float'>, Unit(symbol='m'))
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """The unit of a number, in SI symbols; ``1`` is a ratio."""
+
+    symbol: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The inclusive range that a number must lie in."""
+
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """The longest text that a field takes, in characters."""
+
+    longest: int
+
+
+@dataclass(frozen=True, slots=True)
+class MayBeInfinite:
+    """Marks a float that may be infinite; no float may be NaN."""
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """The layout of a numpy array field: little-endian ``dtype``, and ``shape`` with ``None`` for a free length.
+
+    An array with ``tail=True`` is large: it travels raw behind the message's header (at most one per message).
+    """
+
+    dtype: str
+    shape: tuple[int | None, ...]
+    tail: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Tagged:
+    """Names the key that tells the members of a union of dataclasses apart; each member holds its tag as a ClassVar."""
+
+    key: str
+
+
+Metres = Annotated[float, Unit("m")]
+Radians = Annotated[float, Unit("rad")]
+Seconds = Annotated[float, Unit("s")]
+Hertz = Annotated[float, Unit("Hz"), Bounds(minimum=0.0)]
+MetresPerSecond = Annotated[float, Unit("m/s")]
+RadiansPerSecond = Annotated[float, Unit("rad/s")]
+Watts = Annotated[float, Unit("W")]
+Joules = Annotated[float, Unit("J")]
+Ratio = Annotated[float, Unit("1"), Bounds(0.0, 1.0)]
+Count = Annotated[int, Bounds(minimum=0)]
+
+FloatArray = NDArray[np.float32]
+ByteArray = NDArray[np.uint8]
+SignedByteArray = NDArray[np.int8]
+
+PlainValue = Any
+"""A value of plain data: None, bool, int, float, str, bytes, or lists and string-keyed maps of them."""

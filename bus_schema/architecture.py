@@ -1,0 +1,131 @@
+"""The architecture: what should be. Changed only by adaptations, each giving a new revision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Annotated
+
+from bus_schema.annotations import Bounds, Count, Hertz, PlainValue, Seconds
+from bus_schema.description import Description
+from bus_schema.lifecycle import State
+from bus_schema.registry import message
+
+
+class Writers(Enum):
+    """How many components may write a topic."""
+
+    ONE = "one"
+    MANY = "many"
+
+
+class Restart(Enum):
+    """When a component's process is started again."""
+
+    ALWAYS = "always"
+    ON_FAILURE = "on_failure"
+    NEVER = "never"
+
+
+@message("regraft/TopicSpec")
+@dataclass(frozen=True, slots=True)
+class TopicSpec:
+    """A topic: its type, its nominal rate (None if it is written when something happens), and how it is carried.
+
+    A reliable topic blocks its writer, within bounds, and reports holes; a sensor stream drops instead.
+    """
+
+    name: str
+    type: str
+    reliable: bool = True
+    rate: Hertz | None = None
+    writers: Writers = Writers.ONE
+
+
+@message("regraft/RestartPolicy")
+@dataclass(frozen=True, slots=True)
+class RestartPolicy:
+    """Restart when, at most ``limit`` times in ``window`` seconds (then quarantined), after a doubling ``backoff``."""
+
+    when: Restart = Restart.ALWAYS
+    limit: Annotated[int, Bounds(0, 1000)] = 5
+    window: Annotated[Seconds, Bounds(0.1, 86_400.0)] = 30.0
+    backoff: Annotated[Seconds, Bounds(0.0, 60.0)] = 0.05
+
+
+@message("regraft/ComponentSpec")
+@dataclass(frozen=True, slots=True)
+class ComponentSpec:
+    """One component as it should be. ``cls`` is ``module:Class``; a component with a ``command`` runs any program.
+
+    ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
+    ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
+    """
+
+    name: str
+    cls: str = ""
+    command: tuple[str, ...] = ()
+    host: str = "local"
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
+    connections: dict[str, str] = field(default_factory=dict)
+    services: dict[str, str] = field(default_factory=dict)
+    state: State = State.ACTIVE
+    restart: RestartPolicy = field(default_factory=RestartPolicy)
+    managed: bool = True
+    description: Description | None = None
+
+
+class ConstraintKind(Enum):
+    """What a constraint demands."""
+
+    AT_LEAST_ONE_ACTIVE = "at_least_one_active"
+    AT_MOST_ONE_ACTIVE = "at_most_one_active"
+    PARAMETER = "parameter"
+
+
+@message("regraft/Constraint")
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """A rule of the stack's own, which every adaptation must keep; ``because`` is shown when one does not."""
+
+    kind: ConstraintKind
+    components: tuple[str, ...] = ()
+    parameter: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    because: str = ""
+
+
+@message("regraft/Architecture")
+@dataclass(frozen=True, slots=True)
+class Architecture:
+    """All components, topics, hosts and constraints of a system, under one revision."""
+
+    system: str
+    revision: Count
+    simulated: bool
+    components: dict[str, ComponentSpec]
+    topics: dict[str, TopicSpec]
+    hosts: tuple[str, ...] = ("local",)
+    constraints: tuple[Constraint, ...] = ()
+
+    def with_component(self, spec: ComponentSpec) -> Architecture:
+        """Return the architecture with one component replaced or added; the revision stays."""
+        return replace(self, components={**self.components, spec.name: spec})
+
+    def writers(self, topic: str) -> tuple[tuple[str, str], ...]:
+        """Return (component, port) of every output connected to ``topic``, by name."""
+        return self._ends(topic, "output")
+
+    def readers(self, topic: str) -> tuple[tuple[str, str], ...]:
+        """Return (component, port) of every input connected to ``topic``, by name."""
+        return self._ends(topic, "input")
+
+    def _ends(self, topic: str, direction: str) -> tuple[tuple[str, str], ...]:
+        return tuple(
+            (spec.name, port.name)
+            for spec in sorted(self.components.values(), key=lambda spec: spec.name)
+            if spec.description
+            for port in spec.description.ports
+            if port.direction == direction and spec.connections.get(port.name) == topic
+        )

@@ -1,0 +1,124 @@
+"""Messages to bytes and back: MessagePack maps, arrays as extension values, a large array as the payload's tail.
+
+A payload with a tail is ``header length (u32 LE) | MessagePack map | raw array``; the array is read in place.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, TypeVar
+
+import msgpack
+import numpy as np
+
+from bus_schema.errors import BadMessage
+from bus_schema.registry import MessageType, type_of
+from bus_schema.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
+
+LARGEST_MESSAGE = 64 * 1024 * 1024
+LARGEST_MAP = 1_000_000
+HEADER_LENGTH = struct.Struct("<I")
+KNOWN_DTYPES = frozenset(
+    {b"|u1", b"|i1", b"|b1", b"<u2", b"<i2", b"<u4", b"<i4", b"<u8", b"<i8", b"<f2", b"<f4", b"<f8"}
+)
+
+T = TypeVar("T")
+
+
+def encode(message: object) -> bytes:
+    """Return the payload of a message; raises BadMessage if a field does not fit its type."""
+    kind = type_of(type(message))
+    packed: bytes = msgpack.packb(kind.shape.pack(message))
+    if kind.tail is None:
+        return packed
+    tail = np.ascontiguousarray(getattr(message, kind.tail))
+    return b"".join((HEADER_LENGTH.pack(len(packed)), packed, tail.reshape(-1).view(np.uint8).data))
+
+
+def decode(payload: bytes, cls: type[T]) -> T:
+    """Return the message of class ``cls`` that ``payload`` holds; raises BadMessage if it does not fit."""
+    kind = type_of(cls)
+    if len(payload) > LARGEST_MESSAGE:
+        raise BadMessage(f"is {len(payload)} bytes long, must be at most {LARGEST_MESSAGE}")
+    message: T = kind.shape.unpack(_plain_with_tail(payload) if kind.tail else unpack_plain(payload))
+    return message
+
+
+def pack_plain(plain: Any) -> bytes:
+    """Return plain data as MessagePack."""
+    packed: bytes = msgpack.packb(plain)
+    return packed
+
+
+def unpack_plain(payload: bytes) -> Any:
+    """Return the plain data in ``payload``; raises BadMessage for anything but one well-formed MessagePack value."""
+    return _unpacked(payload, _array)
+
+
+def to_plain(message: object) -> dict[str, Any]:
+    """Return a message as a map of plain data, without its arrays' contents turned to lists."""
+    return type_of(type(message)).shape.pack(message)
+
+
+def from_plain(plain: Any, cls: type[T]) -> T:
+    """Return the message of class ``cls`` that a map of plain data stands for; raises BadMessage."""
+    message: T = type_of(cls).shape.unpack(plain)
+    return message
+
+
+def encoding_fits(encoding: str, kind: MessageType) -> bool:
+    """Tell whether a payload's Zenoh encoding names this type and version."""
+    return encoding == kind.encoding
+
+
+def _unpacked(payload: bytes, extension: Any) -> Any:
+    try:
+        return msgpack.unpackb(payload, ext_hook=extension, strict_map_key=True, max_map_len=LARGEST_MAP)
+    except BadMessage:
+        raise
+    except (ValueError, TypeError, RecursionError, msgpack.exceptions.UnpackException) as error:
+        raise BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})") from None
+
+
+def _plain_with_tail(payload: bytes) -> Any:
+    if len(payload) < HEADER_LENGTH.size:
+        raise BadMessage("is too short for a header length")
+    (length,) = HEADER_LENGTH.unpack_from(payload)
+    start = HEADER_LENGTH.size + length
+    if start > len(payload):
+        raise BadMessage(f"announces a header of {length} bytes, but ends before")
+
+    def tail(code: int, data: bytes) -> Any:
+        if code != TAIL_EXTENSION:
+            return _array(code, data)
+        dtype, dimensions, end = _layout(data)
+        if end != len(data):
+            raise BadMessage("has stray bytes behind an array's layout")
+        return _shaped(np.frombuffer(payload, np.uint8, offset=start), dtype, dimensions)
+
+    return _unpacked(memoryview(payload)[HEADER_LENGTH.size : start].tobytes(), tail)
+
+
+def _array(code: int, data: bytes) -> Any:
+    if code != ARRAY_EXTENSION:
+        raise BadMessage(f"holds the unknown MessagePack extension {code}")
+    dtype, dimensions, end = _layout(data)
+    return _shaped(np.frombuffer(data, np.uint8, offset=end), dtype, dimensions)
+
+
+def _layout(data: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
+    if len(data) < 4 or data[:3] not in KNOWN_DTYPES:
+        raise BadMessage(f"holds an array of the unknown dtype {data[:3]!r}")
+    end = 4 + 4 * data[3]
+    if len(data) < end:
+        raise BadMessage("holds an array whose shape is cut short")
+    return np.dtype(data[:3].decode()), struct.unpack_from(f"<{data[3]}I", data, 4), end
+
+
+def _shaped(raw: np.ndarray[Any, Any], dtype: np.dtype[Any], dimensions: tuple[int, ...]) -> np.ndarray[Any, Any]:
+    count = 1
+    for length in dimensions:
+        count *= length
+    if count * dtype.itemsize != raw.size:
+        raise BadMessage(f"holds an array of {raw.size} bytes, its shape {dimensions} needs {count * dtype.itemsize}")
+    return raw.view(dtype).reshape(dimensions) if raw.size else np.empty(dimensions, dtype)

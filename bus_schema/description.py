@@ -1,0 +1,85 @@
+"""What a component says of itself: tools, checks and docs build on nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.annotations import Count, PlainValue, Ratio, Seconds
+from bus_schema.registry import message
+
+
+@message("regraft/PortDescription")
+@dataclass(frozen=True, slots=True)
+class PortDescription:
+    """A port: its direction (``input`` or ``output``), its message type, and the topic it has by default.
+
+    ``required`` inputs must be fed by somebody; ``latest_only`` inputs see only the newest message.
+    """
+
+    name: str
+    direction: str
+    type: str
+    version: Count
+    topic: str
+    required: bool = True
+    latest_only: bool = False
+    text: str = ""
+
+
+@message("regraft/ParameterDescription")
+@dataclass(frozen=True, slots=True)
+class ParameterDescription:
+    """A parameter: its default, its JSON Schema (type, bounds, choices), its unit, and whether it is only read."""
+
+    name: str
+    default: PlainValue
+    schema: dict[str, PlainValue]
+    unit: str = ""
+    read_only: bool = False
+    text: str = ""
+
+
+@message("regraft/ServiceDescription")
+@dataclass(frozen=True, slots=True)
+class ServiceDescription:
+    """A service (``feedback`` None) or an action that a component offers, by the types of its parts."""
+
+    name: str
+    kind: str
+    request: str
+    reply: str
+    feedback: str | None = None
+    text: str = ""
+
+
+@message("regraft/Resources")
+@dataclass(frozen=True, slots=True)
+class Resources:
+    """What a component needs of its host: share of one core, memory in MiB, and devices that only one may hold."""
+
+    cpu: Ratio = 0.0
+    memory: float = 0.0
+    devices: tuple[str, ...] = ()
+
+
+@message("regraft/Description")
+@dataclass(frozen=True, slots=True)
+class Description:
+    """A component class. ``longest_handler`` is how long one handler may keep the loop before it counts as hung."""
+
+    cls: str
+    text: str
+    ports: tuple[PortDescription, ...] = ()
+    parameters: tuple[ParameterDescription, ...] = ()
+    services: tuple[ServiceDescription, ...] = ()
+    state_version: Count = 0
+    longest_handler: Seconds = 0.0
+    resources: Resources = field(default_factory=Resources)
+
+    def port(self, name: str) -> PortDescription | None:
+        """Return the port of that name."""
+        return next((port for port in self.ports if port.name == name), None)
+
+    def parameter(self, name: str) -> ParameterDescription | None:
+        """Return the parameter of that name."""
+        return next((parameter for parameter in self.parameters if parameter.name == name), None)

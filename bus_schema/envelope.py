@@ -1,0 +1,60 @@
+"""The envelope of a sample: who sent it, and where it stands in its output's numbering. It travels as the attachment.
+
+Layout, little-endian: version (u8), kind (u8), reserved (u16), epoch (u32), incarnation (u32), sequence (u64),
+stamp (i64, nanoseconds), then the source's name in UTF-8.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+
+from bus_schema.errors import BadMessage
+
+VERSION = 1
+LAYOUT = struct.Struct("<BBHIIQq")
+LONGEST_SOURCE = 128
+
+
+class Kind(IntEnum):
+    """What a sample is: data, or a marker that only says how far the numbering has come."""
+
+    DATA = 0
+    MARKER = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Envelope:
+    """Source, epoch (the incarnation that began the numbering), incarnation, sequence, and stamp in nanoseconds.
+
+    A marker's sequence is that of the last data sample before it, 0 if there was none.
+    """
+
+    source: str
+    epoch: int
+    incarnation: int
+    sequence: int
+    stamp: int
+    kind: Kind = Kind.DATA
+
+    def to_bytes(self) -> bytes:
+        """Return the attachment."""
+        head = LAYOUT.pack(VERSION, self.kind, 0, self.epoch, self.incarnation, self.sequence, self.stamp)
+        return head + self.source.encode()
+
+    @classmethod
+    def from_bytes(cls, attachment: bytes) -> Envelope:
+        """Return the envelope in ``attachment``; raises BadMessage if it is none."""
+        if len(attachment) <= LAYOUT.size or len(attachment) > LAYOUT.size + LONGEST_SOURCE:
+            raise BadMessage(f"has an attachment of {len(attachment)} bytes, not an envelope")
+        version, kind, _, epoch, incarnation, sequence, stamp = LAYOUT.unpack_from(attachment)
+        if version != VERSION:
+            raise BadMessage(f"has an envelope of version {version}, must be {VERSION}")
+        if kind > Kind.MARKER:
+            raise BadMessage(f"has an envelope of the unknown kind {kind}")
+        try:
+            source = attachment[LAYOUT.size :].decode()
+        except UnicodeDecodeError:
+            raise BadMessage("has an envelope whose source is not UTF-8") from None
+        return cls(source, epoch, incarnation, sequence, stamp, Kind(kind))

@@ -1,0 +1,120 @@
+"""Key expressions: where on the bus everything is. The only place that spells them.
+
+Names are words of letters, digits, ``_`` and ``-``; a component's may be ``robot.word``, a topic's ``a/b/c``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from bus_schema.errors import BadKey
+
+WORD = r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}"
+SYSTEM_NAME = re.compile(WORD)
+COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
+CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
+TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
+
+CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state")
+
+
+def system_name(name: str) -> str:
+    """Return ``name`` if it can name a system; raises BadKey."""
+    return _matched(SYSTEM_NAME, name, "system", "a word of letters, digits, _ and -")
+
+
+def component_name(name: str) -> str:
+    """Return ``name`` if it can name a component; raises BadKey."""
+    return _matched(COMPONENT_NAME, name, "component", "'word' or 'robot.word' of letters, digits, _ and -")
+
+
+def topic_name(name: str) -> str:
+    """Return ``name`` if it can name a topic or a service; raises BadKey."""
+    return _matched(TOPIC_NAME, name, "topic", "words of letters, digits, _ and - joined by '/'")
+
+
+def client_name(name: str) -> str:
+    """Return ``name`` if it can name a client of services; raises BadKey."""
+    return _matched(CLIENT_NAME, name, "client", "letters, digits, '_', '-' and '.', at most 160")
+
+
+def _matched(pattern: re.Pattern[str], name: str, kind: str, right: str) -> str:
+    if not isinstance(name, str) or not pattern.fullmatch(name):
+        raise BadKey(f"{name!r} cannot name a {kind}: must be {right}")
+    return name
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """All key expressions of one system."""
+
+    system: str
+
+    def topic(self, topic: str) -> str:
+        """Where a topic's data is put."""
+        return f"{self.system}/topic/{topic}"
+
+    def topic_of(self, key: str) -> str | None:
+        """Return the topic whose data is put at ``key``, None for any other key."""
+        prefix = f"{self.system}/topic/"
+        return key[len(prefix) :] if key.startswith(prefix) else None
+
+    def alive(self, component: str, incarnation: int | str) -> str:
+        """The liveliness token of one run of a component (``*`` matches any)."""
+        return f"{self.system}/component/{component}/alive/{incarnation}"
+
+    def status(self, component: str) -> str:
+        """Where a component puts its status (``*`` matches any component)."""
+        return f"{self.system}/component/{component}/status"
+
+    def checkpoint(self, component: str) -> str:
+        """Where a component puts its checkpoints, for its host to keep."""
+        return f"{self.system}/component/{component}/checkpoint"
+
+    def control(self, component: str, incarnation: int, verb: str) -> str:
+        """A control query of one run of a component (``verb`` ``*`` declares them all)."""
+        return f"{self.system}/component/{component}/{incarnation}/{verb}"
+
+    def request(self, service: str) -> str:
+        """Where clients put their requests to a service or action."""
+        return f"{self.system}/service/{service}/request"
+
+    def reply(self, service: str, client: str) -> str:
+        """Where a service puts its replies to one client (``service`` ``**`` for all that a client is sent)."""
+        return f"{self.system}/service/{service}/reply/{client}"
+
+    def host(self, host: str, verb: str) -> str:
+        """A host's ``alive`` token, ``status`` data and control queries."""
+        return f"{self.system}/host/{host}/{verb}"
+
+    def quality(self, requirement: str) -> str:
+        """Where the satisfaction of a quality requirement is put."""
+        return f"{self.system}/quality/{requirement}"
+
+    @property
+    def diagnostics(self) -> str:
+        """Where components put diagnostics."""
+        return f"{self.system}/diagnostics"
+
+    @property
+    def event(self) -> str:
+        """Where adaptations, faults and transitions are told as they happen."""
+        return f"{self.system}/event"
+
+    def clock(self, part: str) -> str:
+        """A part of the simulated clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``want``, ``time``, ``alive``."""
+        return f"{self.system}/clock/{part}"
+
+
+def matches(expression: str, key: str) -> bool:
+    """Tell whether a key expression with ``*`` and ``**`` matches a key, as Zenoh would."""
+    return _match(expression.split("/"), key.split("/"))
+
+
+def _match(pattern: list[str], chunks: list[str]) -> bool:
+    if not pattern:
+        return not chunks
+    if pattern[0] == "**":
+        return any(_match(pattern[1:], chunks[skip:]) for skip in range(len(chunks) + 1))
+    return bool(chunks) and pattern[0] in ("*", chunks[0]) and _match(pattern[1:], chunks[1:])

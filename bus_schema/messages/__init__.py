@@ -1,0 +1,1 @@
+"""The message types that ship with Regraft, by subject."""

@@ -1,0 +1,132 @@
+"""Control queries to a component, and what it replies. Those that change something carry the manager's term."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from bus_schema.annotations import Count, PlainValue
+from bus_schema.lifecycle import State, Transition
+from bus_schema.registry import message
+
+
+class ControlCode(Enum):
+    """``fenced``: not from the manager's current term; ``refused``: nothing was changed; ``failed``: it was tried."""
+
+    FENCED = "fenced"
+    MALFORMED = "malformed"
+    REFUSED = "refused"
+    FAILED = "failed"
+    TIMED_OUT = "timed_out"
+
+
+@message("regraft/ControlError")
+@dataclass(frozen=True, slots=True)
+class ControlError:
+    """Why a control query did not do what it was asked."""
+
+    code: ControlCode
+    problems: tuple[str, ...]
+
+
+@message("regraft/SetTransition")
+@dataclass(frozen=True, slots=True)
+class SetTransition:
+    """Ask for a lifecycle transition."""
+
+    transition: Transition
+    term: Count | None = None
+    revision: Count | None = None
+
+
+@message("regraft/ParameterValues")
+@dataclass(frozen=True, slots=True)
+class ParameterValues:
+    """Parameter values: set atomically when sent with ``values``, only read when sent without."""
+
+    values: dict[str, PlainValue] = field(default_factory=dict)
+    term: Count | None = None
+    revision: Count | None = None
+
+
+@message("regraft/Peer")
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """The other end of a connection: one run of a component."""
+
+    component: str
+    incarnation: Count
+
+
+class RewireStep(Enum):
+    """Read the connections; open the new topic beside the old; put a marker; wait for markers; switch; give up."""
+
+    READ = "read"
+    OPEN = "open"
+    MARK = "mark"
+    AWAIT = "await"
+    SWITCH = "switch"
+    ABANDON = "abandon"
+
+
+@message("regraft/Rewire")
+@dataclass(frozen=True, slots=True)
+class Rewire:
+    """One step of rewiring a port (docs/protocol.md, "Rewiring").
+
+    ``peers`` are the runs whose marker on ``topic`` is waited for; ``cuts`` says, for an input that switches, up to
+    which sequence each source's data on the former topic is to be handled first.
+    """
+
+    step: RewireStep
+    port: str = ""
+    topic: str = ""
+    peers: tuple[Peer, ...] = ()
+    cuts: dict[str, Count] = field(default_factory=dict)
+    term: Count | None = None
+    revision: Count | None = None
+
+
+@message("regraft/ComponentView")
+@dataclass(frozen=True, slots=True)
+class ComponentView:
+    """A component as it is now: the reply to every control query that succeeded."""
+
+    component: str
+    incarnation: Count
+    state: State
+    revision: Count
+    parameters: dict[str, PlainValue]
+    connections: dict[str, str]
+    detail: dict[str, PlainValue] = field(default_factory=dict)
+
+
+class StateStep(Enum):
+    """What is done with a state."""
+
+    SNAPSHOT = "snapshot"
+    RESTORE = "restore"
+
+
+@message("regraft/StateRequest")
+@dataclass(frozen=True, slots=True)
+class StateRequest:
+    """Ask for a component's state, or give it one."""
+
+    step: StateStep
+    state: PlainValue = None
+    version: Count = 0
+    term: Count | None = None
+
+
+@message("regraft/Snapshot")
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A component's state as plain data, with the version of its layout and where its outputs' numbering stands."""
+
+    component: str
+    incarnation: Count
+    stamp: float
+    version: Count
+    state: PlainValue
+    outputs: dict[str, Count] = field(default_factory=dict)

@@ -1,0 +1,92 @@
+"""How components and the system are: status, diagnostics, quality, events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from bus_schema.annotations import Count, PlainValue, Ratio, Seconds
+from bus_schema.lifecycle import State
+from bus_schema.registry import message
+
+
+@message("regraft/ComponentStatus")
+@dataclass(frozen=True, slots=True)
+class ComponentStatus:
+    """State of one run of a component: on every change, and as a heartbeat from the component's own loop.
+
+    ``revision`` is the architecture revision that it was last told; ``error`` its last error, empty if none;
+    ``lost`` and ``refused`` count messages missing from, and refused on, its inputs.
+    """
+
+    component: str
+    incarnation: Count
+    state: State
+    revision: Count
+    stamp: Seconds
+    error: str = ""
+    lost: Count = 0
+    refused: Count = 0
+    detail: str = ""
+
+
+class Level(Enum):
+    """How bad a diagnostic is."""
+
+    OK = "ok"
+    WARNING = "warning"
+    ERROR = "error"
+    STALE = "stale"
+
+
+@message("regraft/Diagnostic")
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """What a component says about one part of itself or of its surroundings."""
+
+    stamp: Seconds
+    source: str
+    subject: str
+    level: Level
+    text: str
+    values: dict[str, PlainValue] = field(default_factory=dict)
+
+
+@message("regraft/Quality")
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """A quality as measured: ``attribute`` such as Safety or Power, ``satisfied`` None where nothing is required."""
+
+    stamp: Seconds
+    requirement: str
+    attribute: str
+    value: float
+    satisfied: bool | None = None
+    weight: Ratio = 1.0
+
+
+@message("regraft/Event")
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened once: an adaptation, a fault, a transition, a restart.
+
+    ``kind`` is dotted, such as ``component.restarted``; ``subject`` names who it happened to.
+    """
+
+    stamp: Seconds
+    kind: str
+    subject: str
+    text: str
+    details: dict[str, PlainValue] = field(default_factory=dict)
+
+
+@message("regraft/SystemStatus")
+@dataclass(frozen=True, slots=True)
+class SystemStatus:
+    """The system in one line: how many components in which state, battery, light, and what is wrong."""
+
+    stamp: Seconds
+    components: dict[str, Count]
+    charge: Ratio | None = None
+    darkness: Ratio | None = None
+    problems: tuple[str, ...] = ()

@@ -1,0 +1,52 @@
+"""What was seen, and the service ``detect`` that looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from bus_schema.annotations import Bounds, Count, Metres, Radians, Ratio, Seconds
+from bus_schema.messages.geometry import Vector3
+from bus_schema.registry import message
+
+
+@message("regraft/Detection")
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """One object in a picture: bearing from the camera (left is positive), and its position (m) in ``frame``."""
+
+    label: str
+    confidence: Ratio
+    frame: str
+    position: Vector3
+    bearing: Radians
+    distance: Metres
+
+
+@message("regraft/Detections")
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """What one picture of ``camera``, taken at ``stamp``, shows; empty when nothing was found in it."""
+
+    stamp: Seconds
+    camera: str
+    objects: tuple[Detection, ...] = ()
+
+
+@message("regraft/Detect")
+@dataclass(frozen=True, slots=True)
+class Detect:
+    """Request: look for ``label`` in the next ``pictures`` pictures."""
+
+    label: str = "hydrant"
+    pictures: Annotated[int, Bounds(1, 100)] = 1
+
+
+@message("regraft/Sightings")
+@dataclass(frozen=True, slots=True)
+class Sightings:
+    """Reply: how many pictures were looked at, in how many the object was seen, and the best sighting."""
+
+    pictures: Count
+    hits: Count
+    best: Detection | None = None

@@ -1,0 +1,22 @@
+"""Regraft: robots that adapt while they work. This is the kit that a component's author imports."""
+
+from regraft.component import Component
+from regraft.parameters import Parameter
+from regraft.ports import Input, Output
+from regraft.requests import action, every, service
+from regraft.runtime.calling import CallFailed
+from regraft.runtime.serving import RequestRefused
+from regraft.runtime.tasks import Cancelled
+
+__all__ = [
+    "CallFailed",
+    "Cancelled",
+    "Component",
+    "Input",
+    "Output",
+    "Parameter",
+    "RequestRefused",
+    "action",
+    "every",
+    "service",
+]

@@ -1,0 +1,41 @@
+"""What a process is told when it starts: which component to be, and what the architecture says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.annotations import Count, PlainValue, Seconds
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import Snapshot
+from bus_schema.registry import message
+
+
+@message("regraft/Assignment")
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """One run of one component.
+
+    ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
+    the topics that drop rather than block. ``members`` (time sources only) are the components to wait for.
+    """
+
+    system: str
+    name: str
+    cls: str
+    incarnation: Count = 1
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
+    connections: dict[str, str] = field(default_factory=dict)
+    services: dict[str, str] = field(default_factory=dict)
+    state: State = State.ACTIVE
+    revision: Count = 0
+    term: Count | None = None
+    simulated: bool = False
+    seed: Count = 0
+    heartbeat: Seconds = 0.15
+    sensor_streams: tuple[str, ...] = ()
+    checkpoint: Snapshot | None = None
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
+    speed: str = "real"
+    duration: Seconds | None = None

@@ -1,0 +1,149 @@
+"""The base class of all components: declare ports, parameters, services and timers; the kit does the rest."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from bus_schema.annotations import PlainValue
+from bus_schema.description import Description, Resources
+from bus_schema.errors import BadType
+from regraft.parameters import Parameter
+from regraft.ports import Input, Output
+from regraft.requests import Period, Service, period_of, service_of
+
+if TYPE_CHECKING:
+    from regraft.runtime.kit import Kit
+
+
+class Component:
+    """A part of a robot that runs as a process, with a lifecycle, parameters and ports.
+
+    Everything that reaches a component passes through one inbox and one thread: handlers run one at a time, and an
+    ``async`` one lets others run only where it awaits. The kit hides behind one name, ``self.kit``.
+    """
+
+    kit: Kit
+
+    longest_handler: ClassVar[float] = 0.3
+    """Seconds that one handler may keep the loop before the host takes the component for hung."""
+    state_version: ClassVar[int] = 0
+    """Version of what ``snapshot`` returns; a state of another version is not restored."""
+    checkpoint_every: ClassVar[float | None] = None
+    """Seconds between checkpoints, which the host keeps and gives back after a crash; None for no checkpoints."""
+    resources: ClassVar[Resources] = Resources()
+    """What the component needs of its host."""
+    in_step: ClassVar[bool] = True
+    """Whether the component is a member of simulated time; an onlooker (a gateway) lives by the wall clock."""
+
+    @classmethod
+    def preload(cls) -> None:
+        """Prepare what all processes of this class share, once, before any is started: imports, probing hardware.
+
+        It must start no thread and open no device.
+        """
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Say what qualities the component would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
+        return {}
+
+    def evaluate(self) -> dict[str, float]:
+        """Say what qualities the running component gives now (ReFrESH EV)."""
+        return {}
+
+    def on_configure(self) -> None:
+        """Prepare: load, connect, allocate. An exception leads to ``on_error``."""
+
+    def on_activate(self) -> None:
+        """Begin to act; messages and ticks come from now on."""
+
+    def on_deactivate(self) -> None:
+        """Stop acting; running tasks have been cancelled."""
+
+    def on_cleanup(self) -> None:
+        """Give back what ``on_configure`` took."""
+
+    def on_shutdown(self) -> None:
+        """Leave for good."""
+
+    def on_error(self) -> None:
+        """Recover from an exception in another hook: return and be unconfigured, or raise and be finalized."""
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """React to parameters that have just changed, all at once."""
+
+    def snapshot(self) -> PlainValue:
+        """Return the component's state as plain data, for a successor or a checkpoint; None if there is none."""
+        return None
+
+    def restore(self, state: PlainValue) -> None:
+        """Continue from a state that ``snapshot`` returned, before ``on_activate``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """All that a component class declares."""
+
+    inputs: dict[str, Input[Any]]
+    outputs: dict[str, Output[Any]]
+    parameters: dict[str, Parameter[Any]]
+    services: dict[str, Service]
+    timers: dict[str, Period]
+
+
+@cache
+def declared(cls: type[Component]) -> Declared:
+    """Return what a class and its bases declare, in order of declaration.
+
+    Raises:
+        BadType: a service is ill-typed, or two services share a name.
+    """
+    found = Declared({}, {}, {}, {}, {})
+    names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
+    for name in names:
+        attribute = inspect.getattr_static(cls, name)
+        if isinstance(attribute, Input):
+            found.inputs[name] = attribute
+        elif isinstance(attribute, Output):
+            found.outputs[name] = attribute
+        elif isinstance(attribute, Parameter):
+            found.parameters[name] = attribute
+        elif inspect.isfunction(attribute):
+            _take_function(found, name, attribute)
+    return found
+
+
+def _take_function(found: Declared, name: str, function: Any) -> None:
+    offered = service_of(name, function)
+    if offered:
+        if offered.name in found.services:
+            raise BadType(f"two methods offer the service {offered.name!r}")
+        found.services[offered.name] = offered
+    period = period_of(function)
+    if period:
+        found.timers[name] = period
+
+
+def class_path(cls: type) -> str:
+    """Return ``module:Class``."""
+    return f"{cls.__module__}:{cls.__qualname__}"
+
+
+@cache
+def describe(cls: type[Component]) -> Description:
+    """Return what a component class says of itself, without running it; raises BadType."""
+    parts = declared(cls)
+    text = (inspect.getdoc(cls) or "").split("\n\n")[0]
+    return Description(
+        class_path(cls),
+        text,
+        tuple(port.describe() for port in (*parts.inputs.values(), *parts.outputs.values())),
+        tuple(parameter.describe() for parameter in parts.parameters.values()),
+        tuple(offered.describe() for offered in parts.services.values()),
+        cls.state_version,
+        cls.longest_handler,
+        cls.resources,
+    )

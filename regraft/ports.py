@@ -1,0 +1,118 @@
+"""Ports of a component: typed inputs and outputs, each connected to a topic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from bus_schema.description import PortDescription
+from bus_schema.registry import type_of
+
+if TYPE_CHECKING:
+    from regraft.component import Component
+    from regraft.runtime.inputs import InputPort
+    from regraft.runtime.outputs import OutputPort
+
+M = TypeVar("M")
+H = TypeVar("H", bound=Callable[..., Any])
+
+
+class Input(Generic[M]):
+    """An input: messages of one type from the topic it is connected to.
+
+    Without a handler, an input is only read (``latest``, ``take``, ``next``), and its messages wake nobody.
+    """
+
+    def __init__(
+        self,
+        message: type[M],
+        *,
+        topic: str | None = None,
+        latest_only: bool = False,
+        required: bool = True,
+        keep: int = 0,
+        text: str = "",
+    ) -> None:
+        """Declare an input.
+
+        Args:
+            message: the message class.
+            topic: the topic it has unless the stack says another; the port's name by default.
+            latest_only: see only the newest message, for sensor streams.
+            required: whether a stack must feed it.
+            keep: how many messages wait for ``take`` at the most, then the oldest are dropped; 0 if it is not used.
+            text: what it is for.
+        """
+        self.message = message
+        self.topic = topic
+        self.latest_only = latest_only
+        self.required = required
+        self.keep = keep
+        self.text = text
+        self.name = ""
+        self.handler_name: str | None = None
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Learn the name from the class body."""
+        self.name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Input[M]: ...
+
+    @overload
+    def __get__(self, instance: Component, owner: type) -> InputPort[M]: ...
+
+    def __get__(self, instance: Component | None, owner: type) -> Input[M] | InputPort[M]:
+        """Return the declaration on the class, the live port on an instance."""
+        return self if instance is None else instance.kit.inputs[self.name]
+
+    def handler(self, function: H) -> H:
+        """Make the decorated method handle every message of this input (``latest_only``: the newest)."""
+        self.handler_name = function.__name__
+        return function
+
+    def describe(self) -> PortDescription:
+        """Return the port's description."""
+        kind = type_of(self.message)
+        topic = self.topic or self.name
+        return PortDescription(
+            self.name, "input", kind.name, kind.version, topic, self.required, self.latest_only, self.text
+        )
+
+
+class Output(Generic[M]):
+    """An output: messages of one type to the topic it is connected to."""
+
+    def __init__(self, message: type[M], *, topic: str | None = None, reliable: bool = True, text: str = "") -> None:
+        """Declare an output.
+
+        Args:
+            message: the message class.
+            topic: the topic it has unless the stack says another; the port's name by default.
+            reliable: block, within bounds, rather than drop; the stack's topic table overrides it.
+            text: what it carries.
+        """
+        self.message = message
+        self.topic = topic
+        self.reliable = reliable
+        self.text = text
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Learn the name from the class body."""
+        self.name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Output[M]: ...
+
+    @overload
+    def __get__(self, instance: Component, owner: type) -> OutputPort[M]: ...
+
+    def __get__(self, instance: Component | None, owner: type) -> Output[M] | OutputPort[M]:
+        """Return the declaration on the class, the live port on an instance."""
+        return self if instance is None else instance.kit.outputs[self.name]
+
+    def describe(self) -> PortDescription:
+        """Return the port's description."""
+        kind = type_of(self.message)
+        return PortDescription(self.name, "output", kind.name, kind.version, self.topic or self.name, text=self.text)

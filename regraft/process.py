@@ -1,0 +1,109 @@
+"""The process of one component: from its assignment to its end, clean whatever happens."""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import os
+import signal
+import sys
+import threading
+
+from bus_schema.errors import SchemaError
+from bus_schema.lifecycle import State
+from regraft.assignment import Assignment
+from regraft.bus import BusError
+from regraft.clock import RealClock, SteppedClock
+from regraft.component import Component
+from regraft.parameters import ParameterError
+from regraft.runtime import loop
+from regraft.runtime.runtime import Runtime
+from regraft.stepped.member import Member
+from regraft.stepped.source import SourceLoop, TimeSource
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+LEAVE_WITHIN = 3.0
+"""Seconds after which a process that is leaving the bus leaves by force."""
+
+EXIT_WELL, EXIT_FAULT, EXIT_BAD_ASSIGNMENT = 0, 1, 2
+
+
+class NoSuchClass(Exception):
+    """``module:Class`` does not name a component class; the text says what is wrong."""
+
+
+def load_class(path: str) -> type[Component]:
+    """Return the component class at ``module:Class``; raises NoSuchClass."""
+    module_name, separator, class_name = path.partition(":")
+    if not separator or not module_name or not class_name:
+        raise NoSuchClass(f"{path!r} must look like 'package.module:Class'")
+    try:
+        module = importlib.import_module(module_name)
+    except ImportError as error:
+        raise NoSuchClass(f"{path!r}: cannot import {module_name!r}: {error}") from None
+    except Exception as error:
+        raise NoSuchClass(f"{path!r}: importing {module_name!r} failed: {type(error).__name__}: {error}") from error
+    cls = getattr(module, class_name, None)
+    if cls is None:
+        raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}")
+    if not (isinstance(cls, type) and issubclass(cls, Component)):
+        raise NoSuchClass(f"{path!r} is no subclass of regraft.Component")
+    return cls
+
+
+def run_component(assignment: Assignment) -> int:
+    """Be the component of ``assignment`` until it is finalized; returns the exit code."""
+    try:
+        cls = load_class(assignment.cls)
+        in_step = assignment.simulated and cls.in_step
+        router = bool(assignment.listen)
+        bus = open_bus(Endpoints(assignment.listen, assignment.connect, router), in_step=assignment.simulated)
+    except (NoSuchClass, BusError) as error:
+        print(f"{assignment.name}: {error}", file=sys.stderr)
+        return EXIT_BAD_ASSIGNMENT
+    clock = SteppedClock() if in_step else RealClock()
+    try:
+        runtime = Runtime(cls, assignment, bus, clock)
+    except (ParameterError, SchemaError) as error:
+        print(f"{assignment.name}: {error}", file=sys.stderr)
+        bus.close()
+        return EXIT_BAD_ASSIGNMENT
+    _shut_down_on_signals(runtime)
+    try:
+        _run(runtime, clock)
+        return EXIT_WELL
+    except Exception:
+        logging.getLogger(assignment.name).exception("the kit failed")
+        return EXIT_FAULT
+    finally:
+        _leave(runtime)
+
+
+def _run(runtime: Runtime, clock: RealClock | SteppedClock) -> None:
+    if isinstance(clock, RealClock):
+        loop.run(runtime)
+    elif isinstance(runtime.component, TimeSource):
+        SourceLoop(runtime, clock, runtime.component).run()
+    else:
+        Member(runtime, clock).run()
+
+
+def _shut_down_on_signals(runtime: Runtime) -> None:
+    def ask(signum: int, frame: object) -> None:
+        runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
+
+    signal.signal(signal.SIGTERM, ask)
+    signal.signal(signal.SIGINT, ask)
+
+
+def _leave(runtime: Runtime) -> None:
+    """Leave the bus; a link that does not let go cannot keep the process alive."""
+    by_force = threading.Timer(LEAVE_WITHIN, lambda: os._exit(EXIT_FAULT))
+    by_force.daemon = True
+    by_force.start()
+    try:
+        runtime.leave()
+    finally:
+        runtime.bus.close()
+        by_force.cancel()

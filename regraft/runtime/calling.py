@@ -1,0 +1,255 @@
+"""The client's side of services and actions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys, topic_name
+from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.registry import type_of
+from regraft.bus import Sample
+from regraft.runtime.inputs import Reporter
+from regraft.runtime.tasks import Waiting
+from regraft.runtime.timers import Timers
+from regraft.runtime.writers import Writers
+
+A = TypeVar("A")
+F = TypeVar("F")
+
+ASK_AGAIN_AFTER = 1_000_000_000
+"""Nanoseconds of silence after which a request is repeated, under the same number."""
+WAIT_FOR_SERVER = 0.2
+MATCHED = {Answer.RESULT, Answer.CANCELLED, Answer.REFUSED, Answer.FAILED}
+
+
+class CallFailed(Exception):
+    """A request got no good reply: refused, failed, or nobody answered in time. The text says which."""
+
+    def __init__(self, service: str, answer: Answer | None, why: str) -> None:
+        self.service = service
+        self.answer = answer
+        self.why = why
+        super().__init__(f"{service}: {why}")
+
+
+@dataclass(slots=True)
+class Pending:
+    """A request under way, as the client keeps it."""
+
+    service: str
+    request: Request
+    reply: type
+    feedback: type | None
+    waiting: Waiting[Any]
+    heard_at: int
+    deadline: int | None
+    accepted: Waiting[None]
+    latest: Any = None
+    on_feedback: Callable[[Any], None] | None = None
+
+
+class Goal(Generic[A, F]):
+    """A goal that a service pursues for us."""
+
+    def __init__(self, caller: Caller, pending: Pending) -> None:
+        """Wrap a pending goal."""
+        self._caller = caller
+        self._pending = pending
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended, well or not."""
+        return self._pending.waiting.done
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the service has taken it up."""
+        return self._pending.accepted.done
+
+    @property
+    def feedback(self) -> F | None:
+        """The latest feedback, None before the first."""
+        feedback: F | None = self._pending.latest
+        return feedback
+
+    @property
+    def error(self) -> CallFailed | None:
+        """Why it failed, None while it runs and when it went well."""
+        error = self._pending.waiting.error
+        return error if isinstance(error, CallFailed) else None
+
+    @property
+    def result(self) -> A | None:
+        """The result, None before the end and after a failure."""
+        value: A | None = self._pending.waiting.value
+        return value
+
+    def outcome(self) -> Waiting[A]:
+        """Return what the result resolves: ``await goal.outcome()``; raises CallFailed."""
+        return self._pending.waiting
+
+    def cancel(self) -> None:
+        """Ask the service to end it."""
+        self._caller.cancel(self._pending)
+
+
+class Caller:
+    """All requests that one component has under way."""
+
+    reliable = True
+    paused = False
+
+    def __init__(self, keys: Keys, client: str, writers: Writers, timers: Timers, reporter: Reporter) -> None:
+        """Ask under the name ``client``, unique in the system."""
+        self.client = client
+        self._keys = keys
+        self._writers = writers
+        self._clock = writers.clock
+        self._timers = timers
+        self._reporter = reporter
+        self._pending: dict[int, Pending] = {}
+        self._number = 0
+
+    def call(self, service: str, request: object, reply: type[A], timeout: float) -> Waiting[A]:
+        """Ask a service; returns what its reply resolves, or CallFailed after ``timeout`` seconds."""
+        pending = self._begin(service, Verb.CALL, request, reply, timeout)
+        return pending.waiting
+
+    def goal(
+        self,
+        service: str,
+        goal: object,
+        result: type[A],
+        feedback: type[F] | None = None,
+        accept_within: float = 5.0,
+        on_feedback: Callable[[F], None] | None = None,
+    ) -> Goal[A, F]:
+        """Give an action a goal; it fails if nobody accepts it in time."""
+        pending = self._begin(service, Verb.GOAL, goal, result, accept_within)
+        pending.feedback = feedback
+        pending.on_feedback = on_feedback
+        return Goal(self, pending)
+
+    def _begin(self, service: str, verb: Verb, body: object, reply: type, timeout: float) -> Pending:
+        topic_name(service)
+        self._number += 1
+        plain = type_of(type(body)).shape.pack(body)
+        request = Request(self.client, self._number, verb, plain, timeout)
+        now = self._clock.now()
+        pending = Pending(
+            service, request, reply, None, Waiting(), now, now + round(timeout * 1e9), Waiting()
+        )
+        self._pending[self._number] = pending
+        self._send(service, request)
+        self._watch(pending)
+        return pending
+
+    def _send(self, service: str, request: Request) -> None:
+        writer = self._writers.open(self._keys.request(service), type_of(Request).encoding)
+        if writer.sequence == 0:
+            writer.wait_for_reader(WAIT_FOR_SERVER)
+        writer.put(codec.encode(request))
+
+    def cancel(self, pending: Pending) -> None:
+        """Ask a service to end a goal."""
+        if not pending.waiting.done:
+            self._send(pending.service, replace(pending.request, verb=Verb.CANCEL, body=None))
+
+    def cancel_all(self) -> None:
+        """End every goal under way and forget all requests."""
+        for pending in list(self._pending.values()):
+            if pending.request.verb is Verb.GOAL:
+                self.cancel(pending)
+            self._end(pending, CallFailed(pending.service, None, "the client stopped waiting"))
+
+    # --- silence: ask again, and give up at the deadline ---
+
+    def _watch(self, pending: Pending) -> None:
+        then = pending.heard_at + ASK_AGAIN_AFTER
+        if pending.deadline is not None:
+            then = min(then, pending.deadline)
+        alarm = self._timers.sleep_until(then)
+        alarm.task = _Alarm(lambda: self._silent(pending))  # type: ignore[assignment]
+
+    def _silent(self, pending: Pending) -> None:
+        if pending.waiting.done:
+            return
+        now = self._clock.now()
+        if pending.deadline is not None and now >= pending.deadline:
+            self._end(pending, CallFailed(pending.service, None, self._why_silent(pending)))
+            return
+        if now - pending.heard_at >= ASK_AGAIN_AFTER:
+            pending.heard_at = now
+            again = Verb.RESULT if pending.accepted.done else pending.request.verb
+            self._send(pending.service, replace(pending.request, verb=again))
+        self._watch(pending)
+
+    def _why_silent(self, pending: Pending) -> str:
+        writer = self._writers.open(self._keys.request(pending.service), type_of(Request).encoding)
+        patience = f"{pending.request.patience:g} s"
+        if not writer.matched:
+            return f"nobody offers this service (waited {patience})"
+        return f"no answer within {patience}"
+
+    # --- as a consumer of replies ---
+
+    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+        """Take a reply in its turn."""
+        try:
+            reply = codec.decode(sample.payload, Reply)
+        except BadMessage as error:
+            self.refuse(envelope.source, str(error))
+            return
+        pending = self._pending.get(reply.number)
+        if pending is None:
+            return
+        pending.heard_at = self._clock.now()
+        try:
+            self._take(pending, reply)
+        except BadMessage as error:
+            self.refuse(envelope.source, str(error))
+            self._end(pending, CallFailed(pending.service, Answer.FAILED, f"sent a reply that does not fit: {error}"))
+
+    def _take(self, pending: Pending, reply: Reply) -> None:
+        if reply.answer is Answer.ACCEPTED:
+            pending.deadline = None
+            pending.accepted.resolve(None)
+        elif reply.answer is Answer.FEEDBACK:
+            if pending.feedback is not None:
+                pending.latest = codec.from_plain(reply.body, pending.feedback)
+                if pending.on_feedback:
+                    pending.on_feedback(pending.latest)
+        elif reply.answer is Answer.RESULT:
+            self._end(pending, None, codec.from_plain(reply.body, pending.reply))
+        else:
+            self._end(pending, CallFailed(pending.service, reply.answer, reply.error or reply.answer.value))
+
+    def _end(self, pending: Pending, error: CallFailed | None, value: Any = None) -> None:
+        self._pending.pop(pending.request.number, None)
+        if error:
+            pending.waiting.fail(error)
+        else:
+            pending.waiting.resolve(value)
+
+    def refuse(self, source: str, why: str) -> None:
+        """Count and report a reply that cannot be handled."""
+        self._reporter.refused("reply", source, why)
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Count and report replies that never came."""
+        self._reporter.lost("replies", source, count)
+
+
+@dataclass(eq=False, slots=True)
+class _Alarm:
+    """Stands where a task would wait for a sleeper: it calls a function instead of advancing a coroutine."""
+
+    call: Callable[[], None]
+
+    def wake(self) -> None:
+        self.call()

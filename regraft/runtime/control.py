@@ -1,0 +1,235 @@
+"""Control queries: what tools and the adaptation manager ask of a component, served between two handlers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage, SchemaError
+from bus_schema.messages.control import (
+    ComponentView,
+    ControlCode,
+    ControlError,
+    ParameterValues,
+    Rewire,
+    RewireStep,
+    SetTransition,
+    Snapshot,
+    StateRequest,
+    StateStep,
+)
+from bus_schema.registry import type_of
+from regraft.bus import Query
+from regraft.component import Component, describe
+from regraft.parameters import ParameterError
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.rewiring import AWAIT_AT_MOST, Pending, RewiringRefused
+
+if TYPE_CHECKING:
+    from regraft.runtime.runtime import Runtime
+
+
+class _Refused(Exception):
+    def __init__(self, code: ControlCode, *problems: str) -> None:
+        self.code = code
+        self.problems = problems
+        super().__init__("; ".join(problems))
+
+
+@dataclass(slots=True)
+class _Parked:
+    query: Query
+    pending: Pending
+    deadline: int
+
+
+class Control:
+    """Answers the control queries of one component."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        """Fenced by the assignment's term, which a later one replaces."""
+        self._runtime = runtime
+        self._term = runtime.assignment.term
+        self._parked: list[_Parked] = []
+        self._checkpoint = runtime.assignment.checkpoint
+        self._verbs: dict[str, Callable[[bytes], object]] = {
+            "describe": self._describe,
+            "transition": self._transition,
+            "parameters": self._parameters,
+            "connections": self._connections,
+            "state": self._state,
+        }
+
+    def take(self, query: Query) -> None:
+        """Answer a query, now or when what it waits for has happened."""
+        verb = query.key.rsplit("/", 1)[-1]
+        try:
+            answer = self._verbs[verb](query.payload) if verb in self._verbs else self._unknown(verb)
+        except _Refused as refusal:
+            self._refuse(query, refusal.code, refusal.problems)
+        except SchemaError as error:
+            self._refuse(query, ControlCode.MALFORMED, (f"{verb}: {error}",))
+        except Exception as error:
+            self._runtime.herald.fault(f"control query {verb!r}", error)
+            self._refuse(query, ControlCode.FAILED, (f"{verb}: {type(error).__name__}: {error}",))
+        else:
+            if isinstance(answer, Pending):
+                self._parked.append(_Parked(query, answer, time.monotonic_ns() + AWAIT_AT_MOST))
+                self.answer_parked()
+            else:
+                query.reply(codec.encode(answer))
+
+    def answer_parked(self) -> None:
+        """Answer the queries whose wait is over."""
+        now = time.monotonic_ns()
+        for parked in [p for p in self._parked if p.pending.ready() or now >= p.deadline]:
+            self._parked.remove(parked)
+            parked.query.reply(codec.encode(self.view(parked.pending.finish())))
+
+    def seconds_to_next(self) -> float | None:
+        """Return how long the next parked answer may still wait, None if none is parked."""
+        if not self._parked:
+            return None
+        return max(0.0, (min(p.deadline for p in self._parked) - time.monotonic_ns()) / 1e9)
+
+    def view(self, detail: dict[str, Any] | None = None) -> ComponentView:
+        """Return the component as it is now."""
+        runtime = self._runtime
+        connections = {
+            name: runtime.keys.topic_of(port.key) or ""
+            for name, port in {**runtime.inputs, **runtime.outputs}.items()
+        }
+        return ComponentView(
+            runtime.assignment.name,
+            runtime.assignment.incarnation,
+            runtime.state,
+            runtime.herald.status.revision,
+            runtime.parameters.plain(),
+            connections,
+            detail or {},
+        )
+
+    @staticmethod
+    def _refuse(query: Query, code: ControlCode, problems: tuple[str, ...]) -> None:
+        query.reply(codec.encode(ControlError(code, tuple(problem[:2000] for problem in problems))), error=True)
+
+    def _unknown(self, verb: str) -> object:
+        known = ", ".join(self._verbs)
+        raise _Refused(ControlCode.REFUSED, f"there is no control query {verb!r}; there are: {known}")
+
+    def _fence(self, term: int | None) -> None:
+        """Accept changes only from the manager's current term; a later term replaces it."""
+        if self._term is None:
+            return
+        if term is None or term < self._term:
+            given = "no term" if term is None else f"term {term}"
+            raise _Refused(
+                ControlCode.FENCED,
+                f"came with {given}; the adaptation manager's current term is {self._term}: "
+                "changes go through POST /adaptations or 'regraft adapt'",
+            )
+        self._term = term
+
+    def _describe(self, _: bytes) -> object:
+        return describe(type(self._runtime.component))
+
+    def _transition(self, payload: bytes) -> object:
+        wanted = codec.decode(payload, SetTransition)
+        self._fence(wanted.term)
+        try:
+            self._runtime.lifecycle.perform(wanted.transition)
+        except TransitionFailed as error:
+            raise _Refused(ControlCode.FAILED, f"transition {error}") from None
+        self._note_revision(wanted.revision)
+        return self.view()
+
+    def _parameters(self, payload: bytes) -> object:
+        wanted = codec.decode(payload, ParameterValues) if payload else ParameterValues()
+        if wanted.values:
+            self._fence(wanted.term)
+            self._set_parameters(wanted.values)
+            self._note_revision(wanted.revision)
+        return self.view()
+
+    def _set_parameters(self, values: dict[str, Any]) -> None:
+        runtime = self._runtime
+        before = runtime.parameters.values
+        try:
+            runtime.parameters.set(values)
+        except ParameterError as error:
+            raise _Refused(ControlCode.REFUSED, *error.problems) from None
+        changed = frozenset(name for name, value in runtime.parameters.values.items() if value != before[name])
+        if not changed:
+            return
+        try:
+            runtime.component.on_parameters(changed)
+        except Exception as error:
+            runtime.parameters.values = before
+            raise _Refused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {error}") from None
+        runtime.retime()
+
+    def _connections(self, payload: bytes) -> object:
+        wanted = codec.decode(payload, Rewire) if payload else Rewire(RewireStep.READ)
+        if wanted.step not in (RewireStep.READ, RewireStep.AWAIT):
+            self._fence(wanted.term)
+        try:
+            done = self._runtime.rewiring.step(wanted)
+        except (RewiringRefused, SchemaError) as error:
+            raise _Refused(ControlCode.REFUSED, str(error)) from None
+        self._note_revision(wanted.revision)
+        return done if isinstance(done, Pending) else self.view(done)
+
+    def _state(self, payload: bytes) -> object:
+        wanted = codec.decode(payload, StateRequest) if payload else StateRequest(StateStep.SNAPSHOT)
+        if wanted.step is StateStep.SNAPSHOT:
+            return self.snapshot()
+        self._fence(wanted.term)
+        version = type(self._runtime.component).state_version
+        if wanted.version != version:
+            raise _Refused(ControlCode.REFUSED, f"state: has version {wanted.version}, this class takes {version}")
+        self._runtime.component.restore(wanted.state)
+        return self.view()
+
+    def _note_revision(self, revision: int | None) -> None:
+        if revision is not None:
+            self._runtime.herald.say(revision=revision)
+
+    # --- snapshots and checkpoints ---
+
+    def snapshot(self) -> Snapshot:
+        """Return the component's state and where its numbering stands; raises BadMessage for what is no plain data."""
+        runtime = self._runtime
+        snapshot = Snapshot(
+            runtime.assignment.name,
+            runtime.assignment.incarnation,
+            runtime.clock.now() / 1e9,
+            type(runtime.component).state_version,
+            runtime.component.snapshot(),
+            runtime.writers.sequences(),
+        )
+        try:
+            codec.encode(snapshot)
+        except BadMessage as error:
+            raise _Refused(ControlCode.FAILED, f"snapshot: {error}") from None
+        return snapshot
+
+    def checkpoint(self) -> None:
+        """Put a checkpoint, for the host to keep."""
+        snapshot = self.snapshot()
+        key = self._runtime.keys.checkpoint(self._runtime.assignment.name)
+        self._runtime.herald.put(key, type_of(Snapshot), codec.encode(snapshot))
+
+    def checkpoint_if_any(self) -> None:
+        """Put a checkpoint unless the component has no state to keep."""
+        if type(self._runtime.component).snapshot is not Component.snapshot:
+            self.checkpoint()
+
+    def take_checkpoint(self) -> Snapshot | None:
+        """Return the checkpoint that came with the assignment, once, if this class understands it."""
+        checkpoint, self._checkpoint = self._checkpoint, None
+        if checkpoint is None or checkpoint.version != type(self._runtime.component).state_version:
+            return None
+        return checkpoint

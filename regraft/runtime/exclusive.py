@@ -1,0 +1,74 @@
+"""Exclusive slots: pauses between rounds of simulated time, granted to one component at a time."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from regraft.runtime.tasks import Waiting
+
+if TYPE_CHECKING:
+    from regraft.runtime.runtime import Runtime
+
+
+class Slots:
+    """Who of a component's tasks waits for the slot, and who holds it. Under the real clock it is always granted."""
+
+    def __init__(self, *, stepped: bool) -> None:
+        """Start without the slot."""
+        self.granted = not stepped
+        self.holders = 0
+        self.touched: set[str] = set()
+        self._waiters: list[Waiting[None]] = []
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody waits for the slot."""
+        return any(not waiting.done for waiting in self._waiters)
+
+    def enter(self) -> Waiting[None]:
+        """Return what the slot resolves."""
+        waiting: Waiting[None] = Waiting()
+        if self.granted:
+            waiting.resolve(None)
+        else:
+            self._waiters.append(waiting)
+        return waiting
+
+    def grant(self) -> None:
+        """Give the slot to all who wait for it; the component's own thread keeps them apart."""
+        self.granted = True
+        waiters, self._waiters = self._waiters, []
+        for waiting in waiters:
+            waiting.resolve(None)
+
+    def withdraw(self) -> tuple[str, ...]:
+        """End the slot; returns the components that were touched in it."""
+        self.granted = False
+        touched = tuple(sorted(self.touched))
+        self.touched.clear()
+        return touched
+
+
+class Exclusive:
+    """``async with kit.exclusive() as slot``: hold the slot; tell it which components you touch."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        """Not yet entered."""
+        self._slots = runtime.slots
+
+    async def __aenter__(self) -> Exclusive:
+        """Wait for the slot."""
+        await self._slots.enter()
+        self._slots.holders += 1
+        return self
+
+    def touch(self, component: str) -> None:
+        """Note a component whose wiring or timing may change."""
+        self._slots.touched.add(component)
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give the slot back."""
+        self._slots.holders -= 1

@@ -1,0 +1,180 @@
+"""All that comes in: from raw samples, over streams, to consumers in the order in which they are to be handled."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from bus_schema.envelope import Envelope, Kind
+from bus_schema.errors import BadMessage
+from bus_schema.keys import matches
+from regraft.bus import Sample
+from regraft.runtime.stream import HOLE_CLOSES_WITHIN, Arrival, Stream
+
+MOST_STREAMS = 10_000
+
+
+class Consumer(Protocol):
+    """Whatever handles the samples of a key: an input, a service, the replies to this component."""
+
+    reliable: bool
+    paused: bool
+
+    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+        """Handle one sample, in its turn."""
+
+    def refuse(self, source: str, why: str) -> None:
+        """Count and report a sample that cannot be handled."""
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Count and report samples that never came."""
+
+
+Frontier = dict[str, dict[str, int]]
+
+
+class Inbound:
+    """Every stream of one component. ``stepped`` holds samples until their step, otherwise they go on at once."""
+
+    def __init__(self, *, stepped: bool, on_marker: Callable[[str, str, Stream], None] | None = None) -> None:
+        """Start without consumers; ``on_marker`` hears of every marker (key, source, stream)."""
+        self.stepped = stepped
+        self.on_marker = on_marker
+        self.consumers: dict[str, Consumer] = {}
+        self.patterns: dict[str, Consumer] = {}
+        self.streams: dict[tuple[str, str], Stream] = {}
+        self.ready: deque[tuple[Consumer, Envelope, Sample]] = deque()
+        self._holding: set[tuple[str, str]] = set()
+
+    def add(self, key: str, consumer: Consumer) -> None:
+        """Handle samples of ``key`` (an expression with ``*`` too) with ``consumer`` from now on."""
+        (self.patterns if "*" in key else self.consumers)[key] = consumer
+
+    def remove(self, key: str) -> None:
+        """Forget a key and its streams."""
+        self.consumers.pop(key, None)
+        self.patterns.pop(key, None)
+        for pair in [pair for pair in self.streams if pair[0] == key]:
+            del self.streams[pair]
+            self._holding.discard(pair)
+
+    def consumer_of(self, key: str) -> Consumer | None:
+        """Return who handles ``key``."""
+        found = self.consumers.get(key)
+        if found is None:
+            found = next((c for pattern, c in self.patterns.items() if matches(pattern, key)), None)
+        return found
+
+    def stream(self, key: str, source: str) -> Stream:
+        """Return the stream of a source on a key, new if need be."""
+        pair = (key, source)
+        stream = self.streams.get(pair)
+        if stream is None:
+            if len(self.streams) >= MOST_STREAMS:
+                self.streams.pop(next(iter(self.streams)))
+            stream = self.streams[pair] = Stream()
+        return stream
+
+    def arrive(self, sample: Sample, now: int) -> None:
+        """Take a sample from the bus."""
+        consumer = self.consumers.get(sample.key) or self.consumer_of(sample.key)
+        if consumer is None:
+            return
+        try:
+            envelope = Envelope.from_bytes(sample.attachment)
+        except BadMessage as error:
+            consumer.refuse("", str(error))
+            return
+        stream = self.stream(sample.key, envelope.source)
+        if not stream.admit(envelope):
+            consumer.refuse(envelope.source, f"comes from incarnation {envelope.incarnation}, which has been replaced")
+        elif envelope.kind is Kind.MARKER:
+            stream.mark(envelope.sequence)
+            if self.on_marker:
+                self.on_marker(sample.key, envelope.source, stream)
+        elif consumer.paused:
+            stream.pass_by(envelope)
+        elif self.stepped:
+            stream.hold(envelope, sample)
+        else:
+            self._give_out(sample.key, stream, consumer, envelope, sample, now)
+
+    def _give_out(
+        self, key: str, stream: Stream, consumer: Consumer, envelope: Envelope, sample: Sample, now: int
+    ) -> None:
+        for arrival in stream.accept(envelope, sample, now, reliable=consumer.reliable):
+            self.ready.append((consumer, *arrival))
+        if stream.waiting:
+            self._holding.add((key, envelope.source))
+
+    def give_up_on_holes(self, now: int) -> None:
+        """Report holes that stayed open for too long, and go on behind them."""
+        for pair in list(self._holding):
+            stream = self.streams.get(pair)
+            consumer = self.consumer_of(pair[0])
+            if stream is None or consumer is None or not stream.waiting:
+                self._holding.discard(pair)
+                continue
+            lost_before = stream.lost
+            for arrival in stream.overdue(now):
+                self.ready.append((consumer, *arrival))
+            if stream.lost > lost_before:
+                consumer.report_lost(pair[1], stream.lost - lost_before)
+
+    def next_give_up(self) -> int | None:
+        """Return when the next hole is given up on, in nanoseconds."""
+        since = [self.streams[pair].waiting_since for pair in self._holding if pair in self.streams]
+        return min(since) + HOLE_CLOSES_WITHIN if since else None
+
+    # --- in step ---
+
+    def reaches(self, frontier: Frontier) -> bool:
+        """Tell whether everything up to ``frontier`` is here."""
+        return all(
+            self.stream(key, source).reaches(sequence)
+            for key, sources in frontier.items()
+            for source, sequence in sources.items()
+        )
+
+    def release(self, frontier: Frontier) -> None:
+        """Line up everything up to ``frontier``, by key, source and sequence."""
+        for key in sorted(frontier):
+            consumer = self.consumer_of(key)
+            for source in sorted(frontier[key]):
+                stream = self.stream(key, source)
+                lost_before = stream.lost
+                self._line_up(consumer, stream.release(frontier[key][source]))
+                if consumer and stream.lost > lost_before:
+                    consumer.report_lost(source, stream.lost - lost_before)
+
+    def release_outside(self, sources: tuple[str, ...]) -> None:
+        """Line up all that has come from sources that are no members of the clock."""
+        for key, source in sorted(pair for pair in self.streams if pair[1] in sources):
+            self._line_up(self.consumer_of(key), self.streams[key, source].release_all())
+
+    def outsiders(self) -> tuple[str, ...]:
+        """Return the sources that have sent something without being wired: no members, or not yet."""
+        return tuple(sorted({source for (_, source), s in self.streams.items() if s.waiting and not s.wired}))
+
+    def forget_sources(self, sources: tuple[str, ...]) -> None:
+        """Drop what sources that left sent beyond their last frontier."""
+        for pair in [pair for pair in self.streams if pair[1] in sources]:
+            self.streams[pair] = Stream(self.streams[pair].epoch, self.streams[pair].incarnation)
+
+    def unwire(self, key: str) -> None:
+        """Let the next marker on ``key`` begin anew: its reader pauses, or goes on after a pause."""
+        for pair, stream in self.streams.items():
+            if pair[0] == key:
+                stream.wired = False
+                stream.waiting.clear()
+
+    def forget_all(self) -> None:
+        """Drop all queues and baselines: the clock begins anew with this component."""
+        self.ready.clear()
+        for pair, stream in self.streams.items():
+            self.streams[pair] = Stream(stream.epoch, stream.incarnation)
+
+    def _line_up(self, consumer: Consumer | None, arrivals: list[Arrival]) -> None:
+        if consumer and not consumer.paused:
+            self.ready.extend((consumer, *arrival) for arrival in arrivals)

@@ -1,0 +1,184 @@
+"""The inputs of a running component."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope
+from bus_schema.errors import BadMessage
+from bus_schema.registry import type_of
+from regraft.bus import Sample
+from regraft.ports import Input
+from regraft.runtime.tasks import Waiting
+
+M = TypeVar("M")
+
+
+@dataclass(slots=True)
+class Move:
+    """An input on its way to another key: what has arrived there waits until the switch.
+
+    ``marks`` holds, per source, the incarnation and sequence of its first marker: what lies behind it is ours.
+    """
+
+    key: str
+    marks: dict[str, tuple[int, int]] = field(default_factory=dict)
+    held: list[tuple[Envelope, Sample]] = field(default_factory=list)
+
+    def ours(self) -> list[tuple[Envelope, Sample]]:
+        """Return what is to be handled after the switch, in the order of arrival."""
+        return [(e, s) for e, s in self.held if e.sequence > self.marks.get(e.source, (0, 0))[1]]
+
+
+class Reporter(Protocol):
+    """Who is told of messages that cannot be handled or never came."""
+
+    def refused(self, where: str, source: str, why: str) -> None:
+        """A message was refused."""
+
+    def lost(self, where: str, source: str, count: int) -> None:
+        """Messages were lost."""
+
+
+class InputPort(Generic[M]):
+    """An input as the component reads it."""
+
+    def __init__(
+        self, declared: Input[M], handle: Callable[[M], None] | None, reporter: Reporter, *, reliable: bool = True
+    ) -> None:
+        """Start without a message, paused; ``handle`` is called with every message, if given."""
+        self.declared = declared
+        self.name = declared.name
+        self.reliable = reliable and not declared.latest_only
+        self.paused = True
+        self.key = ""
+        self.move: Move | None = None
+        self.envelope: Envelope | None = None
+        self._handle = handle
+        self._reporter = reporter
+        self._kind = type_of(declared.message)
+        self._newest: tuple[Envelope, Sample] | None = None
+        self._latest: M | None = None
+        self._kept: deque[M] = deque(maxlen=declared.keep or 1)
+        self._waiters: list[Waiting[M]] = []
+
+    @property
+    def latest(self) -> M | None:
+        """The newest message, None before the first."""
+        if self._newest is not None:
+            (envelope, sample), self._newest = self._newest, None
+            message = self._decoded(envelope, sample)
+            if message is not None:
+                self._latest, self.envelope = message, envelope
+        return self._latest
+
+    def take(self) -> list[M]:
+        """Return the messages that came since the last call, oldest first; the input must have been declared with ``keep``."""
+        if not self.declared.keep:
+            raise TypeError(f"the input {self.name!r} keeps nothing to take: declare it with keep=N")
+        taken = list(self._kept)
+        self._kept.clear()
+        return taken
+
+    def next(self) -> Waiting[M]:
+        """Return what the next message resolves: ``await self.image.next()``."""
+        waiting: Waiting[M] = Waiting()
+        self._waiters.append(waiting)
+        return waiting
+
+    @property
+    def wakes(self) -> bool:
+        """Whether a new message is to be handled at once, rather than found when it is looked for."""
+        return self._handle is not None or any(not waiting.done for waiting in self._waiters)
+
+    def forget(self) -> None:
+        """Drop what was received: the component starts anew."""
+        self._newest = self._latest = self.envelope = None
+        self._kept.clear()
+        self._waiters.clear()
+
+    # --- as a consumer of samples ---
+
+    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+        """Take a sample in its turn; one from the key that the input is moving to waits for the switch."""
+        if self.move is not None and sample.key == self.move.key:
+            self.move.held.append((envelope, sample))
+            return
+        if self.paused or sample.key != self.key:
+            return
+        self._newest = (envelope, sample)
+        if self._handle is None and not self._waiters and not self.declared.keep:
+            return
+        message = self._decoded(envelope, sample)
+        self._newest = None
+        if message is None:
+            return
+        self._latest, self.envelope = message, envelope
+        if self.declared.keep:
+            self._kept.append(message)
+        waiters, self._waiters = self._waiters, []
+        for waiting in waiters:
+            waiting.resolve(message)
+        if self._handle is not None:
+            self._handle(message)
+
+    def _decoded(self, envelope: Envelope, sample: Sample) -> M | None:
+        if sample.encoding != self._kind.encoding:
+            self.refuse(envelope.source, f"has the encoding {sample.encoding!r}, must be {self._kind.encoding!r}")
+            return None
+        try:
+            return codec.decode(sample.payload, self.declared.message)
+        except BadMessage as error:
+            self.refuse(envelope.source, str(error))
+            return None
+
+    def refuse(self, source: str, why: str) -> None:
+        """Count and report a message that cannot be handled."""
+        self._reporter.refused(f"input {self.name!r}", source, f"{self._kind.name} {why}")
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Count and report messages that never came."""
+        if self.reliable:
+            self._reporter.lost(f"input {self.name!r}", source, count)
+
+
+Inputs = dict[str, InputPort[Any]]
+
+
+@dataclass(slots=True)
+class TopicReader:
+    """All inputs of one component that read the same key."""
+
+    ports: list[InputPort[Any]]
+
+    @property
+    def reliable(self) -> bool:
+        """Whether holes are waited for."""
+        return any(port.reliable for port in self.ports)
+
+    @property
+    def paused(self) -> bool:
+        """Whether nobody reads now."""
+        return all(port.paused and port.move is None for port in self.ports)
+
+    @property
+    def wakes(self) -> bool:
+        """Whether a new sample is to be handled at once."""
+        return any(port.wakes or port.move is not None for port in self.ports)
+
+    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+        """Hand a sample to every input."""
+        for port in list(self.ports):
+            port.deliver(envelope, sample)
+
+    def refuse(self, source: str, why: str) -> None:
+        """Report a sample that is no message, once."""
+        self.ports[0].refuse(source, why)
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Report a loss, once."""
+        self.ports[0].report_lost(source, count)

@@ -1,0 +1,170 @@
+"""Walks a component through its lifecycle: hooks, ports, timers, tasks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bus_schema.lifecycle import TRANSITIONS, State, Transition, legal, route
+from regraft.bus import Closable
+from regraft.runtime.inputs import TopicReader
+
+if TYPE_CHECKING:
+    from regraft.runtime.runtime import Runtime
+
+
+class TransitionFailed(Exception):
+    """A transition that is not legal, or whose hook raised; the text says which."""
+
+
+class Lifecycle:
+    """The state of one component, and the way from one to the next."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        """Begin unconfigured."""
+        self._runtime = runtime
+        self._subscriptions: dict[str, Closable] = {}
+
+    def perform(self, transition: Transition) -> None:
+        """Go through one transition.
+
+        Raises:
+            TransitionFailed: it is not legal here (nothing happened), or its hook raised (see the state afterwards).
+        """
+        state = self._runtime.state
+        way = TRANSITIONS.get((state, transition))
+        if way is None:
+            possible = ", ".join(t.value for t in legal(state)) or "none"
+            raise TransitionFailed(f"{transition.value} is not possible while {state.value}; possible: {possible}")
+        self._runtime.herald.say(state=way[0])
+        try:
+            getattr(self, f"_{transition.value}")(state)
+        except Exception as error:
+            self._runtime.herald.fault(f"on_{transition.value}", error)
+            self._recover()
+            now = self._runtime.state.value
+            raise TransitionFailed(f"{transition.value}: {type(error).__name__}: {error}; now {now}") from error
+        self._runtime.herald.say(state=way[1])
+        self._runtime.herald.event(
+            "component.transition", f"{state.value} to {way[1].value}", transition=transition.value
+        )
+
+    def reach(self, goal: State) -> None:
+        """Go through the transitions that lead to ``goal``; raises TransitionFailed."""
+        way = route(self._runtime.state, goal)
+        if way is None:
+            raise TransitionFailed(f"{goal.value} cannot be reached from {self._runtime.state.value}")
+        for transition in way:
+            self.perform(transition)
+
+    def _configure(self, _: State) -> None:
+        self._connect()
+        self._runtime.component.on_configure()
+
+    def _activate(self, _: State) -> None:
+        self._restore()
+        self._runtime.component.on_activate()
+        self._pause(False)
+        self._runtime.start_timers()
+
+    def _deactivate(self, _: State) -> None:
+        self._stop_acting("the component was deactivated")
+        self._runtime.component.on_deactivate()
+
+    def _cleanup(self, _: State) -> None:
+        self._runtime.component.on_cleanup()
+        self.disconnect()
+
+    def _shutdown(self, state: State) -> None:
+        if state is State.ACTIVE:
+            self._stop_acting("the component is shutting down")
+            self._runtime.component.on_deactivate()
+        self._runtime.component.on_shutdown()
+        self.disconnect()
+
+    def _pause(self, paused: bool) -> None:
+        for port in self._runtime.inputs.values():
+            port.paused = paused
+            if self._runtime.stepped:
+                self._runtime.inbound.unwire(port.key)
+
+    def _restore(self) -> None:
+        checkpoint = self._runtime.control.take_checkpoint()
+        if checkpoint is not None:
+            self._runtime.component.restore(checkpoint.state)
+
+    def _stop_acting(self, why: str) -> None:
+        runtime = self._runtime
+        self._pause(True)
+        runtime.timers.stop_all()
+        for server in runtime.servers:
+            server.end_goals(why)
+        runtime.tasks.cancel_all()
+        runtime.caller.cancel_all()
+
+    def _recover(self) -> None:
+        """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises."""
+        runtime = self._runtime
+        runtime.herald.say(state=State.ERROR_PROCESSING)
+        self._stop_acting("the component failed")
+        try:
+            runtime.component.on_error()
+            state = State.UNCONFIGURED
+        except Exception as error:
+            runtime.herald.fault("on_error", error)
+            state = State.FINALIZED
+        self.disconnect()
+        runtime.herald.say(state=state)
+
+    # --- ports on the bus ---
+
+    def _connect(self) -> None:
+        assignment = self._runtime.assignment
+        for name, port in self._runtime.inputs.items():
+            topic = assignment.connections.get(name, port.declared.topic or name)
+            self.read(name, self._runtime.keys.topic(topic))
+        for name, output in self._runtime.outputs.items():
+            topic = assignment.connections.get(name, output.declared.topic or name)
+            output.reliable = output.declared.reliable and topic not in assignment.sensor_streams
+            output.connect(self._runtime.keys.topic(topic))
+
+    def read(self, name: str, key: str) -> None:
+        """Connect an input to a key."""
+        port = self._runtime.inputs[name]
+        port.key = key
+        self.also_read(name, key)
+
+    def also_read(self, name: str, key: str) -> None:
+        """Subscribe an input's second key, beside the one it has."""
+        runtime = self._runtime
+        port = runtime.inputs[name]
+        reader = runtime.reader(key)
+        if reader is None:
+            runtime.inbound.add(key, TopicReader([port]))
+            self._subscriptions[key] = runtime.bus.subscribe(key, runtime.inbox.put)
+        elif port not in reader.ports:
+            reader.ports.append(port)
+
+    def stop_reading(self, name: str, key: str) -> None:
+        """Take an input off a key; the subscription ends with its last reader."""
+        runtime = self._runtime
+        reader = runtime.reader(key)
+        port = runtime.inputs[name]
+        if reader is None or port not in reader.ports:
+            return
+        reader.ports.remove(port)
+        if not reader.ports:
+            runtime.inbound.remove(key)
+            subscription = self._subscriptions.pop(key, None)
+            if subscription:
+                subscription.close()
+
+    def disconnect(self) -> None:
+        """Take all ports off the bus and forget what they received."""
+        runtime = self._runtime
+        for name, port in runtime.inputs.items():
+            for key in filter(None, (port.key, port.move.key if port.move else "")):
+                self.stop_reading(name, key)
+            port.key, port.move, port.paused = "", None, True
+            port.forget()
+        for output in runtime.outputs.values():
+            output.disconnect()

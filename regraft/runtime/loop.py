@@ -1,0 +1,60 @@
+"""The loop of a component under the real clock, and what all loops share."""
+
+from __future__ import annotations
+
+import queue
+from typing import Any
+
+from bus_schema.lifecycle import State
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.runtime import Runtime
+
+NEVER = 3600.0
+MOST_AT_ONCE = 1000
+"""Items taken from the inbox before timers and the heartbeat get their turn."""
+
+
+def get(inbox: queue.SimpleQueue[Any], timeout: float) -> Any:
+    """Return the next item, None after ``timeout`` seconds."""
+    try:
+        return inbox.get(timeout=timeout) if timeout > 0 else inbox.get_nowait()
+    except queue.Empty:
+        return None
+
+
+def start(runtime: Runtime) -> None:
+    """Appear on the bus and go to the assigned state; a hook that fails leaves the component where it then is."""
+    runtime.declare()
+    try:
+        runtime.lifecycle.reach(runtime.assignment.state)
+    except TransitionFailed as error:
+        runtime.herald.event("component.fault", f"did not become {runtime.assignment.state.value}: {error}")
+
+
+def pump(runtime: Runtime) -> float:
+    """Do everything that is due now; returns the seconds until something is due again, if nothing arrives."""
+    runtime.work()
+    runtime.fire()
+    now = runtime.clock.now()
+    runtime.inbound.give_up_on_holes(now)
+    runtime.work()
+    runtime.control.answer_parked()
+    wait = runtime.herald.beat_if_due()
+    for due in (runtime.timers.next_due(), runtime.inbound.next_give_up()):
+        if due is not None:
+            wait = min(wait, max(0.0, (due - now) / 1e9))
+    parked = runtime.control.seconds_to_next()
+    return wait if parked is None else min(wait, parked)
+
+
+def run(runtime: Runtime) -> None:
+    """Run until the component is finalized. Whoever wants it to end posts a shutdown."""
+    start(runtime)
+    while runtime.state is not State.FINALIZED:
+        item = get(runtime.inbox, pump(runtime))
+        taken = 0
+        while item is not None:
+            runtime.take(item)
+            runtime.work()
+            taken += 1
+            item = get(runtime.inbox, 0.0) if taken < MOST_AT_ONCE else None

@@ -1,0 +1,77 @@
+"""The outputs of a running component."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from bus_schema import codec
+from bus_schema.registry import type_of
+from regraft.ports import Output
+from regraft.runtime.writers import Writer, Writers
+
+M = TypeVar("M")
+
+
+class NotActive(RuntimeError):
+    """Only active components publish."""
+
+
+class OutputPort(Generic[M]):
+    """An output as the component writes it."""
+
+    def __init__(self, declared: Output[M], writers: Writers, may_publish: Callable[[], bool]) -> None:
+        """Start unconnected."""
+        self.declared = declared
+        self.name = declared.name
+        self.reliable = declared.reliable
+        self.wanted_in_step: bool | None = None
+        self._kind = type_of(declared.message)
+        self._writers = writers
+        self._writer: Writer | None = None
+        self._may_publish = may_publish
+
+    def connect(self, key: str) -> Writer:
+        """Write at ``key`` from now on; the former key stays declared until it is closed."""
+        self._writer = self._writers.open(key, self._kind.encoding, reliable=self.reliable)
+        return self._writer
+
+    def open(self, key: str) -> Writer:
+        """Declare ``key`` beside the one in use, without writing there yet."""
+        return self._writers.open(key, self._kind.encoding, reliable=self.reliable)
+
+    def disconnect(self) -> None:
+        """Undeclare the key in use."""
+        if self._writer:
+            self._writers.close(self._writer.key)
+            self._writer = None
+
+    @property
+    def key(self) -> str:
+        """Where it writes; empty while unconnected."""
+        return self._writer.key if self._writer else ""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody reads it: what nobody wants need not be made."""
+        if self.wanted_in_step:
+            return True
+        return self._writer is not None and self._writer.matched
+
+    def publish(self, message: M) -> None:
+        """Put a message.
+
+        Raises:
+            NotActive: the component is not active.
+            BadMessage: a field of the message does not fit its type.
+        """
+        if self._writer is None or not self._may_publish():
+            raise NotActive(f"output {self.name!r}: only an active component publishes")
+        if type(message) is not self.declared.message:
+            raise TypeError(
+                f"output {self.name!r} publishes {self.declared.message.__name__}, not {type(message).__name__}"
+            )
+        self._writer.put(codec.encode(message))
+
+
+Outputs = dict[str, OutputPort[Any]]

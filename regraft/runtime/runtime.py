@@ -1,0 +1,254 @@
+"""One component, running: its parts put together. Loops (``loop``, ``regraft.stepped``) say when it works."""
+
+from __future__ import annotations
+
+import inspect
+import queue
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+from bus_schema.keys import Keys
+from bus_schema.lifecycle import State
+from regraft.assignment import Assignment
+from regraft.bus import Bus, Closable, Sample
+from regraft.clock import Clock
+from regraft.component import Component, declared
+from regraft.parameters import ParameterSet
+from regraft.runtime.calling import Caller
+from regraft.runtime.control import Control
+from regraft.runtime.exclusive import Slots
+from regraft.runtime.herald import Herald
+from regraft.runtime.inbound import Inbound
+from regraft.runtime.inputs import InputPort, TopicReader
+from regraft.runtime.kit import Kit
+from regraft.runtime.lifecycle import Lifecycle
+from regraft.runtime.outputs import OutputPort
+from regraft.runtime.rewiring import Rewiring
+from regraft.runtime.serving import Server
+from regraft.runtime.stream import Stream
+from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
+from regraft.runtime.timers import Timers
+from regraft.runtime.writers import Identity, Writers
+
+
+class Runtime:
+    """The one place that knows all parts of a running component. Everything here happens on one thread."""
+
+    def __init__(self, cls: type[Component], assignment: Assignment, bus: Bus, clock: Clock) -> None:
+        """Build the component and what it is told; nothing is declared on the bus yet.
+
+        Raises:
+            ParameterError: the assignment's parameters do not fit the class.
+        """
+        self.assignment = assignment
+        self.bus = bus
+        self.clock = clock
+        self.keys = Keys(assignment.system)
+        self.stepped = assignment.simulated and cls.in_step
+        self.declared = declared(cls)
+        self.parameters = ParameterSet(self.declared.parameters)
+        self.parameters.set(assignment.parameters, starting=True)
+        epoch = assignment.incarnation
+        self.identity = Identity(assignment.name, epoch, assignment.incarnation)
+        self.inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.direct: dict[str, Callable[[Sample], None]] = {}
+        self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
+        self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)
+        self.inbound = Inbound(stepped=self.stepped, on_marker=self._marker)
+        self.writers = Writers(bus, clock, self.identity)
+        self.tasks = Tasks()
+        self.timers = Timers()
+        self.slots = Slots(stepped=self.stepped)
+        self.computing = 0
+        self.caller = Caller(
+            self.keys, f"{assignment.name}-{epoch}", self.writers, self.timers, self.herald
+        )
+        self.component = cls.__new__(cls)
+        self.component.kit = Kit(self)
+        self.inputs = {name: self._input(name) for name in self.declared.inputs}
+        self.outputs = {
+            name: OutputPort(output, self.writers, self._may_publish)
+            for name, output in self.declared.outputs.items()
+        }
+        self.servers = [self._server(name) for name in self.declared.services]
+        self.rewiring = Rewiring(self)
+        self.lifecycle = Lifecycle(self)
+        self.control = Control(self)
+        self._executor: ThreadPoolExecutor | None = None
+        self._always: list[Closable] = []
+        self.component.__init__()  # type: ignore[misc]
+
+    def _input(self, name: str) -> InputPort[Any]:
+        port = self.declared.inputs[name]
+        method = getattr(self.component, port.handler_name) if port.handler_name else None
+        topic = self.assignment.connections.get(name, port.topic or name)
+        reliable = topic not in self.assignment.sensor_streams
+        return InputPort(port, self._handling(name, method) if method else None, self.herald, reliable=reliable)
+
+    def _handling(self, name: str, method: Callable[[Any], Any]) -> Callable[[Any], None]:
+        is_async = inspect.iscoroutinefunction(method)
+
+        def handle(message: Any) -> None:
+            if is_async:
+                self.spawn(name, method(message))
+            else:
+                self.guarded(name, lambda: method(message))
+
+        return handle
+
+    def _server(self, name: str) -> Server:
+        offered = self.declared.services[name]
+        return Server(
+            offered,
+            self.assignment.services.get(name, name),
+            getattr(self.component, offered.method),
+            self.keys,
+            self.writers,
+            self.tasks,
+            self.herald,
+            self.herald,
+            self._refusal,
+        )
+
+    def _refusal(self) -> str | None:
+        if self.state is State.ACTIVE:
+            return None
+        return f"{self.assignment.name} is {self.state.value}, it serves only while active"
+
+    def _may_publish(self) -> bool:
+        return self.state in (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
+
+    @property
+    def state(self) -> State:
+        """The lifecycle state."""
+        return self.herald.status.state
+
+    # --- start and end ---
+
+    def declare(self) -> None:
+        """Appear on the bus: control queries, replies, services, the token, the first status."""
+        name, incarnation = self.assignment.name, self.assignment.incarnation
+        replies = self.keys.reply("**", self.caller.client)
+        self.inbound.add(replies, self.caller)
+        self._always = [
+            self.bus.serve(self.keys.control(name, incarnation, "*"), self.inbox.put),
+            self.bus.subscribe(replies, self.inbox.put),
+        ]
+        for server in self.servers:
+            key = self.keys.request(server.name)
+            self.inbound.add(key, server)
+            self._always.append(self.bus.subscribe(key, self.inbox.put))
+        self.herald.say(revision=self.assignment.revision)
+        self._always.append(self.bus.announce(self.keys.alive(name, incarnation)))
+
+    def leave(self) -> None:
+        """Disappear from the bus, whatever state this is in."""
+        for closable in reversed(self._always):
+            closable.close()
+        self._always.clear()
+        self.lifecycle.disconnect()
+        self.writers.close_all()
+        self.herald.close()
+        if self._executor:
+            self._executor.shutdown(wait=False, cancel_futures=True)
+
+    # --- work ---
+
+    def take(self, item: Any) -> None:
+        """Take one item from the inbox: a sample, a query, or something to be called on this thread."""
+        sample = self.bus.open_sample(item)
+        if sample is not None:
+            direct = self.direct.get(sample.key)
+            if direct is not None:
+                direct(sample)
+            else:
+                self.inbound.arrive(sample, self.clock.now())
+            return
+        query = self.bus.open_query(item)
+        if query is not None:
+            self.control.take(query)
+        elif callable(item):
+            item()
+
+    def post(self, call: Callable[[], object]) -> None:
+        """Have something called on the component's thread; may be called from any thread."""
+        self.inbox.put(call)
+
+    def work(self) -> None:
+        """Handle all that is ready: samples in their order, then tasks, until nothing is left."""
+        while True:
+            if self.inbound.ready:
+                consumer, envelope, sample = self.inbound.ready.popleft()
+                self.guarded("delivery", lambda: consumer.deliver(envelope, sample))
+            elif not self.tasks.run():
+                return
+
+    def fire(self) -> None:
+        """Call the timers that are due, in order of declaration, then wake the sleepers that are due."""
+        now = self.clock.now()
+        for timer in self.timers.take_due(now):
+            self.guarded(timer.name, timer.call)
+            self.work()
+        self.timers.wake_sleepers(now)
+        self.work()
+
+    def start_timers(self) -> None:
+        """Start the ``@every`` methods."""
+        now = self.clock.now()
+        for name, period in self.declared.timers.items():
+            method = getattr(self.component, name)
+            call = (lambda n=name, m=method: self.spawn(n, m())) if inspect.iscoroutinefunction(method) else method
+            self.timers.start(name, call, period.nanoseconds(self.parameters.values), now)
+        every = type(self.component).checkpoint_every
+        if every is not None:
+            self.timers.start("checkpoint", self.control.checkpoint, max(1, round(every * 1e9)), now)
+
+    def retime(self) -> None:
+        """Give timers whose period is a parameter their new period."""
+        for name, period in self.declared.timers.items():
+            self.timers.retime(name, period.nanoseconds(self.parameters.values), self.clock.now())
+
+    def guarded(self, where: str, call: Callable[[], object]) -> None:
+        """Call an author's method; its exceptions are reported, never fatal."""
+        try:
+            call()
+        except Exception as error:
+            self.herald.fault(where, error)
+
+    def spawn(self, name: str, coroutine: Coroutine[Any, Any, Any]) -> Task:
+        """Run a coroutine as a task whose exceptions are reported."""
+
+        def done(_: Any, error: BaseException | None) -> None:
+            if error is not None and not isinstance(error, Cancelled):
+                self.herald.fault(name, error)
+
+        return self.tasks.spawn(name, coroutine, done)
+
+    @property
+    def executor(self) -> ThreadPoolExecutor:
+        """Where heavy work is done: one thread, so that results come in the order of their asking."""
+        if self._executor is None:
+            self._executor = ThreadPoolExecutor(1, thread_name_prefix="compute")
+        return self._executor
+
+    def computed(self, waiting: Waiting[Any], future: Future[Any]) -> None:
+        """Take the result of heavy work."""
+        self.computing -= 1
+        error = future.exception()
+        if error is not None:
+            waiting.fail(error)
+        else:
+            waiting.resolve(future.result())
+
+    def _marker(self, key: str, source: str, stream: Stream) -> None:
+        self.rewiring.saw_marker(key, source, stream)
+        for listener in self.marker_listeners:
+            listener(key, source, stream)
+
+    # --- what is read and written, for the simulated clock ---
+
+    def reader(self, key: str) -> TopicReader | None:
+        """Return the inputs that read ``key``."""
+        consumer = self.inbound.consumers.get(key)
+        return consumer if isinstance(consumer, TopicReader) else None

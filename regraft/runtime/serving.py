@@ -1,0 +1,226 @@
+"""The server's side of services and actions: every request is answered once, and again when it is asked again."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys
+from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.registry import type_of
+from regraft.bus import Sample
+from regraft.requests import Service
+from regraft.runtime.inputs import Reporter
+from regraft.runtime.tasks import Cancelled, Task, Tasks
+from regraft.runtime.writers import Writers
+
+MOST_CLIENTS = 256
+REMEMBERED_REPLIES = 32
+WAIT_FOR_CLIENT = 0.1
+
+
+class RequestRefused(Exception):
+    """Raise it in a service or action to refuse a request, saying why; the client sees the text."""
+
+
+class Faults(Protocol):
+    """Who is told of exceptions in an author's methods."""
+
+    def fault(self, where: str, error: BaseException) -> None:
+        """An exception came out of ``where``."""
+
+
+@dataclass(slots=True)
+class RunningGoal:
+    """A goal being pursued for a client."""
+
+    client: str
+    number: int
+    task: Task | None = None
+    why_ended: str = ""
+
+
+@dataclass(slots=True)
+class _Client:
+    """What is remembered of one client: its last replies, None where a request is still being worked on."""
+
+    replies: OrderedDict[int, Reply | None] = field(default_factory=OrderedDict)
+
+    def remember(self, number: int, reply: Reply | None) -> None:
+        self.replies[number] = reply
+        while len(self.replies) > REMEMBERED_REPLIES:
+            self.replies.popitem(last=False)
+
+
+class Server:
+    """One offered service or action."""
+
+    reliable = True
+    paused = False
+
+    def __init__(
+        self,
+        offered: Service,
+        name: str,
+        method: Callable[[Any], Any],
+        keys: Keys,
+        writers: Writers,
+        tasks: Tasks,
+        reporter: Reporter,
+        faults: Faults,
+        refusal: Callable[[], str | None],
+    ) -> None:
+        """Serve ``method`` under ``name``; ``refusal`` says why requests are refused now, None if they are not."""
+        self.offered = offered
+        self.name = name
+        self.goals: dict[tuple[str, int], RunningGoal] = {}
+        self._method = method
+        self._keys = keys
+        self._writers = writers
+        self._tasks = tasks
+        self._reporter = reporter
+        self._faults = faults
+        self._refusal = refusal
+        self._clients: OrderedDict[str, _Client] = OrderedDict()
+
+    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+        """Take a request in its turn."""
+        try:
+            if sample.encoding != type_of(Request).encoding:
+                raise BadMessage(f"has the encoding {sample.encoding!r}, must be {type_of(Request).encoding!r}")
+            request = codec.decode(sample.payload, Request)
+        except BadMessage as error:
+            self.refuse(envelope.source, str(error))
+            return
+        client = self._client(request.client)
+        if request.verb is Verb.CANCEL:
+            self._cancel(request)
+        elif request.number in client.replies:
+            self._say_again(request, client.replies[request.number])
+        elif request.verb is Verb.RESULT:
+            self._reply(request, Answer.REFUSED, error="this goal is not known here (the component was restarted)")
+        else:
+            self._begin(request, client)
+
+    def _client(self, name: str) -> _Client:
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = _Client()
+            if len(self._clients) > MOST_CLIENTS:
+                forgotten, _ = self._clients.popitem(last=False)
+                self._writers.close(self._keys.reply(self.name, forgotten))
+        self._clients.move_to_end(name)
+        return client
+
+    def _begin(self, request: Request, client: _Client) -> None:
+        why = self._refusal()
+        if why is None and (request.verb is Verb.GOAL) != self.offered.action:
+            why = f"{self.name} is {'an action: give it a goal' if self.offered.action else 'a service: call it'}"
+        if why is not None:
+            self._reply(request, Answer.REFUSED, error=why)
+            return
+        try:
+            body = codec.from_plain(request.body, self.offered.request)
+        except BadMessage as error:
+            self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
+            return
+        client.remember(request.number, None)
+        if self.offered.action:
+            self._pursue(request, body)
+        else:
+            self._answer(request, body)
+
+    def _answer(self, request: Request, body: Any) -> None:
+        try:
+            value = self._method(body)
+        except Exception as error:
+            self._finish(request, None, error)
+            return
+        if hasattr(value, "send") and hasattr(value, "throw"):
+            self._tasks.spawn(self.name, value, lambda result, error: self._finish(request, result, error))
+        else:
+            self._finish(request, value, None)
+
+    def _pursue(self, request: Request, body: Any) -> None:
+        goal = RunningGoal(request.client, request.number)
+        for other in list(self.goals.values()):
+            self._end_goal(other, "replaced by a newer goal")
+        self.goals[request.client, request.number] = goal
+        self._reply(request, Answer.ACCEPTED)
+
+        def done(result: Any, error: BaseException | None) -> None:
+            self.goals.pop((request.client, request.number), None)
+            self._finish(request, result, error, goal.why_ended)
+
+        goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request))
+
+    def feedback(self, request: Request, message: object) -> None:
+        """Tell a goal's client how it goes."""
+        self._reply(request, Answer.FEEDBACK, codec.to_plain(message))
+
+    def end_goals(self, why: str) -> None:
+        """Cancel all goals being pursued."""
+        for goal in list(self.goals.values()):
+            self._end_goal(goal, why)
+
+    @staticmethod
+    def _end_goal(goal: RunningGoal, why: str) -> None:
+        goal.why_ended = why
+        if goal.task:
+            goal.task.cancel()
+
+    def _cancel(self, request: Request) -> None:
+        goal = self.goals.get((request.client, request.number))
+        if goal:
+            self._end_goal(goal, "cancelled by its client")
+        else:
+            client = self._client(request.client)
+            self._say_again(request, client.replies.get(request.number))
+
+    def _finish(self, request: Request, value: Any, error: BaseException | None, why: str = "") -> None:
+        if error is None:
+            try:
+                if type(value) is not self.offered.reply:
+                    raise TypeError(f"returned {type(value).__name__}, not {self.offered.reply.__name__}")
+                reply = self._reply(request, Answer.RESULT, codec.to_plain(value))
+            except (TypeError, BadMessage) as wrong:
+                self._faults.fault(self.name, wrong)
+                reply = self._reply(request, Answer.FAILED, error=str(wrong))
+        elif isinstance(error, Cancelled):
+            reply = self._reply(request, Answer.CANCELLED, error=why or "cancelled")
+        elif isinstance(error, RequestRefused):
+            reply = self._reply(request, Answer.REFUSED, error=str(error))
+        else:
+            self._faults.fault(self.name, error)
+            reply = self._reply(request, Answer.FAILED, error=f"{type(error).__name__}: {error}")
+        self._client(request.client).remember(request.number, reply)
+
+    def _say_again(self, request: Request, reply: Reply | None) -> None:
+        if reply is not None:
+            self._put(request.client, reply)
+        elif self.offered.action and (request.client, request.number) in self.goals:
+            self._reply(request, Answer.ACCEPTED)
+
+    def _reply(self, request: Request, answer: Answer, body: Any = None, error: str = "") -> Reply:
+        reply = Reply(request.number, answer, body, error)
+        self._put(request.client, reply)
+        return reply
+
+    def _put(self, client: str, reply: Reply) -> None:
+        writer = self._writers.open(self._keys.reply(self.name, client), type_of(Reply).encoding)
+        if writer.sequence == 0:
+            writer.wait_for_reader(WAIT_FOR_CLIENT)
+        writer.put(codec.encode(reply))
+
+    def refuse(self, source: str, why: str) -> None:
+        """Count and report a request that cannot be handled."""
+        self._reporter.refused(f"service {self.name!r}", source, why)
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Count and report requests that never came."""
+        self._reporter.lost(f"service {self.name!r}", source, count)

@@ -1,0 +1,123 @@
+"""One source's samples on one key, put back into sequence: repeats dropped, holes waited for, losses counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.envelope import Envelope
+from regraft.bus import Sample
+
+HOLE_CLOSES_WITHIN = 50_000_000
+"""Nanoseconds that an early arrival is held for the ones before it."""
+
+Arrival = tuple[Envelope, Sample]
+
+
+@dataclass(slots=True)
+class Stream:
+    """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
+
+    ``wired`` is set by the first marker. ``waiting`` holds what has arrived but may not be given out yet.
+    """
+
+    epoch: int = 0
+    incarnation: int = 0
+    handled: int | None = None
+    wired: bool = False
+    lost: int = 0
+    stale: int = 0
+    waiting: dict[int, Arrival] = field(default_factory=dict)
+    waiting_since: int = 0
+
+    def admit(self, envelope: Envelope) -> bool:
+        """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
+        if envelope.epoch < self.epoch or envelope.incarnation < self.incarnation:
+            self.stale += 1
+            return False
+        if envelope.epoch > self.epoch:
+            known = self.epoch > 0
+            self.epoch = envelope.epoch
+            self.handled = 0 if known else None
+            self.wired = False
+            self.waiting.clear()
+        self.incarnation = envelope.incarnation
+        return True
+
+    def mark(self, sequence: int) -> None:
+        """Take a marker: the first one wires the stream, and what lies at or below it is not for us."""
+        if self.wired:
+            return
+        self.wired = True
+        if self.handled is None or self.handled < sequence:
+            self.handled = sequence
+        self.waiting = {n: arrival for n, arrival in self.waiting.items() if n > self.handled}
+
+    # --- under the real clock: give out as soon as the sequence allows ---
+
+    def accept(self, envelope: Envelope, sample: Sample, now: int, *, reliable: bool) -> list[Arrival]:
+        """Take a sample and return what can be handled now, in sequence. A sensor stream waits for no hole."""
+        sequence = envelope.sequence
+        if self.handled is None:
+            self.handled = sequence - 1
+        if sequence <= self.handled or sequence in self.waiting:
+            return []
+        if sequence == self.handled + 1 and not self.waiting:
+            self.handled = sequence
+            return [(envelope, sample)]
+        if not reliable:
+            self.handled = sequence
+            return [(envelope, sample)]
+        if not self.waiting:
+            self.waiting_since = now
+        self.waiting[sequence] = (envelope, sample)
+        return self._in_sequence()
+
+    def overdue(self, now: int) -> list[Arrival]:
+        """Give up on a hole that has stayed open for too long: count it as lost and return what lies behind it."""
+        if not self.waiting or now - self.waiting_since < HOLE_CLOSES_WITHIN or self.handled is None:
+            return []
+        first = min(self.waiting)
+        self.lost += first - self.handled - 1
+        self.handled = first - 1
+        self.waiting_since = now
+        return self._in_sequence()
+
+    def _in_sequence(self) -> list[Arrival]:
+        ready = []
+        while self.waiting and self.handled is not None and self.handled + 1 in self.waiting:
+            self.handled += 1
+            ready.append(self.waiting.pop(self.handled))
+        return ready
+
+    # --- in step: hold everything until the frontier allows it ---
+
+    def hold(self, envelope: Envelope, sample: Sample) -> None:
+        """Keep a sample until its step."""
+        if self.handled is None or envelope.sequence > self.handled:
+            self.waiting.setdefault(envelope.sequence, (envelope, sample))
+
+    def reaches(self, frontier: int) -> bool:
+        """Tell whether everything up to ``frontier`` is here."""
+        start = self.handled or 0
+        return all(sequence in self.waiting for sequence in range(start + 1, frontier + 1))
+
+    def release(self, frontier: int) -> list[Arrival]:
+        """Give out everything up to ``frontier``, in sequence; what is missing counts as lost."""
+        start = self.handled or 0
+        ready = [self.waiting.pop(n) for n in range(start + 1, frontier + 1) if n in self.waiting]
+        self.lost += max(0, frontier - start) - len(ready)
+        self.handled = max(start, frontier)
+        return ready
+
+    def release_all(self) -> list[Arrival]:
+        """Give out all that is here, in sequence: for sources that are no members of the clock."""
+        ready = [self.waiting.pop(n) for n in sorted(self.waiting)]
+        if ready:
+            self.handled = ready[-1][0].sequence
+        return ready
+
+    def pass_by(self, envelope: Envelope) -> None:
+        """Let a sample go by unhandled: its consumer is paused."""
+        self.wired = False
+        self.waiting.clear()
+        self.handled = max(self.handled or 0, envelope.sequence)

@@ -1,0 +1,161 @@
+"""Drives coroutines over what the kit lets them wait for; no asyncio, no thread, one order of events.
+
+A coroutine awaits a ``Waiting``; whoever resolves it puts its task back in line.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Coroutine, Generator
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+R = TypeVar("R")
+
+
+class Cancelled(BaseException):
+    """Raised in a coroutine, where it awaits, when its task is cancelled. Clean up and let it pass."""
+
+
+class Waiting(Generic[R]):
+    """Something that a coroutine waits for, until it is resolved or failed."""
+
+    def __init__(self) -> None:
+        """Start unresolved."""
+        self.done = False
+        self.value: R | None = None
+        self.error: BaseException | None = None
+        self.task: Task | None = None
+
+    def __await__(self) -> Generator[Waiting[R], None, R]:
+        """Suspend the awaiting task until this is done."""
+        if not self.done:
+            yield self
+        if self.error is not None:
+            raise self.error
+        return self.value  # type: ignore[return-value]
+
+    def resolve(self, value: R) -> None:
+        """End the wait with a value; again does nothing."""
+        self._finish(value, None)
+
+    def fail(self, error: BaseException) -> None:
+        """End the wait with an error; again does nothing."""
+        self._finish(None, error)
+
+    def _finish(self, value: R | None, error: BaseException | None) -> None:
+        if self.done:
+            return
+        self.done, self.value, self.error = True, value, error
+        if self.task:
+            self.task.wake()
+
+
+@dataclass(eq=False, slots=True)
+class Task:
+    """A running coroutine; ``goal`` is set where it pursues an action's goal."""
+
+    tasks: Tasks
+    name: str
+    coroutine: Coroutine[Any, Any, Any]
+    on_done: Callable[[Any, BaseException | None], None]
+    goal: Any = None
+    waiting_for: Waiting[Any] | None = None
+    cancelling: bool = False
+    finished: bool = False
+
+    def wake(self) -> None:
+        """Put the task back in line."""
+        self.waiting_for = None
+        self.tasks.in_line.append(self)
+
+    def cancel(self) -> None:
+        """Raise ``Cancelled`` in the coroutine, at once; what it does about it is its own business."""
+        if not self.finished and not self.cancelling:
+            self.cancelling = True
+            self.tasks.advance(self)
+
+
+@dataclass(slots=True)
+class Tasks:
+    """All tasks of one component."""
+
+    in_line: deque[Task] = field(default_factory=deque)
+    alive: list[Task] = field(default_factory=list)
+    current: Task | None = None
+
+    def spawn(
+        self,
+        name: str,
+        coroutine: Coroutine[Any, Any, Any],
+        on_done: Callable[[Any, BaseException | None], None],
+        goal: Any = None,
+    ) -> Task:
+        """Start a coroutine; it runs up to its first wait when its turn comes."""
+        task = Task(self, name, coroutine, on_done, goal)
+        self.alive.append(task)
+        self.in_line.append(task)
+        return task
+
+    def run(self) -> bool:
+        """Advance the next task in line; returns whether there was one."""
+        if not self.in_line:
+            return False
+        task = self.in_line.popleft()
+        if not task.finished:
+            self.advance(task)
+        return True
+
+    def advance(self, task: Task) -> None:
+        """Run a task up to its next wait or its end."""
+        before, self.current = self.current, task
+        try:
+            if task.cancelling:
+                self._abandon_wait(task)
+                waiting = task.coroutine.throw(Cancelled())
+            else:
+                waiting = task.coroutine.send(None)
+        except StopIteration as end:
+            self._end(task, end.value, None)
+        except BaseException as error:
+            self._end(task, None, error)
+            if isinstance(error, KeyboardInterrupt | SystemExit):
+                raise
+        else:
+            self._wait(task, waiting)
+        finally:
+            self.current = before
+
+    def _wait(self, task: Task, waiting: object) -> None:
+        if task.cancelling:
+            task.coroutine.close()
+            self._end(task, None, RuntimeError(f"{task.name} awaited while it was being cancelled"))
+        elif not isinstance(waiting, Waiting):
+            task.coroutine.close()
+            self._end(
+                task,
+                None,
+                TypeError(f"{task.name} awaited {waiting!r}; a handler awaits only what self.kit offers"),
+            )
+        elif waiting.done:
+            task.wake()
+        else:
+            waiting.task = task
+            task.waiting_for = waiting
+
+    @staticmethod
+    def _abandon_wait(task: Task) -> None:
+        if task.waiting_for:
+            task.waiting_for.task = None
+            task.waiting_for.done = True
+            task.waiting_for = None
+
+    def _end(self, task: Task, value: Any, error: BaseException | None) -> None:
+        task.finished = True
+        self.alive.remove(task)
+        task.on_done(value, error)
+
+    def cancel_all(self) -> None:
+        """Cancel every task, the newest first."""
+        for task in reversed(self.alive.copy()):
+            task.cancel()

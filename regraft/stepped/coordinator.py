@@ -1,0 +1,380 @@
+"""Keeps all members in step: rounds within a tick until it is quiet, exclusive slots, joining, wiring, leaving.
+
+It lives in the process of the time source, works on its thread, and counts the source itself as a member.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want
+from regraft.bus import Presence, Sample
+from regraft.runtime.loop import get
+from regraft.runtime.runtime import Runtime
+from regraft.stepped.roster import MemberState, Pair, Roster
+from regraft.stepped.wire import ClockLine
+from regraft.stepped.wiring import same_wiring, wiring_of
+
+STEP_BOUND = 10.0
+"""Seconds after which a silent member is dropped: slow is not hung, and a drop changes the run."""
+STEP_AGAIN_AFTER = 1.0
+MARK_AGAIN_AFTER = 0.1
+WIRED_WITHIN = 5.0
+MOST_ROUNDS = 32
+TELL_TIME_EVERY = 0.25
+
+M = TypeVar("M")
+
+
+class Coordinator:
+    """The coordinator's side of the protocol, for one run of the time source."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        """Know nobody but the source itself."""
+        self.roster = Roster()
+        self.tick = 0
+        self.time = 0
+        self.reproducible = True
+        self.dropped: list[str] = []
+        self._runtime = runtime
+        self._line = ClockLine(runtime.bus)
+        self._keys = runtime.keys
+        self._name = runtime.assignment.name
+        self._joining: dict[str, Join] = {}
+        self._acks: dict[str, Ack] = {}
+        self._steps: dict[str, Step] = {}
+        self._marked: set[Pair] = set()
+        self._next_time = 0.0
+        self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
+        self._told = wiring_of(runtime)
+
+    def declare(self) -> None:
+        """Listen to members, and be found by them."""
+        runtime = self._runtime
+        takers: dict[str, Callable[[Sample], None]] = {
+            "join": self._typed(Join, self._take_join),
+            "ack": self._typed(Ack, self._take_ack),
+            "seen": self._typed(Seen, self._take_seen),
+            "want": self._typed(Want, self._take_want),
+        }
+        for part, take in takers.items():
+            runtime.direct[self._keys.clock(part)] = take
+            runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put)
+        runtime.marker_listeners.append(self._saw_marker)
+        runtime.bus.watch(self._keys.alive("*", "*"), lambda presence: runtime.post(lambda: self._presence(presence)))
+        runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}"))
+
+    def _typed(self, cls: type[M], take: Callable[[M], None]) -> Callable[[Sample], None]:
+        def open_and_take(sample: Sample) -> None:
+            try:
+                take(codec.decode(sample.payload, cls))
+            except BadMessage as error:
+                self._runtime.herald.refused(sample.key, "a member", str(error))
+
+        return open_and_take
+
+    # --- what members say ---
+
+    def _take_join(self, join: Join) -> None:
+        member = self.roster.members.get(join.member)
+        if member is None or join.incarnation > member.incarnation:
+            self._joining[join.member] = join
+
+    def _take_ack(self, ack: Ack) -> None:
+        member = self.roster.members.get(ack.member)
+        if member is not None and ack.incarnation == member.incarnation and ack.number == member.number:
+            self._acks[ack.member] = ack
+
+    def _take_seen(self, seen: Seen) -> None:
+        reader = self.roster.members.get(seen.member)
+        pair = (seen.key, seen.source, seen.member)
+        if reader is not None and reader.incarnation == seen.incarnation and pair in self._marked:
+            self._marked.discard(pair)
+            self.roster.confirm(pair, seen.sequence)
+
+    def _saw_marker(self, key: str, source: str, stream: object) -> None:
+        handled = getattr(stream, "handled", 0) or 0
+        self._take_seen(Seen(self._name, self.local.incarnation, key, source, handled))
+
+    def _take_want(self, want: Want) -> None:
+        member = self.roster.members.get(want.member)
+        if member is None:
+            return
+        strangers = {s for s in want.outside if s not in self.roster.members and s not in self._joining}
+        member.outside |= strangers
+
+    def _presence(self, presence: Presence) -> None:
+        parts = presence.key.split("/")
+        name, incarnation = parts[-3], int(parts[-1])
+        member = self.roster.members.get(name)
+        if not presence.present and member is not None and member.incarnation == incarnation and name != self._name:
+            self._drop(name, "its process is gone")
+
+    def _drop(self, name: str, why: str) -> None:
+        self.roster.remove(name)
+        self._steps.pop(name, None)
+        self._acks.pop(name, None)
+        self._marked = {pair for pair in self._marked if name not in pair[1:]}
+        self.reproducible = False
+        self.dropped.append(name)
+        self._runtime.herald.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
+
+    # --- joining and wiring ---
+
+    def take_in(self) -> None:
+        """Take in who asked to join, and wire them; between ticks only."""
+        while self._joining:
+            name = min(self._joining)
+            join = self._joining.pop(name)
+            if name in self.roster.members:
+                self._drop(name, "it was replaced by a newer run")
+            self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
+            self.time = max(self.time, join.time)
+            self._exchange({name: StepKind.WELCOME})
+        self.wire()
+
+    def wire(self) -> None:
+        """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
+        self._refresh_local()
+        deadline = time.monotonic() + WIRED_WITHIN
+        while unwired := self.roster.unwired():
+            if time.monotonic() > deadline:
+                self._give_up_wiring(unwired)
+                return
+            self._marked = unwired
+            by_writer: dict[str, set[str]] = {}
+            for key, writer, _ in unwired:
+                by_writer.setdefault(writer, set()).add(key)
+            for key in by_writer.pop(self._name, ()):
+                self._runtime.writers.open_keys[key].mark()
+            self._exchange(dict.fromkeys(by_writer, StepKind.MARK), by_writer)
+            again = min(deadline, time.monotonic() + MARK_AGAIN_AFTER)
+            self._pump_until(lambda: not self._marked, again)
+
+    def _give_up_wiring(self, unwired: set[Pair]) -> None:
+        for key, writer, reader in sorted(unwired):
+            self._runtime.herald.event("clock.unwired", f"{reader} never saw a marker of {writer} on {key}")
+            self.roster.wired.add((key, writer, reader))
+        self.reproducible = False
+
+    def _refresh_local(self) -> None:
+        wiring = wiring_of(self._runtime)
+        if not same_wiring(self._told, wiring):
+            self._told = wiring
+            self.roster.rewire(self.local, wiring)
+
+    # --- ticks ---
+
+    def run_tick(self, advance: Callable[[], None]) -> None:
+        """Let the source advance, then run rounds and slots until the tick is quiet."""
+        self.take_in()
+        advance()
+        self.local.due = True
+        for member in self.roster.members.values():
+            member.due = member.due or (member.next_wake is not None and member.next_wake <= self.time)
+        self.run_rounds(first=True)
+        self.run_slots()
+        self.tick += 1
+        self.tell_time()
+
+    def run_rounds(self, *, first: bool = False) -> None:
+        """Give steps to all who have something to do, round by round, until nobody has."""
+        number = 0 if first else 1
+        self._take_local_output()
+        for number in range(number, MOST_ROUNDS):
+            due = [name for name in sorted(self.roster.members) if self.roster.members[name].due]
+            if not due:
+                return
+            others = [name for name in due if name != self._name]
+            self._send(dict.fromkeys(others, StepKind.STEP), round_number=number)
+            if self._name in due:
+                self._step_local(number)
+            self._collect(others)
+            self._take_local_output()
+            self.wire()
+        self._runtime.herald.event("clock.unquiet", f"tick {self.tick} was not quiet after {MOST_ROUNDS} rounds")
+
+    def _step_local(self, number: int) -> None:
+        runtime, member = self._runtime, self.local
+        frontier, member.pending, member.due = member.pending, {}, False
+        runtime.inbound.forget_sources(tuple(member.gone))
+        member.gone.clear()
+        self._pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND)
+        runtime.inbound.release(frontier)
+        runtime.work()
+        if number == 0:
+            runtime.fire()
+        while runtime.computing:
+            self._pump(0.1)
+            runtime.work()
+        member.next_wake = runtime.timers.next_due()
+
+    def _take_local_output(self) -> None:
+        published = dict(self._runtime.writers.advanced)
+        self._runtime.writers.advanced.clear()
+        self.roster.advance(self.local, published)
+
+    # --- slots ---
+
+    def run_slots(self) -> None:
+        """Grant exclusive slots, one at a time, until nobody wants one."""
+        for _ in range(MOST_ROUNDS):
+            wanting = [m for n, m in sorted(self.roster.members.items()) if m.wants_slot or m.outside]
+            if not wanting:
+                return
+            member = wanting[0]
+            member.wants_slot = False
+            if member is self.local:
+                self._slot_local()
+                continue
+            touched = self._grant(member)
+            present = [name for name in touched if name in self.roster.members and name != self._name]
+            self._exchange(dict.fromkeys(present, StepKind.REPORT))
+            self.wire()
+            self.run_rounds()
+
+    def _grant(self, member: MemberState) -> tuple[str, ...]:
+        outside = tuple(sorted(member.outside))
+        member.outside.clear()
+        self._send({member.name: StepKind.SLOT}, outside=outside)
+        touched: list[str] = []
+        self._collect([member.name], bounded=False, touched=touched)
+        return tuple(touched)
+
+    def _slot_local(self) -> None:
+        runtime = self._runtime
+        runtime.inbound.release_outside(tuple(self.local.outside))
+        self.local.outside.clear()
+        runtime.work()
+        self._take_local_output()
+        self.run_rounds()
+
+    # --- sending steps and collecting acknowledgements ---
+
+    def _exchange(self, kinds: dict[str, StepKind], marks: dict[str, set[str]] | None = None) -> None:
+        self._send(kinds, marks=marks or {})
+        self._collect(list(kinds))
+
+    def _send(
+        self,
+        kinds: dict[str, StepKind],
+        *,
+        round_number: int = 0,
+        outside: tuple[str, ...] = (),
+        marks: dict[str, set[str]] | None = None,
+    ) -> None:
+        for name, kind in kinds.items():
+            member = self.roster.members[name]
+            member.number += 1
+            working = kind is StepKind.STEP
+            wanted = self.roster.wanted(member) if working else member.wanted
+            step = Step(
+                member.incarnation,
+                member.number,
+                kind,
+                self.tick,
+                round_number,
+                self.time,
+                member.pending if working else {},
+                tuple(sorted(member.gone)) if working else (),
+                wanted if wanted != member.wanted else None,
+                outside,
+                tuple(sorted((marks or {}).get(name, ()))),
+            )
+            member.wanted = wanted
+            if working:
+                member.pending, member.due, member.gone = {}, False, set()
+            self._steps[name] = step
+            self._line.put(self._keys.clock(f"step/{name}"), step)
+
+    def _collect(self, names: list[str], *, bounded: bool = True, touched: list[str] | None = None) -> None:
+        """Wait for the acknowledgements of ``names``, in any order, and take them in the order of names."""
+        sent = again = time.monotonic()
+        while waiting := [name for name in names if name in self._steps and name not in self._acks]:
+            now = time.monotonic()
+            if bounded and now - sent > STEP_BOUND:
+                for name in waiting:
+                    self._drop(name, f"no acknowledgement within {STEP_BOUND:g} s")
+                break
+            if now - again > STEP_AGAIN_AFTER:
+                again = now
+                for name in waiting:
+                    self._line.put(self._keys.clock(f"step/{name}"), self._steps[name])
+                self.tell_time(waiting)
+            self._pump(0.1)
+        for name in names:
+            ack = self._acks.pop(name, None)
+            if ack is not None and self._steps.pop(name, None) is not None:
+                self._take_result(ack)
+                if touched is not None:
+                    touched.extend(ack.touched)
+
+    def _take_result(self, ack: Ack) -> None:
+        member = self.roster.members[ack.member]
+        member.next_wake = ack.next_wake
+        member.wants_slot = ack.wants_slot
+        if ack.error:
+            self.reproducible = False
+            self._runtime.herald.event("clock.fault", f"{ack.member}, tick {self.tick}: {ack.error}")
+        self.roster.advance(member, ack.published)
+        if ack.wiring is not None:
+            self.roster.rewire(member, ack.wiring)
+
+    # --- the source's own inbox ---
+
+    def _pump(self, timeout: float) -> None:
+        runtime = self._runtime
+        runtime.control.answer_parked()
+        wait = min(timeout, runtime.herald.beat_if_due())
+        item = get(runtime.inbox, wait)
+        while item is not None:
+            runtime.take(item)
+            item = get(runtime.inbox, 0.0)
+
+    def _pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
+        while not ready():
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self._pump(min(left, 0.1))
+        return True
+
+    def idle_until(self, deadline: float) -> None:
+        """Answer control queries and take joins until the wall clock reaches ``deadline`` (monotonic seconds)."""
+        self._pump_until(lambda: False, deadline)
+
+    def wait_for(self, names: Iterable[str], seconds: float) -> tuple[str, ...]:
+        """Wait until all of ``names`` have joined; returns who is missing after ``seconds``."""
+        wanted = set(names)
+
+        def missing() -> set[str]:
+            return wanted - set(self._joining) - set(self.roster.members)
+
+        self._pump_until(lambda: not missing(), time.monotonic() + seconds)
+        return tuple(sorted(missing()))
+
+    def tell_time(self, waiting: list[str] | None = None, *, speed: float = 0.0, finished: bool = False) -> None:
+        """Put the time for onlookers, now and then."""
+        now = time.monotonic()
+        if now < self._next_time and not finished:
+            return
+        self._next_time = now + TELL_TIME_EVERY
+        names = tuple(sorted(self.roster.members))
+        told = ClockTime(
+            self.tick,
+            self.time,
+            speed or self.speed,
+            names,
+            tuple(waiting or ()),
+            self.reproducible,
+            tuple(self.dropped),
+            finished,
+        )
+        self._line.put(self._keys.clock("time"), told)
+
+    speed: float = 0.0
+    """Simulated seconds per wall-clock second, as the source measures it."""

@@ -1,0 +1,237 @@
+"""The loop of a component under simulated time: it works when the coordinator gives it a step, and acknowledges.
+
+Between steps it answers control queries and keeps its heartbeat; its clock stands still.
+"""
+
+from __future__ import annotations
+
+import time
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage
+from bus_schema.lifecycle import State
+from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want, Wiring
+from regraft.bus import Presence, Sample
+from regraft.clock import SteppedClock
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.loop import get
+from regraft.runtime.runtime import Runtime
+from regraft.runtime.stream import Stream
+from regraft.stepped.wire import ClockLine
+from regraft.stepped.wiring import same_wiring, wiring_of
+
+JOIN_AGAIN_AFTER = 0.5
+IDLE_JOIN_AFTER = 2.0
+WANT_AGAIN_AFTER = 0.2
+INPUTS_WITHIN = 5.0
+"""Seconds that a step waits for its inputs; what has not come by then is reported as lost."""
+
+
+class Member:
+    """One component in step."""
+
+    def __init__(self, runtime: Runtime, clock: SteppedClock) -> None:
+        """Not yet joined."""
+        self._runtime = runtime
+        self._clock = clock
+        self._line = ClockLine(runtime.bus)
+        self._keys = runtime.keys
+        self._name = runtime.assignment.name
+        self._incarnation = runtime.assignment.incarnation
+        self._step: Step | None = None
+        self._last_ack: Ack | None = None
+        self._told: Wiring | None = None
+        self._started = False
+        self._next_join = 0.0
+        self._next_want = 0.0
+
+    def run(self) -> None:
+        """Join and work until the component is finalized."""
+        runtime = self._runtime
+        runtime.declare()
+        self._configure()
+        step_key = self._keys.clock(f"step/{self._name}")
+        runtime.direct[step_key] = self._take_step
+        runtime.marker_listeners.append(self._saw_marker)
+        declared = [
+            runtime.bus.subscribe(step_key, runtime.inbox.put),
+            runtime.bus.watch(self._keys.clock("alive/*"), lambda p: runtime.post(lambda: self._coordinator(p))),
+        ]
+        while runtime.state is not State.FINALIZED:
+            self._pump_once()
+            if self._step is not None:
+                step, self._step = self._step, None
+                self._perform(step)
+            self._join_if_due()
+            self._want_if_due()
+        for closable in declared:
+            closable.close()
+        self._line.close()
+
+    def _configure(self) -> None:
+        if self._runtime.assignment.state in (State.INACTIVE, State.ACTIVE):
+            self._reach(State.INACTIVE)
+
+    def _reach(self, state: State) -> None:
+        try:
+            self._runtime.lifecycle.reach(state)
+        except TransitionFailed as error:
+            self._runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
+
+    # --- joining ---
+
+    def _coordinator(self, presence: Presence) -> None:
+        """A new coordinator knows nobody: join at once."""
+        if presence.present:
+            self._next_join = 0.0
+
+    def _join_if_due(self) -> None:
+        if time.monotonic() < self._next_join:
+            return
+        self._next_join = time.monotonic() + (IDLE_JOIN_AFTER if self._last_ack else JOIN_AGAIN_AFTER)
+        wiring = wiring_of(self._runtime)
+        join = Join(
+            self._name,
+            self._incarnation,
+            self._runtime.identity.epoch,
+            wiring,
+            self._next_wake(),
+            self._clock.now(),
+            self._runtime.slots.wanted,
+        )
+        self._line.put(self._keys.clock("join"), join)
+
+    def _next_wake(self) -> int | None:
+        if not self._started:
+            return 0
+        return self._runtime.timers.next_due()
+
+    def _saw_marker(self, key: str, source: str, stream: Stream) -> None:
+        seen = Seen(self._name, self._incarnation, key, source, stream.handled or 0)
+        self._line.put(self._keys.clock("seen"), seen)
+
+    def _want_if_due(self) -> None:
+        """Ask for a slot for what has come from sources that are no members."""
+        if time.monotonic() < self._next_want:
+            return
+        outside = self._runtime.inbound.outsiders()
+        if outside:
+            self._next_want = time.monotonic() + WANT_AGAIN_AFTER
+            self._line.put(self._keys.clock("want"), Want(self._name, self._incarnation, outside))
+
+    # --- steps ---
+
+    def _take_step(self, sample: Sample) -> None:
+        try:
+            step = codec.decode(sample.payload, Step)
+        except BadMessage as error:
+            self._runtime.herald.refused("step", "coordinator", str(error))
+            return
+        if step.incarnation != self._incarnation:
+            return
+        if self._last_ack is not None and step.number == self._last_ack.number:
+            self._line.put(self._keys.clock("ack"), self._last_ack)
+        else:
+            self._step = step
+
+    def _perform(self, step: Step) -> None:
+        self._next_join = time.monotonic() + IDLE_JOIN_AFTER
+        error = ""
+        touched: tuple[str, ...] = ()
+        if step.kind is StepKind.WELCOME:
+            self._runtime.inbound.forget_all()
+            self._runtime.writers.advanced.clear()
+            self._told = None
+        elif step.kind is StepKind.MARK:
+            self._mark(step.marks)
+        elif step.kind is StepKind.STEP:
+            error = self._work(step)
+        elif step.kind is StepKind.SLOT:
+            touched = self._slot(step)
+        self._acknowledge(step, touched, error)
+
+    def _mark(self, keys: tuple[str, ...]) -> None:
+        for key in keys:
+            writer = self._runtime.writers.open_keys.get(key)
+            if writer:
+                writer.mark()
+
+    def _work(self, step: Step) -> str:
+        runtime = self._runtime
+        runtime.inbound.forget_sources(step.gone)
+        if step.wanted is not None:
+            for output in runtime.outputs.values():
+                output.wanted_in_step = output.key in step.wanted
+        error = self._wait_for(step)
+        self._clock.advance_to(step.time)
+        runtime.inbound.release(step.frontier)
+        if not self._started:
+            self._started = True
+            self._reach(runtime.assignment.state)
+        runtime.work()
+        self._settle()
+        if step.round == 0:
+            runtime.fire()
+            self._settle()
+        return error
+
+    def _wait_for(self, step: Step) -> str:
+        """Wait until the inputs have come as far as the step says."""
+        deadline = time.monotonic() + INPUTS_WITHIN
+        while not self._runtime.inbound.reaches(step.frontier):
+            if time.monotonic() > deadline:
+                return "some of the messages that were to be handled have not come"
+            self._pump_once()
+        return ""
+
+    def _slot(self, step: Step) -> tuple[str, ...]:
+        """Hold the exclusive slot until no task needs it any more."""
+        runtime = self._runtime
+        runtime.inbound.release_outside(step.outside)
+        runtime.slots.grant()
+        runtime.work()
+        self._settle()
+        while runtime.slots.holders and runtime.state is not State.FINALIZED:
+            self._pump_once()
+            runtime.work()
+            self._settle()
+        return runtime.slots.withdraw()
+
+    def _settle(self) -> None:
+        """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""
+        self._runtime.work()
+        while self._runtime.computing:
+            self._pump_once()
+            self._runtime.work()
+
+    def _acknowledge(self, step: Step, touched: tuple[str, ...], error: str) -> None:
+        runtime = self._runtime
+        published = dict(runtime.writers.advanced)
+        runtime.writers.advanced.clear()
+        wiring = wiring_of(runtime)
+        changed = not same_wiring(self._told, wiring)
+        self._told = wiring
+        ack = Ack(
+            self._name,
+            self._incarnation,
+            step.number,
+            published,
+            self._next_wake(),
+            runtime.slots.wanted,
+            wiring if changed else None,
+            touched,
+            error,
+        )
+        self._last_ack = ack
+        self._line.put(self._keys.clock("ack"), ack)
+
+    def _pump_once(self) -> None:
+        """Take what arrives, answer control queries, keep the heartbeat."""
+        runtime = self._runtime
+        runtime.control.answer_parked()
+        wait = min(runtime.herald.beat_if_due(), JOIN_AGAIN_AFTER)
+        parked = runtime.control.seconds_to_next()
+        item = get(runtime.inbox, wait if parked is None else min(wait, parked))
+        while item is not None:
+            runtime.take(item)
+            item = None if self._step is not None else get(runtime.inbox, 0.0)

@@ -1,0 +1,136 @@
+"""The members of the simulated clock, and what each has still to handle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.keys import matches
+from bus_schema.messages.clock import Frontier, Wiring
+
+Pair = tuple[str, str, str]
+"""A connection: key, the member that writes it, the member that reads it."""
+
+
+@dataclass(slots=True)
+class MemberState:
+    """What the coordinator knows of one member. ``pending`` is what it has to handle in its next step."""
+
+    name: str
+    incarnation: int
+    inputs: dict[str, bool]
+    outputs: set[str]
+    next_wake: int | None = 0
+    wants_slot: bool = False
+    due: bool = False
+    number: int = 0
+    pending: Frontier = field(default_factory=dict)
+    outside: set[str] = field(default_factory=set)
+    gone: set[str] = field(default_factory=set)
+    wanted: tuple[str, ...] | None = None
+
+    def wakes_on(self, key: str) -> bool | None:
+        """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
+        found = self.inputs.get(key)
+        if found is None:
+            found = next((wakes for pattern, wakes in self.inputs.items() if "*" in pattern and matches(pattern, key)), None)
+        return found
+
+
+class Roster:
+    """All members, who is connected to whom, and how far every key has come."""
+
+    def __init__(self) -> None:
+        """Nobody has joined."""
+        self.members: dict[str, MemberState] = {}
+        self.published: dict[str, dict[str, int]] = {}
+        self.wired: set[Pair] = set()
+        self._readers: dict[str, list[tuple[MemberState, bool]]] = {}
+
+    def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
+        """Take a member in, with nothing wired."""
+        member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), next_wake)
+        self.members[name] = member
+        for key, sequence in wiring.outputs.items():
+            self.published.setdefault(key, {})[name] = sequence
+        self._readers.clear()
+        return member
+
+    def remove(self, name: str) -> None:
+        """Forget a member: what it published beyond its last acknowledgement reaches nobody."""
+        self.members.pop(name, None)
+        self.wired = {pair for pair in self.wired if name not in pair[1:]}
+        for sources in self.published.values():
+            sources.pop(name, None)
+        for member in self.members.values():
+            member.gone.add(name)
+            for sources in member.pending.values():
+                sources.pop(name, None)
+        self._readers.clear()
+
+    def rewire(self, member: MemberState, wiring: Wiring) -> None:
+        """Take a member's new wiring."""
+        for key in set(member.inputs) - set(wiring.inputs):
+            self.wired = {pair for pair in self.wired if not (pair[2] == member.name and matches(key, pair[0]))}
+            member.pending = {k: sources for k, sources in member.pending.items() if not matches(key, k)}
+        member.inputs = dict(wiring.inputs)
+        for key in member.outputs - set(wiring.outputs):
+            self.wired = {pair for pair in self.wired if pair[:2] != (key, member.name)}
+            self.published.get(key, {}).pop(member.name, None)
+        for key, sequence in wiring.outputs.items():
+            self.published.setdefault(key, {}).setdefault(member.name, sequence)
+        member.outputs = set(wiring.outputs)
+        self._readers.clear()
+
+    def unwired(self) -> set[Pair]:
+        """Return the connections whose markers have not been seen yet."""
+        wanted = {
+            (key, writer.name, reader.name)
+            for writer in self.members.values()
+            for key in writer.outputs
+            for reader, _ in self.readers(key)
+        }
+        return wanted - self.wired
+
+    def confirm(self, pair: Pair, handled: int) -> None:
+        """Take the news that a reader is wired to a writer, and what it still has to handle."""
+        key, writer, reader = pair
+        self.wired.add(pair)
+        behind = self.published.get(key, {}).get(writer, 0)
+        member = self.members[reader]
+        if behind > handled:
+            member.pending.setdefault(key, {})[writer] = behind
+            member.due = member.due or bool(member.wakes_on(key))
+
+    def readers(self, key: str) -> list[tuple[MemberState, bool]]:
+        """Return who reads ``key``, and whether new data wakes them."""
+        found = self._readers.get(key)
+        if found is None:
+            found = []
+            for member in self.members.values():
+                wakes = member.wakes_on(key)
+                if wakes is not None:
+                    found.append((member, wakes))
+            self._readers[key] = found
+        return found
+
+    def advance(self, writer: MemberState, published: dict[str, int]) -> None:
+        """Take what a member published in its step: it is pending for all who are wired to it.
+
+        A key that the member writes for the first time (a request, a reply) needs no marker: it had a reader then.
+        """
+        for key, sequence in published.items():
+            fresh = key not in writer.outputs
+            if fresh:
+                writer.outputs.add(key)
+            self.published.setdefault(key, {})[writer.name] = sequence
+            for reader, wakes in self.readers(key):
+                pair = (key, writer.name, reader.name)
+                if fresh:
+                    self.wired.add(pair)
+                if pair in self.wired:
+                    reader.pending.setdefault(key, {})[writer.name] = sequence
+                    reader.due = reader.due or wakes
+
+    def wanted(self, member: MemberState) -> tuple[str, ...]:
+        """Return the keys of a member's outputs that other members read."""
+        return tuple(sorted(key for key in member.outputs if self.readers(key)))

@@ -1,0 +1,135 @@
+"""A source of simulated time: the component that makes the world go on, with the coordinator in its process."""
+
+from __future__ import annotations
+
+import time
+from abc import abstractmethod
+from dataclasses import dataclass
+
+from bus_schema.lifecycle import State
+from regraft.clock import SteppedClock
+from regraft.component import Component
+from regraft.parameters import Parameter
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.runtime import Runtime
+from regraft.stepped.coordinator import Coordinator
+
+MEMBERS_WITHIN = 30.0
+"""Seconds that the first tick waits for the members that the stack names."""
+LATE_AT_MOST = 1.0
+"""Seconds that a paced run may fall behind the wall clock before it stops trying to catch up."""
+SPEED_OVER = 1.0
+
+
+class TimeSource(Component):
+    """A component that advances simulated time, tick by tick."""
+
+    tick_rate = Parameter(20.0, "world ticks per simulated second", minimum=1.0, maximum=1000.0, unit="Hz", read_only=True)
+    speed = Parameter("real", "pace: as the wall clock, or as fast as possible", choices=("real", "max"))
+
+    @abstractmethod
+    def advance(self, tick: int, seconds: float) -> None:
+        """Advance the world by ``seconds`` to the end of tick number ``tick``, and publish what its sensors see."""
+
+
+@dataclass(slots=True)
+class _Pace:
+    """Where the wall clock should be."""
+
+    started: float
+    simulated: float
+
+    def wall_for(self, simulated: float) -> float:
+        return self.started + (simulated - self.simulated)
+
+
+class SourceLoop:
+    """Runs a time source and the coordinator, on one thread."""
+
+    def __init__(self, runtime: Runtime, clock: SteppedClock, source: TimeSource) -> None:
+        """Nothing is declared yet."""
+        self._runtime = runtime
+        self._clock = clock
+        self._source = source
+        self._coordinator: Coordinator | None = None
+        self._speed_mark = (0.0, 0)
+
+    def run(self) -> None:
+        """Run until the component is finalized."""
+        runtime = self._runtime
+        runtime.declare()
+        self._reach(State.INACTIVE)
+        coordinator = self._coordinator = Coordinator(runtime)
+        self._reach(runtime.assignment.state)
+        coordinator.time = self._clock.now()
+        coordinator.declare()
+        self._wait_for_members(coordinator)
+        self._tick_until_finalized(coordinator)
+
+    def _reach(self, state: State) -> None:
+        try:
+            self._runtime.lifecycle.reach(state)
+        except TransitionFailed as error:
+            self._runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
+
+    def _wait_for_members(self, coordinator: Coordinator) -> None:
+        missing = coordinator.wait_for(self._runtime.assignment.members, MEMBERS_WITHIN)
+        if missing:
+            names = ", ".join(missing)
+            self._runtime.herald.event("clock.incomplete", f"time starts without {names}: not joined in time")
+        coordinator.take_in()
+        coordinator.run_tick(lambda: None)
+        coordinator.run_slots()
+
+    def _tick_until_finalized(self, coordinator: Coordinator) -> None:
+        period = round(1e9 / self._source.tick_rate)
+        end = self._runtime.assignment.duration
+        pace = self._begin_pace(coordinator)
+        while self._runtime.state is not State.FINALIZED:
+            if self._runtime.state is not State.ACTIVE:
+                coordinator.idle_until(time.monotonic() + 0.05)
+                coordinator.take_in()
+                coordinator.run_slots()
+                pace = self._begin_pace(coordinator)
+                continue
+            if end is not None and coordinator.time >= round(end * 1e9):
+                self._finish(coordinator)
+                return
+            pace = self._keep_pace(coordinator, pace, period)
+            coordinator.run_tick(lambda: self._advance(coordinator, period))
+            self._runtime.control.checkpoint_if_any()
+            self._measure_speed(coordinator)
+
+    def _advance(self, coordinator: Coordinator, period: int) -> None:
+        coordinator.time += period
+        self._clock.advance_to(coordinator.time)
+        self._runtime.guarded("advance", lambda: self._source.advance(coordinator.tick, period / 1e9))
+
+    def _begin_pace(self, coordinator: Coordinator) -> _Pace:
+        now = time.monotonic()
+        self._speed_mark = (now, coordinator.time)
+        return _Pace(now, coordinator.time / 1e9)
+
+    def _keep_pace(self, coordinator: Coordinator, pace: _Pace, period: int) -> _Pace:
+        if self._source.speed == "max":
+            coordinator.idle_until(time.monotonic())
+            return pace
+        due = pace.wall_for((coordinator.time + period) / 1e9)
+        coordinator.idle_until(due)
+        if time.monotonic() - due > LATE_AT_MOST:
+            return self._begin_pace(coordinator)
+        return pace
+
+    def _measure_speed(self, coordinator: Coordinator) -> None:
+        since, simulated = self._speed_mark
+        now = time.monotonic()
+        if now - since >= SPEED_OVER:
+            coordinator.speed = (coordinator.time - simulated) / 1e9 / (now - since)
+            self._speed_mark = (now, coordinator.time)
+
+    def _finish(self, coordinator: Coordinator) -> None:
+        """The run has ended: time stands still, and everybody may still be asked."""
+        coordinator.tell_time(finished=True)
+        while self._runtime.state is not State.FINALIZED:
+            coordinator.idle_until(time.monotonic() + 0.2)
+            coordinator.tell_time(finished=True)

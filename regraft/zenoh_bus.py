@@ -1,0 +1,213 @@
+"""The real bus: one Eclipse Zenoh session."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import zenoh
+
+from regraft.bus import Answer, BusError, Presence, Sample, Sink
+from regraft.zenoh_config import Endpoints, config
+
+CLOSE_WITHIN = 2.0
+"""Seconds that closing a session may take; a lossy link can hold it for ten (eclipse-zenoh/zenoh #2675)."""
+
+SOURCE_PLACE = re.compile(r"\s+at /\S+\.rs:\d+\.?")
+"""Where in Zenoh's own sources an error arose: of no use to whoever reads the message."""
+
+Direct = zenoh.handlers.Callback
+
+
+def open_bus(endpoints: Endpoints, *, in_step: bool = False) -> ZenohBus:
+    """Open the process's session; raises BusError if the endpoints cannot be reached or listened on."""
+    os.environ.setdefault("RUST_LOG", "off")
+    try:
+        return ZenohBus(zenoh.open(config(endpoints, in_step=in_step)), in_step=in_step)
+    except zenoh.ZError as error:
+        wanted = ", ".join(endpoints.listen or endpoints.connect)
+        verb = "listen on" if endpoints.listen else "reach"
+        raise BusError(f"cannot {verb} {wanted}: {_first_line(error)}") from None
+
+
+def _first_line(error: Exception) -> str:
+    line = (str(error).splitlines() or ["unknown error"])[0]
+    return SOURCE_PLACE.sub("", line).strip(" []!")
+
+
+@dataclass(slots=True)
+class _ZenohPublisher:
+    inner: zenoh.Publisher
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        try:
+            self.inner.put(payload, attachment=attachment)
+        except zenoh.ZError as error:
+            raise BusError(f"cannot put at {self.inner.key_expr}: {_first_line(error)}") from None
+
+    @property
+    def matched(self) -> bool:
+        return bool(self.inner.matching_status.matching)
+
+    def close(self) -> None:
+        with contextlib.suppress(zenoh.ZError):
+            self.inner.undeclare()
+
+
+@dataclass(slots=True)
+class _Undeclared:
+    """A Zenoh declaration that can be closed twice, and after its session."""
+
+    inner: Any
+
+    def close(self) -> None:
+        with contextlib.suppress(zenoh.ZError):
+            self.inner.undeclare()
+
+
+@dataclass(slots=True)
+class ZenohQuery:
+    """A query, answered once and then dropped: an undropped one keeps its asker waiting."""
+
+    inner: zenoh.Query
+
+    @property
+    def key(self) -> str:
+        """The key expression that was asked."""
+        return str(self.inner.key_expr)
+
+    @property
+    def payload(self) -> bytes:
+        """What came with the question."""
+        payload = self.inner.payload
+        return payload.to_bytes() if payload is not None else b""
+
+    def reply(self, payload: bytes, *, error: bool = False) -> None:
+        """Answer; an asker that has gone is no error."""
+        with contextlib.suppress(zenoh.ZError):
+            if error:
+                self.inner.reply_err(payload)
+            else:
+                self.inner.reply(self.inner.key_expr, payload)
+        self.inner.drop()
+
+
+class ZenohBus:
+    """A session as the kit sees it. Sinks run on network threads and must only pass the item on."""
+
+    def __init__(self, session: zenoh.Session, *, in_step: bool = False) -> None:
+        """Take over an open session; in step, sensor streams are reliable too."""
+        self.session = session
+        self._in_step = in_step
+        self._closed = False
+
+    def publisher(self, key: str, encoding: str, *, reliable: bool) -> _ZenohPublisher:
+        """Declare a publisher: a reliable one blocks within bounds, another drops."""
+        block = reliable or self._in_step
+        control = zenoh.CongestionControl.BLOCK if block else zenoh.CongestionControl.DROP
+        return _ZenohPublisher(self.session.declare_publisher(key, encoding=encoding, congestion_control=control))
+
+    def subscribe(self, key: str, sink: Sink) -> _Undeclared:
+        """Hand raw samples to ``sink`` on the network thread: a queue's ``put`` costs no Python frame there."""
+        return _Undeclared(self.session.declare_subscriber(key, Direct(sink, indirect=False)))
+
+    def serve(self, key: str, sink: Sink) -> _Undeclared:
+        """Hand raw queries to ``sink`` on the network thread."""
+        return _Undeclared(self.session.declare_queryable(key, Direct(sink, indirect=False), complete=False))
+
+    def open_sample(self, item: Any) -> Sample | None:
+        """Copy a raw sample out of the session's memory."""
+        if type(item) is not zenoh.Sample:
+            return None
+        attachment = item.attachment
+        return Sample(
+            str(item.key_expr),
+            item.payload.to_bytes(),
+            attachment.to_bytes() if attachment is not None else b"",
+            str(item.encoding),
+        )
+
+    def open_query(self, item: Any) -> ZenohQuery | None:
+        """Wrap a raw query."""
+        return ZenohQuery(item) if type(item) is zenoh.Query else None
+
+    def query(self, key: str, payload: bytes, timeout: float, *, all_of_them: bool = False) -> list[Answer]:
+        """Ask and wait; the first answer ends the wait unless all are wanted."""
+        answers = []
+        try:
+            for reply in self.session.get(key, payload=payload, timeout=timeout, **_target(all_of_them)):
+                answers.append(_answer(reply))
+                if not all_of_them:
+                    break
+        except zenoh.ZError as error:
+            raise BusError(f"cannot ask {key}: {_first_line(error)}") from None
+        return [answer for answer in answers if answer.payload != b"Timeout"]
+
+    def ask(self, key: str, payload: bytes, timeout: float, done: Callable[[list[Answer]], object]) -> None:
+        """Ask; ``done`` runs on a thread of Zenoh's when the last answer is in or the time is over."""
+        answers: list[Answer] = []
+        finished = threading.Lock()
+
+        def take(reply: zenoh.Reply) -> None:
+            answer = _answer(reply)
+            if answer.payload != b"Timeout":
+                answers.append(answer)
+
+        def dropped() -> None:
+            if finished.acquire(blocking=False):
+                done(answers)
+
+        try:
+            self.session.get(
+                key, zenoh.handlers.Callback(take, drop=dropped), payload=payload, timeout=timeout, **_target(False)
+            )
+        except zenoh.ZError as error:
+            raise BusError(f"cannot ask {key}: {_first_line(error)}") from None
+
+    def announce(self, key: str) -> _Undeclared:
+        """Declare a liveliness token."""
+        return _Undeclared(self.session.liveliness().declare_token(key))
+
+    def watch(self, key: str, sink: Callable[[Presence], object]) -> _Undeclared:
+        """Hand presence to ``sink``, tokens already there first."""
+
+        def tell(sample: zenoh.Sample) -> None:
+            sink(Presence(str(sample.key_expr), present=sample.kind == zenoh.SampleKind.PUT))
+
+        return _Undeclared(self.session.liveliness().declare_subscriber(key, tell, history=True))
+
+    def present(self, key: str, timeout: float) -> list[str]:
+        """Ask for the tokens that are there now."""
+        replies = self.session.liveliness().get(key, timeout=timeout)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+
+    def close(self) -> None:
+        """Close the session, bounded: what does not close in time dies with the process."""
+        if self._closed:
+            return
+        self._closed = True
+        closing = threading.Thread(target=self._close_session, daemon=True)
+        closing.start()
+        closing.join(CLOSE_WITHIN)
+
+    def _close_session(self) -> None:
+        with contextlib.suppress(zenoh.ZError):
+            self.session.close()
+
+
+def _target(all_of_them: bool) -> dict[str, Any]:
+    if not all_of_them:
+        return {}
+    return {"target": zenoh.QueryTarget.ALL, "consolidation": zenoh.ConsolidationMode.NONE}
+
+
+def _answer(reply: zenoh.Reply) -> Answer:
+    if reply.ok is not None:
+        return Answer(str(reply.ok.key_expr), reply.ok.payload.to_bytes(), error=False)
+    assert reply.err is not None
+    return Answer("", reply.err.payload.to_bytes(), error=True)

@@ -1,0 +1,77 @@
+"""How a Zenoh session is configured: everything explicit, nothing discovered, nothing beyond loopback by itself."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+from dataclasses import dataclass
+
+import zenoh
+
+from regraft.bus import BusError
+
+MEGABYTE = 1024 * 1024
+
+LEASE = 1000
+"""Milliseconds that others wait for this process's link before they take it for lost."""
+BLOCKED_PUT = 0.2
+"""Seconds that a reliable put may block under the real clock before the link at fault is closed."""
+BLOCKED_PUT_IN_STEP = 15.0
+"""The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""
+SHARED_MEMORY_FROM = 64 * 1024
+SHARED_MEMORY_POOL = 64 * MEGABYTE
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoints:
+    """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub."""
+
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+    router: bool = False
+
+
+def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
+    """Return the configuration of one session; ``in_step`` is true under simulated time."""
+    blocked = BLOCKED_PUT_IN_STEP if in_step else BLOCKED_PUT
+    settings: dict[str, object] = {
+        "mode": "router" if endpoints.router else ("client" if endpoints.connect else "peer"),
+        "listen/endpoints": list(endpoints.listen),
+        "connect/endpoints": list(endpoints.connect),
+        "connect/retry": {"period_init_ms": 50, "period_max_ms": 100, "period_increase_factor": 1},
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "adminspace/enabled": False,
+        "transport/link/tx/lease": LEASE,
+        "transport/link/tx/queue/size/data": 16,
+        "transport/link/rx/buffer_size": 4 * MEGABYTE,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": int(blocked * 1e6),
+        "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_MEMORY_FROM,
+        "transport/shared_memory/transport_optimization/pool_size": SHARED_MEMORY_POOL,
+    }
+    if endpoints.router:
+        settings["connect/exit_on_failure"] = False
+    made = zenoh.Config()
+    for key, value in settings.items():
+        made.insert_json5(key, json.dumps(value))
+    return made
+
+
+def on_loopback(endpoint: str) -> bool:
+    """Tell whether an endpoint stays on this machine: a Unix socket, or a loopback address.
+
+    Raises:
+        BusError: the endpoint is not of the form ``protocol/address``.
+    """
+    protocol, separator, address = endpoint.partition("/")
+    if not separator or not protocol or not address:
+        raise BusError(f"{endpoint!r} is no endpoint; it must look like tcp/127.0.0.1:7447 or tls/192.0.2.7:7447")
+    if protocol.startswith("unix"):
+        return True
+    name = address.rpartition(":")[0].strip("[]")
+    if name == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return False
