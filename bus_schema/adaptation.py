@@ -108,7 +108,8 @@ class Outcome(Enum):
 class AdaptationRequest:
     """What somebody wants changed. ``revision`` is the one that the caller saw; stale is refused.
 
-    ``key`` makes a repeated request the same adaptation. A dry run touches nothing.
+    ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
+    the request is queued.
     """
 
     changes: tuple[Change, ...]
@@ -117,6 +118,7 @@ class AdaptationRequest:
     revision: Count | None = None
     key: Annotated[str, Text(200)] = ""
     dry_run: bool = False
+    wait: bool = True
     undoes: str = ""
 
 

@@ -88,15 +88,21 @@ def _plain_with_tail(payload: bytes) -> Any:
     if start > len(payload):
         raise BadMessage(f"announces a header of {length} bytes, but ends before")
 
+    layouts = []
+
     def tail(code: int, data: bytes) -> Any:
         if code != TAIL_EXTENSION:
             return _array(code, data)
         dtype, dimensions, end = _layout(data)
         if end != len(data):
             raise BadMessage("has stray bytes behind an array's layout")
+        layouts.append(dimensions)
         return _shaped(np.frombuffer(payload, np.uint8, offset=start), dtype, dimensions)
 
-    return _unpacked(memoryview(payload)[HEADER_LENGTH.size : start].tobytes(), tail)
+    plain = _unpacked(memoryview(payload)[HEADER_LENGTH.size : start].tobytes(), tail)
+    if len(layouts) != 1:
+        raise BadMessage(f"describes its tail {len(layouts)} times, must once")
+    return plain
 
 
 def _array(code: int, data: bytes) -> Any:

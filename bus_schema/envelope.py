@@ -14,7 +14,8 @@ from bus_schema.errors import BadMessage
 
 VERSION = 1
 LAYOUT = struct.Struct("<BBHIIQq")
-LONGEST_SOURCE = 128
+LONGEST_SOURCE = 160
+"""Bytes of a source's name: the longest component name is 129, the longest client name 160."""
 
 
 class Kind(IntEnum):
@@ -39,9 +40,15 @@ class Envelope:
     kind: Kind = Kind.DATA
 
     def to_bytes(self) -> bytes:
-        """Return the attachment."""
-        head = LAYOUT.pack(VERSION, self.kind, 0, self.epoch, self.incarnation, self.sequence, self.stamp)
-        return head + self.source.encode()
+        """Return the attachment; raises BadMessage if a number or the name does not fit the layout."""
+        try:
+            source = self.source.encode()
+            head = LAYOUT.pack(VERSION, self.kind, 0, self.epoch, self.incarnation, self.sequence, self.stamp)
+        except (struct.error, UnicodeEncodeError) as error:
+            raise BadMessage(f"does not fit an envelope: {error}") from None
+        if not 0 < len(source) <= LONGEST_SOURCE:
+            raise BadMessage(f"has a source of {len(source)} bytes, must be 1 to {LONGEST_SOURCE}")
+        return head + source
 
     @classmethod
     def from_bytes(cls, attachment: bytes) -> Envelope:

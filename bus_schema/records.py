@@ -58,6 +58,8 @@ class RecordShape:
             self._refuse_unknown(plain)
         try:
             return self.cls(**values)
+        except BadMessage:
+            raise
         except ValueError as error:
             raise BadMessage(str(error)) from None
 
@@ -167,6 +169,17 @@ def shape_of(hint: Any) -> Shape:
     if origin is np.ndarray or hint is np.ndarray:
         raise BadType("an array needs Annotated[..., Array(dtype, shape)]")
     return _scalar(hint, notes)
+
+
+def holds_tail(shape: Shape) -> bool:
+    """Tell whether a value of this shape is, or contains, an array that travels as the payload's tail."""
+    if isinstance(shape, shapes.ArrayShape):
+        return shape.layout.tail
+    if isinstance(shape, shapes.TupleShape | shapes.MapShape | shapes.OptionalShape):
+        return holds_tail(shape.item)
+    if isinstance(shape, RecordShape):
+        return any(holds_tail(inner) for _, inner in shape.fields)
+    return isinstance(shape, UnionShape) and any(holds_tail(member) for member in shape.members.values())
 
 
 def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:

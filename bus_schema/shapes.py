@@ -47,6 +47,14 @@ def _name(value: object) -> str:
     return type(value).__name__
 
 
+def _check_unicode(text: str) -> None:
+    """Refuse lone surrogates, which no encoding carries."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise BadMessage("is not valid Unicode text") from None
+
+
 @dataclass(frozen=True, slots=True)
 class FloatShape:
     """A float, never NaN, infinite only where that is allowed."""
@@ -61,7 +69,10 @@ class FloatShape:
         if type(value) is not float:
             if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
                 raise BadMessage(f"is {_name(value)}, must be a number")
-            value = float(value)
+            try:
+                value = float(value)
+            except OverflowError:
+                raise BadMessage("is an integer too large for a float") from None
         if not -math.inf < value < math.inf and not (self.infinite and value in (math.inf, -math.inf)):
             raise BadMessage(f"is {value}, must be a {'number' if self.infinite else 'finite number'}")
         if self.minimum is not None and value < self.minimum:
@@ -135,10 +146,7 @@ class TextShape:
             raise BadMessage(f"is {_name(value)}, must be text")
         if len(value) > self.longest:
             raise BadMessage(f"is {len(value)} characters long, must be at most {self.longest}")
-        try:
-            value.encode()
-        except UnicodeEncodeError:
-            raise BadMessage("is not valid Unicode text") from None
+        _check_unicode(value)
         return str(value)
 
     unpack = pack
@@ -173,7 +181,9 @@ class EnumShape:
 
     def pack(self, value: Any) -> str:
         """Return the member's value."""
-        return str(self.unpack(value).value)
+        if not isinstance(value, self.members):
+            raise BadMessage(f"is {_name(value)}, must be a {self.members.__name__}")
+        return str(value.value)
 
     def unpack(self, plain: Any) -> Enum:
         """Return the member."""
@@ -242,6 +252,7 @@ class MapShape:
         for key, item in value.items():
             if not isinstance(key, str):
                 raise BadMessage(f"has a key of type {_name(key)}, must be text")
+            _check_unicode(key)
             try:
                 converted[key] = convert(item)
             except BadMessage as error:
@@ -293,6 +304,8 @@ class PlainShape:
         if isinstance(value, Mapping):
             if not all(isinstance(key, str) for key in value):
                 raise BadMessage("has a key that is not text")
+            for key in value:
+                _check_unicode(key)
             return {key: self.pack(item, depth + 1) for key, item in value.items()}
         raise BadMessage(f"is {_name(value)}, must be plain data (None, bool, int, float, text, bytes, list, map)")
 
@@ -339,9 +352,17 @@ class ArrayShape:
         return self.check(plain)
 
     def json_schema(self) -> JsonSchema:
-        """Return what a JSON view shows of an array: its dtype and shape."""
+        """Return what a JSON view shows of an array: its dtype and shape. ``x-array`` tells how it travels."""
+        lengths: list[JsonSchema] = [
+            {"type": "integer", "minimum": 0} if length is None else {"const": length} for length in self.layout.shape
+        ]
         return {
             "type": "object",
+            "properties": {
+                "dtype": {"const": self.layout.dtype},
+                "shape": {"type": "array", "prefixItems": lengths, "minItems": len(lengths), "items": False},
+            },
+            "required": ["dtype", "shape"],
             "x-array": {"dtype": self.layout.dtype, "shape": list(self.layout.shape), "tail": self.layout.tail},
         }
 

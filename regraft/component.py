@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bus_schema.annotations import PlainValue
@@ -94,13 +93,18 @@ class Declared:
     timers: dict[str, Period]
 
 
-@cache
+_declared: dict[type[Component], Declared] = {}
+
+
 def declared(cls: type[Component]) -> Declared:
     """Return what a class and its bases declare, in order of declaration.
 
     Raises:
         BadType: a service is ill-typed, or two services share a name.
     """
+    known = _declared.get(cls)
+    if known is not None:
+        return known
     found = Declared({}, {}, {}, {}, {})
     names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
     for name in names:
@@ -113,6 +117,7 @@ def declared(cls: type[Component]) -> Declared:
             found.parameters[name] = attribute
         elif inspect.isfunction(attribute):
             _take_function(found, name, attribute)
+    _declared[cls] = found
     return found
 
 
@@ -132,7 +137,6 @@ def class_path(cls: type) -> str:
     return f"{cls.__module__}:{cls.__qualname__}"
 
 
-@cache
 def describe(cls: type[Component]) -> Description:
     """Return what a component class says of itself, without running it; raises BadType."""
     parts = declared(cls)
@@ -140,7 +144,10 @@ def describe(cls: type[Component]) -> Description:
     return Description(
         class_path(cls),
         text,
-        tuple(port.describe() for port in (*parts.inputs.values(), *parts.outputs.values())),
+        (
+            *(port.describe() for port in parts.inputs.values()),
+            *(port.describe() for port in parts.outputs.values()),
+        ),
         tuple(parameter.describe() for parameter in parts.parameters.values()),
         tuple(offered.describe() for offered in parts.services.values()),
         cls.state_version,

@@ -47,11 +47,11 @@ class Parameter(Generic[V]):
     ) -> None:
         """Declare a parameter by its default, whose type is the parameter's type."""
         self.name = ""
-        self.default = default
+        self.default: V = default
         self.text = text
         self.minimum = minimum
         self.maximum = maximum
-        self.choices = tuple(choices)
+        self.choices: tuple[V, ...] = tuple(choices)
         self.unit = unit
         self.read_only = read_only
 

@@ -42,7 +42,7 @@ def _first_line(error: Exception) -> str:
 
 @dataclass(slots=True)
 class _ZenohPublisher:
-    inner: zenoh.Publisher
+    inner: Any
 
     def put(self, payload: bytes, attachment: bytes) -> None:
         try:
@@ -52,7 +52,8 @@ class _ZenohPublisher:
 
     @property
     def matched(self) -> bool:
-        return bool(self.inner.matching_status.matching)
+        status: Any = self.inner.matching_status  # typed as bool in the stubs, an object in fact
+        return bool(status.matching)
 
     def close(self) -> None:
         with contextlib.suppress(zenoh.ZError):
@@ -74,7 +75,7 @@ class _Undeclared:
 class ZenohQuery:
     """A query, answered once and then dropped: an undropped one keeps its asker waiting."""
 
-    inner: zenoh.Query
+    inner: Any
 
     @property
     def key(self) -> str:
@@ -197,7 +198,8 @@ class ZenohBus:
 
     def _close_session(self) -> None:
         with contextlib.suppress(zenoh.ZError):
-            self.session.close()
+            closing: Any = self.session
+            closing.close()
 
 
 def _target(all_of_them: bool) -> dict[str, Any]:

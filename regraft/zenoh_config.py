@@ -41,6 +41,7 @@ def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
         "connect/retry": {"period_init_ms": 50, "period_max_ms": 100, "period_increase_factor": 1},
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
         "adminspace/enabled": False,
         "transport/link/tx/lease": LEASE,
         "transport/link/tx/queue/size/data": 16,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from bus_schema.annotations import Count
+from bus_schema.annotations import Count, Seconds
 from bus_schema.registry import message
 
 Frontier = dict[str, dict[str, Count]]
@@ -112,7 +112,10 @@ class Want:
 @message("regraft/ClockTime")
 @dataclass(frozen=True, slots=True)
 class ClockTime:
-    """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable."""
+    """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable.
+
+    ``wall`` is the wall-clock time since the first tick.
+    """
 
     tick: Count
     time: Count
@@ -122,3 +125,4 @@ class ClockTime:
     reproducible: bool = True
     dropped: tuple[str, ...] = ()
     finished: bool = False
+    wall: Seconds = 0.0

@@ -98,10 +98,9 @@ class Control:
     def view(self, detail: dict[str, Any] | None = None) -> ComponentView:
         """Return the component as it is now."""
         runtime = self._runtime
-        connections = {
-            name: runtime.keys.topic_of(port.key) or ""
-            for name, port in {**runtime.inputs, **runtime.outputs}.items()
-        }
+        ends = {name: port.key for name, port in runtime.inputs.items()}
+        ends |= {name: port.key for name, port in runtime.outputs.items()}
+        connections = {name: runtime.keys.topic_of(key) or "" for name, key in ends.items()}
         return ComponentView(
             runtime.assignment.name,
             runtime.assignment.incarnation,

@@ -18,8 +18,13 @@ MOST_STREAMS = 10_000
 class Consumer(Protocol):
     """Whatever handles the samples of a key: an input, a service, the replies to this component."""
 
-    reliable: bool
-    paused: bool
+    @property
+    def reliable(self) -> bool:
+        """Whether a hole is waited for, and reported."""
+
+    @property
+    def paused(self) -> bool:
+        """Whether samples are let go by."""
 
     def deliver(self, envelope: Envelope, sample: Sample) -> None:
         """Handle one sample, in its turn."""

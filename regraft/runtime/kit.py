@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from bus_schema.messages.health import Level
-from regraft.bus import Answer
+from regraft.bus import Answer, Bus
 from regraft.runtime.calling import Goal
 from regraft.runtime.exclusive import Exclusive
 from regraft.runtime.inputs import Inputs
@@ -144,6 +144,11 @@ class Kit:
             self._runtime.herald.say(detail=detail[:500])
 
     # --- for the adaptation manager and other tools that act on components ---
+
+    @property
+    def bus(self) -> Bus:
+        """The component's own session, for tools that look on from outside the component's loop."""
+        return self._runtime.bus
 
     def exclusive(self) -> Exclusive:
         """``async with`` it: under simulated time, an exclusive slot in which nothing else runs."""

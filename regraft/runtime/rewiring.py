@@ -50,15 +50,15 @@ class Rewiring:
         Raises:
             RewiringRefused: the port, the topic or the order of steps is wrong.
         """
-        perform = {
+        steps: dict[RewireStep, Callable[[Rewire], dict[str, object] | Pending]] = {
             RewireStep.READ: lambda _: {},
             RewireStep.OPEN: self._open,
             RewireStep.MARK: self._mark,
             RewireStep.AWAIT: self._await,
             RewireStep.SWITCH: self._switch,
             RewireStep.ABANDON: self._abandon,
-        }[step.step]
-        return perform(step)
+        }
+        return steps[step.step](step)
 
     def saw_marker(self, key: str, source: str, stream: Stream) -> None:
         """Note a marker, for the inputs that wait for it."""

@@ -125,7 +125,7 @@ class Server:
             self._reply(request, Answer.REFUSED, error=why)
             return
         try:
-            body = codec.from_plain(request.body, self.offered.request)
+            body: Any = codec.from_plain(request.body, self.offered.request)
         except BadMessage as error:
             self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
             return

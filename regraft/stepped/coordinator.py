@@ -40,6 +40,8 @@ class Coordinator:
         self.time = 0
         self.reproducible = True
         self.dropped: list[str] = []
+        self.speed = 0.0
+        self.wall = 0.0
         self._runtime = runtime
         self._line = ClockLine(runtime.bus)
         self._keys = runtime.keys
@@ -357,8 +359,8 @@ class Coordinator:
         self._pump_until(lambda: not missing(), time.monotonic() + seconds)
         return tuple(sorted(missing()))
 
-    def tell_time(self, waiting: list[str] | None = None, *, speed: float = 0.0, finished: bool = False) -> None:
-        """Put the time for onlookers, now and then."""
+    def tell_time(self, waiting: list[str] | None = None, *, finished: bool = False) -> None:
+        """Put the time for onlookers, now and then, and once more at the end."""
         now = time.monotonic()
         if now < self._next_time and not finished:
             return
@@ -367,14 +369,13 @@ class Coordinator:
         told = ClockTime(
             self.tick,
             self.time,
-            speed or self.speed,
+            self.speed,
             names,
             tuple(waiting or ()),
             self.reproducible,
             tuple(self.dropped),
             finished,
+            self.wall,
         )
         self._line.put(self._keys.clock("time"), told)
 
-    speed: float = 0.0
-    """Simulated seconds per wall-clock second, as the source measures it."""

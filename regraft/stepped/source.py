@@ -53,6 +53,7 @@ class SourceLoop:
         self._source = source
         self._coordinator: Coordinator | None = None
         self._speed_mark = (0.0, 0)
+        self._started = 0.0
 
     def run(self) -> None:
         """Run until the component is finalized."""
@@ -85,6 +86,7 @@ class SourceLoop:
         period = round(1e9 / self._source.tick_rate)
         end = self._runtime.assignment.duration
         pace = self._begin_pace(coordinator)
+        self._started = time.monotonic()
         while self._runtime.state is not State.FINALIZED:
             if self._runtime.state is not State.ACTIVE:
                 coordinator.idle_until(time.monotonic() + 0.05)
@@ -96,6 +98,8 @@ class SourceLoop:
                 self._finish(coordinator)
                 return
             pace = self._keep_pace(coordinator, pace, period)
+            if self._runtime.state is not State.ACTIVE:
+                continue
             coordinator.run_tick(lambda: self._advance(coordinator, period))
             self._runtime.control.checkpoint_if_any()
             self._measure_speed(coordinator)
@@ -123,6 +127,7 @@ class SourceLoop:
     def _measure_speed(self, coordinator: Coordinator) -> None:
         since, simulated = self._speed_mark
         now = time.monotonic()
+        coordinator.wall = now - self._started
         if now - since >= SPEED_OVER:
             coordinator.speed = (coordinator.time - simulated) / 1e9 / (now - since)
             self._speed_mark = (now, coordinator.time)

@@ -1,0 +1,125 @@
+"""Phase 1: everything that is wrong with a request, found before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from adaptation_manager.controls import Asked, ControlFailed, Controls
+from adaptation_manager.plan import Plan
+from adaptation_manager.steps import ON_NEW_COMPONENTS, PLANNERS
+from adaptation_manager.steps.draft import Draft
+from bus_schema.adaptation import AdaptationRequest, Change, Connect, SetParameters, Violation
+from bus_schema.architecture import Architecture
+from bus_schema.consistency import violations
+from bus_schema.messages.control import ComponentView
+from bus_schema.messages.host import ProcessState
+
+
+async def check(
+    request: AdaptationRequest, architecture: Architecture, controls: Controls, manager: str
+) -> tuple[tuple[Violation, ...], Plan]:
+    """Judge all changes together against the architecture and the living components, which are only read.
+
+    Returns every violation, and the plan (to be used only if there is none).
+    """
+    found = [*_of_request(request, architecture), *_contradictions(request.changes)]
+    live, silent = await _read(request, architecture, controls)
+    found += silent
+    draft = Draft(architecture, live, manager)
+    for index, change in enumerate(request.changes):
+        draft.index = index
+        spec = architecture.components.get(change.component)
+        if spec is None and change.change not in ON_NEW_COMPONENTS:
+            known = ", ".join(sorted(architecture.components)) or "none"
+            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
+        elif spec is not None and not spec.managed:
+            draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
+        else:
+            PLANNERS[change.change](draft, change)
+    found += draft.violations
+    found += _of_result(request, architecture, draft.architecture)
+    after = replace(draft.architecture, revision=architecture.revision + 1)
+    return tuple(found), Plan(architecture, after, tuple(draft.steps))
+
+
+def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
+    found = []
+    if request.revision is not None and request.revision != architecture.revision:
+        problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
+        found.append(Violation(None, "", "revision", problem))
+    if not request.changes:
+        found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
+    return found
+
+
+def _contradictions(changes: Sequence[Change]) -> list[Violation]:
+    """Return what one request wants to be two things at once."""
+    wanted: dict[tuple[str, str], object] = {}
+    found = []
+    for index, change in enumerate(changes):
+        values: dict[str, object] = {}
+        if isinstance(change, SetParameters):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+        elif isinstance(change, Connect):
+            values = {f"connections.{change.port}": change.topic}
+        for where, value in values.items():
+            first = wanted.setdefault((change.component, where), value)
+            if first != value:
+                problem = f"is to be {value!r} here, but {first!r} earlier in the same request"
+                found.append(Violation(index, change.component, where, problem))
+    return found
+
+
+async def _read(
+    request: AdaptationRequest, architecture: Architecture, controls: Controls
+) -> tuple[dict[str, ComponentView], list[Violation]]:
+    """Read every component that is to be changed; returns their views, and those that are not well."""
+    first_use: dict[str, int] = {}
+    for index, change in enumerate(request.changes):
+        spec = architecture.components.get(change.component)
+        if spec is not None and spec.managed:
+            first_use.setdefault(change.component, index)
+    asked: dict[str, Asked] = {name: controls.read(name) for name in first_use}
+    live, silent = {}, []
+    for name, index in first_use.items():
+        try:
+            live[name] = await asked[name].view()
+        except ControlFailed as error:
+            silent.append(Violation(index, name, "status", _why_silent(controls, name, error)))
+    return live, silent
+
+
+def _why_silent(controls: Controls, name: str, error: ControlFailed) -> str:
+    process = controls.processes.get(name)
+    if process is None:
+        return "is not running: no host has a process for it"
+    if process.state is ProcessState.QUARANTINED:
+        return f"is quarantined after {process.restarts} restarts: start it first ({process.last_end})"
+    if controls.living(name) is None:
+        return f"is not running: its process is {process.state.value} ({process.last_end or 'never started'})"
+    return str(error)
+
+
+def _of_result(request: AdaptationRequest, before: Architecture, after: Architecture) -> list[Violation]:
+    """Return what the changes would break; what is broken already is not held against them."""
+    broken = violations(after)
+    already = {(v.component, v.field, v.problem) for v in violations(before)} if broken else set()
+    found = []
+    for violation in broken:
+        if (violation.component, violation.field, violation.problem) not in already:
+            found.append(replace(violation, change=_culprit(request.changes, violation)))
+    return found
+
+
+def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
+    """Return the change that a violation most likely comes from: of the same field, else of the same component."""
+    kind, _, name = violation.field.partition(".")
+    same = [index for index, change in enumerate(changes) if change.component == violation.component]
+    for index in same:
+        change = changes[index]
+        if isinstance(change, SetParameters) and kind == "parameters" and name in change.parameters:
+            return index
+        if isinstance(change, Connect) and kind == "connections" and name == change.port:
+            return index
+    return same[-1] if same else None

@@ -1,0 +1,89 @@
+"""What the manager asks of hosts: what they were given, which processes run, and to take over new specs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, TypeVar
+
+from adaptation_manager.controls import ControlFailed, NoAnswer, refusal
+from bus_schema import codec
+from bus_schema.architecture import ComponentSpec
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys
+from bus_schema.messages.host import HostStatus, HostView, ProcessStatus, UpdateSpecs
+from regraft.bus import Answer, BusError
+from regraft.runtime.tasks import Waiting
+
+if TYPE_CHECKING:
+    from regraft.runtime.kit import Kit
+
+M = TypeVar("M", HostStatus, HostView)
+
+
+class Hosts:
+    """The hosts of one system. ``names`` are all that the architecture knows."""
+
+    def __init__(self, kit: Kit, within: float) -> None:
+        """Know none yet; an answer may take ``within`` seconds."""
+        self.names: tuple[str, ...] = ()
+        self.term = 0
+        self._within = within
+        self._kit = kit
+        self._keys = Keys(kit.system)
+
+    def _ask(self, host: str, verb: str, payload: bytes) -> Waiting[list[Answer]]:
+        try:
+            return self._kit.ask(self._keys.host(host, verb), payload, self._within)
+        except BusError as error:
+            raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
+
+    async def views(self) -> list[HostView]:
+        """Ask every host what it was given: any first, which names the others. Raises ControlFailed."""
+        first = _read("any", "view", await self._ask("*", "view", b""), HostView)
+        others = [name for name in first.architecture.hosts if name != first.host]
+        asked = [(name, self._ask(name, "view", b"")) for name in others]
+        return [first, *[_read(name, "view", await waiting, HostView) for name, waiting in asked]]
+
+    async def update(self, updates: dict[str, UpdateSpecs]) -> dict[str, ProcessStatus]:
+        """Give hosts their new specs; returns the processes that they then run. Raises ControlFailed.
+
+        All are asked even if one fails, so that a restoration reaches whom it can.
+        """
+        asked = [(host, self._ask(host, "specs", codec.encode(updates[host]))) for host in sorted(updates)]
+        processes: dict[str, ProcessStatus] = {}
+        failures = []
+        for host, waiting in asked:
+            try:
+                status = _read(host, "specs", await waiting, HostStatus)
+            except ControlFailed as error:
+                failures.append(error)
+                continue
+            processes |= {process.component: process for process in status.processes}
+        if failures:
+            raise ControlFailed("; ".join(map(str, failures)), failures[0].code)
+        return processes
+
+    async def processes(self, revision: int) -> dict[str, ProcessStatus]:
+        """Ask every host which processes it runs; an empty update asks that, and fences older managers."""
+        return await self.update({name: UpdateSpecs(revision, term=self.term) for name in self.names})
+
+    async def give(self, specs: Iterable[ComponentSpec], revision: int) -> dict[str, ProcessStatus]:
+        """Give each of ``specs`` to its host."""
+        per_host: dict[str, list[ComponentSpec]] = {}
+        for spec in specs:
+            per_host.setdefault(spec.host, []).append(spec)
+        return await self.update(
+            {host: UpdateSpecs(revision, tuple(mine), term=self.term) for host, mine in per_host.items()}
+        )
+
+
+def _read(host: str, verb: str, answers: list[Answer], cls: type[M]) -> M:
+    if not answers:
+        raise NoAnswer(f"host {host!r}: {verb}: no answer")
+    good = next((answer for answer in answers if not answer.error), None)
+    if good is None:
+        raise refusal(f"host {host!r}", verb, answers[0])
+    try:
+        return codec.decode(good.payload, cls)
+    except BadMessage as error:
+        raise ControlFailed(f"host {host!r}: {verb}: a reply that cannot be read: {error}") from None

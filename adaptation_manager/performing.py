@@ -1,0 +1,64 @@
+"""Performs actions on running components."""
+
+from __future__ import annotations
+
+from adaptation_manager.controls import ControlFailed
+from adaptation_manager.rewiring import abandon, move_port
+from adaptation_manager.site import Site
+from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
+from bus_schema.lifecycle import Transition, after, route
+from bus_schema.messages.control import ComponentView
+
+
+async def perform(site: Site, action: Action) -> None:
+    """Reach the end that ``action`` names; raises ControlFailed where it cannot be reached."""
+    if isinstance(action, GiveValues):
+        await _give_values(site, action)
+    elif isinstance(action, ConnectPort):
+        await _connect_port(site, action)
+    else:
+        await _reach_state(site, action)
+
+
+async def _give_values(site: Site, action: GiveValues) -> None:
+    if action.values:
+        site.touch(action.component)
+        await site.controls.set_parameters(action.component, action.values, site.revision).view()
+
+
+async def _connect_port(site: Site, action: ConnectPort) -> None:
+    view = await site.controls.read(action.component).view()
+    await _connect(site, view, action.port, action.topic)
+
+
+async def _connect(site: Site, view: ComponentView, port: str, topic: str) -> None:
+    now = view.connections.get(port, "")
+    if now == topic:
+        await abandon(site, view.component, port)
+    elif now:
+        await move_port(site, view.component, port, topic)
+
+
+async def _reach_state(site: Site, action: ReachState) -> None:
+    view = await site.controls.read(action.component).view()
+    if view.state is action.state:
+        return
+    site.touch(action.component)
+    for transition in _way(view, action):
+        view = await site.controls.transition(action.component, transition, site.revision).view()
+        # A process is configured with the connections that it was started with; they may have changed since.
+        if transition is Transition.CONFIGURE:
+            for port, topic in sorted(action.connections.items()):
+                if view.connections.get(port, topic) != topic:
+                    await _connect(site, view, port, topic)
+
+
+def _way(view: ComponentView, action: ReachState) -> tuple[Transition, ...]:
+    if action.by is not None:
+        if after(view.state, action.by) is not action.state:
+            raise ControlFailed(f"{view.component}: {action.by.value} is not possible: it is {view.state.value} by now")
+        return (action.by,)
+    way = route(view.state, action.state)
+    if way is None:
+        raise ControlFailed(f"{view.component}: {action.state.value} cannot be reached from {view.state.value}")
+    return way

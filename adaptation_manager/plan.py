@@ -1,0 +1,33 @@
+"""Plans: the steps of an adaptation, and the architectures before and after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from adaptation_manager.steps.actions import PlannedStep
+from bus_schema.adaptation import StepReport, StepState
+from bus_schema.architecture import Architecture, ComponentSpec
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is to be done. Both architectures carry their own revision."""
+
+    before: Architecture
+    after: Architecture
+    steps: tuple[PlannedStep, ...] = ()
+
+    def changed(self, architecture: Architecture) -> tuple[ComponentSpec, ...]:
+        """Return the specs that the plan changes, as ``architecture`` (before or after) has them."""
+        return tuple(
+            architecture.components[name]
+            for name in sorted(self.after.components)
+            if self.before.components.get(name) != self.after.components[name] and name in architecture.components
+        )
+
+    def reports(self) -> list[StepReport]:
+        """Return the steps as not yet begun."""
+        return [
+            StepReport(number, step.component, step.text, StepState.PLANNED)
+            for number, step in enumerate(self.steps, start=1)
+        ]

@@ -1,0 +1,65 @@
+"""What steps work with: the queries, the architectures before and after, the bounds of every wait."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from adaptation_manager.controls import Controls
+from adaptation_manager.hosts import Hosts
+from bus_schema.architecture import Architecture
+
+if TYPE_CHECKING:
+    from regraft.runtime.kit import Kit
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Seconds of wall-clock time that an answer, a binding of connections, and the undoing of one step may take."""
+
+    answer: float = 2.0
+    bind: float = 1.0
+    undo: float = 5.0
+
+
+@dataclass(slots=True)
+class Site:
+    """One adaptation's work place. ``revision`` is what components are told; ``touch`` notes them in the slot."""
+
+    kit: Kit
+    controls: Controls
+    hosts: Hosts
+    bounds: Bounds
+    touch: Callable[[str], None]
+    before: Architecture
+    after: Architecture
+    revision: int
+
+    async def refresh(self) -> None:
+        """Ask the hosts which processes run now; raises ControlFailed."""
+        self.controls.processes = await self.hosts.processes(self.before.revision)
+
+    async def pause(self, seconds: float) -> None:
+        """Let wall-clock time pass; in an exclusive slot there is no other."""
+        await self.kit.compute(time.sleep, seconds)
+
+    def writers(self, topic: str) -> list[str]:
+        """Return the running components that may write ``topic``, before or after."""
+        ends = {*self.before.writers(topic), *self.after.writers(topic)}
+        return self._running({component for component, _ in ends})
+
+    def readers(self, topic: str) -> list[str]:
+        """Return the running components that may read ``topic``, before or after."""
+        ends = {*self.before.readers(topic), *self.after.readers(topic)}
+        return self._running({component for component, _ in ends})
+
+    def _running(self, names: set[str]) -> list[str]:
+        return sorted(name for name in names if self.controls.living(name))
+
+    def direction(self, component: str, port: str) -> str:
+        """Return whether a port is an ``input`` or an ``output``; empty if there is no such port."""
+        description = self.after.components[component].description
+        described = description.port(port) if description else None
+        return described.direction if described else ""

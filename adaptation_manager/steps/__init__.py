@@ -1,0 +1,26 @@
+"""One file per kind of change: how it changes the architecture, and its steps with their inverses.
+
+A further kind of change is a file here with a ``plan`` function, and a line in ``PLANNERS``; if it needs a new kind of
+action, that is a class in ``actions`` and a line in ``adaptation_manager.performing``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from adaptation_manager.steps import connect, parameters, transition, unsupported
+from adaptation_manager.steps.draft import Draft
+
+PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
+    "set_parameters": parameters.plan,
+    "connect": connect.plan,
+    "transition": transition.plan,
+    "add": unsupported.plan,
+    "remove": unsupported.plan,
+    "swap": unsupported.plan,
+    "move": unsupported.plan,
+    "mode": unsupported.plan,
+}
+ON_NEW_COMPONENTS = frozenset({"add"})
+"""Changes whose component need not exist."""

@@ -1,0 +1,145 @@
+"""Carries out a plan step by step, and undoes it in reverse if anything fails: all of it happens or none of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from adaptation_manager.controls import ControlFailed, NoAnswer
+from adaptation_manager.performing import perform
+from adaptation_manager.plan import Plan
+from adaptation_manager.site import Site
+from adaptation_manager.steps.actions import GiveValues, PlannedStep
+from adaptation_manager.verify import verify
+from bus_schema.adaptation import Outcome, StepReport, StepState
+from bus_schema.architecture import ComponentSpec
+from bus_schema.messages.control import ControlCode
+
+UNDO_AGAIN_AFTER = 0.05
+"""Seconds between two attempts at undoing a step whose component does not answer."""
+
+
+class CancelWanted(Exception):
+    """Somebody cancelled the adaptation between two steps."""
+
+
+@dataclass(slots=True)
+class Transaction:
+    """One adaptation under way.
+
+    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable. Either raises if it
+    cannot, which undoes everything.
+    """
+
+    plan: Plan
+    site: Site
+    note: Callable[[dict[int, StepState]], None]
+    commit: Callable[[list[StepReport]], None]
+    cancelled: Callable[[], bool]
+    steps: list[StepReport] = field(default_factory=list)
+    error: str = ""
+
+    async def run(self) -> Outcome:
+        """Do it; never raises. The first step is noted as started already."""
+        self.steps = self.plan.reports()
+        try:
+            for index in range(len(self.steps)):
+                self._check_cancelled()
+                await self._do(index)
+            self._check_cancelled()
+            await self.site.hosts.give(self.plan.changed(self.plan.after), self.plan.after.revision)
+            await verify(self.plan, self.site)
+            self.commit(self.steps)
+            return Outcome.APPLIED
+        except CancelWanted:
+            self.error = "cancelled"
+            return await self._undo(Outcome.CANCELLED)
+        except Exception as error:
+            self.error = str(error) if isinstance(error, ControlFailed) else f"{type(error).__name__}: {error}"
+            return await self._undo(Outcome.ROLLED_BACK)
+
+    def _check_cancelled(self) -> None:
+        if self.cancelled():
+            raise CancelWanted
+
+    async def _do(self, index: int) -> None:
+        number = index + 1
+        if index > 0:
+            self.note({number - 1: StepState.DONE, number: StepState.STARTED})
+        began = time.monotonic()
+        self._mark(index, StepState.STARTED)
+        try:
+            await perform(self.site, self.plan.steps[index].do)
+        except Exception as error:
+            self._mark(index, StepState.FAILED, str(error), time.monotonic() - began)
+            raise
+        self._mark(index, StepState.DONE, "", time.monotonic() - began)
+
+    def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:
+        step = self.steps[index]
+        taken = step.duration if duration is None else duration
+        self.steps[index] = replace(step, state=state, error=error or step.error, duration=taken)
+
+    async def _undo(self, outcome: Outcome) -> Outcome:
+        problems = await undo(self.site, self.plan.changed(self.plan.before), self.plan.steps, self.steps)
+        if problems:
+            self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
+            return Outcome.STUCK
+        return outcome
+
+
+async def undo(
+    site: Site, former: tuple[ComponentSpec, ...], planned: tuple[PlannedStep, ...], steps: list[StepReport]
+) -> list[str]:
+    """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
+
+    Hosts get the former specs first: whatever restarts from here on is as before.
+    """
+    problems = []
+    site.revision = site.before.revision
+    try:
+        await site.hosts.give(former, site.before.revision)
+        await site.refresh()
+    except ControlFailed as error:
+        problems.append(f"the former specs of {', '.join(spec.name for spec in former)}: {error}")
+    for index in range(len(planned) - 1, -1, -1):
+        step = steps[index]
+        if step.state not in (StepState.STARTED, StepState.DONE, StepState.FAILED):
+            continue
+        problem = await _undo_step(site, planned[index], step.state)
+        state = StepState.UNDO_FAILED if problem else StepState.UNDONE
+        steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
+        if problem:
+            problems.append(f"{step.component}: {step.action}: {problem}")
+    return problems
+
+
+async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
+    """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
+    deadline = time.monotonic() + site.bounds.undo
+    while True:
+        if site.controls.living(step.component) is None:
+            # Nothing of the step is left: if the process starts again, it does so from the former specs.
+            return ""
+        try:
+            await perform(site, step.undo)
+            return ""
+        except ControlFailed as error:
+            if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
+                return ""
+            if error.code is ControlCode.FENCED or time.monotonic() > deadline:
+                return str(error)
+        except Exception as error:
+            return f"{type(error).__name__}: {error}"
+        await site.pause(UNDO_AGAIN_AFTER)
+        try:
+            await site.refresh()
+        except ControlFailed as error:
+            if time.monotonic() > deadline:
+                return str(error)
+
+
+def _is_queued(step: PlannedStep, state: StepState) -> bool:
+    """Tell whether a hung component has the step and its inverse both before it, in this order, and needs no more."""
+    return isinstance(step.do, GiveValues) and state is not StepState.DONE

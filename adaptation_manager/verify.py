@@ -1,0 +1,57 @@
+"""Phase 4: the components are read back, and must be as the plan says."""
+
+from __future__ import annotations
+
+from adaptation_manager.controls import ControlFailed, NoAnswer
+from adaptation_manager.plan import Plan
+from adaptation_manager.site import Site
+from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
+from bus_schema.messages.control import ComponentView
+
+
+async def verify(plan: Plan, site: Site) -> None:
+    """Read every component of the plan back; raises ControlFailed with everything that is not as it should be.
+
+    A component that was restarted meanwhile is as good as any other, if it came back with what it should have.
+    """
+    names = sorted({step.component for step in plan.steps})
+    wrong = []
+    for name, asked in [(name, site.controls.read(name)) for name in names]:
+        try:
+            view = await asked.view()
+        except NoAnswer as error:
+            if not error.gone:
+                raise
+            await site.refresh()
+            view = await site.controls.read(name).view()
+        wrong += _differences(plan, view)
+    if wrong:
+        raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
+
+
+def _differences(plan: Plan, view: ComponentView) -> list[str]:
+    wanted: dict[str, object] = {}
+    for step in plan.steps:
+        if step.component == view.component:
+            wanted |= _wanted(step.do)
+    found = {"state": view.state.value}
+    found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
+    found |= {f"connections.{name}": topic for name, topic in view.connections.items() if topic}
+    return [
+        f"{view.component}: {where} is {found[where]!r}, should be {_plain(value)!r}"
+        for where, value in wanted.items()
+        if where in found and found[where] != _plain(value)
+    ]
+
+
+def _wanted(action: Action) -> dict[str, object]:
+    if isinstance(action, GiveValues):
+        return {f"parameters.{name}": value for name, value in action.values.items()}
+    if isinstance(action, ConnectPort):
+        return {f"connections.{action.port}": action.topic}
+    assert isinstance(action, ReachState)
+    return {"state": action.state.value}
+
+
+def _plain(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,55 @@
+"""Requests to the adaptation manager, beside ``AdaptationRequest`` itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from bus_schema.adaptation import AdaptationReport
+from bus_schema.annotations import Bounds, Count, Text
+from bus_schema.registry import message
+
+
+@message("regraft/UndoAdaptation")
+@dataclass(frozen=True, slots=True)
+class UndoAdaptation:
+    """Undo an applied adaptation by a new one."""
+
+    id: str
+    who: Annotated[str, Text(200)] = ""
+    reason: Annotated[str, Text(1000)] = ""
+
+
+@message("regraft/CancelAdaptation")
+@dataclass(frozen=True, slots=True)
+class CancelAdaptation:
+    """Cancel an adaptation that waits or is under way."""
+
+    id: str
+
+
+@message("regraft/JournalRequest")
+@dataclass(frozen=True, slots=True)
+class JournalRequest:
+    """Lines of the journal, newest first: one by ``id``, or those older than the one with id ``before``."""
+
+    id: str = ""
+    before: str = ""
+    limit: Annotated[int, Bounds(1, 500)] = 50
+
+
+@message("regraft/JournalPage")
+@dataclass(frozen=True, slots=True)
+class JournalPage:
+    """Lines of the journal, newest first; ``more`` if there are older ones."""
+
+    entries: tuple[AdaptationReport, ...]
+    more: bool = False
+
+
+@message("regraft/ArchitectureRequest")
+@dataclass(frozen=True, slots=True)
+class ArchitectureRequest:
+    """The architecture at a revision of this run; None for the current one."""
+
+    revision: Count | None = None

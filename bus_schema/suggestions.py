@@ -1,0 +1,26 @@
+"""Hints for a name that does not exist: the nearest one, or all that there are."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+LISTED = 12
+
+
+def instead_of(name: str, known: Iterable[str], *, none: str = "there are none") -> str:
+    """Say what may have been meant by ``name``: a near name of ``known``, or what names there are.
+
+    >>> instead_of("max_velocty", ["max_velocity", "frame"])
+    "did you mean 'max_velocity'?"
+    >>> instead_of("speed", ["max_velocity", "frame"])
+    'there are: frame, max_velocity'
+    """
+    names = sorted(set(known))
+    near = difflib.get_close_matches(name[:200], names, n=1)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    if not names:
+        return none
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return f"there are: {', '.join(names[:LISTED])}{more}"

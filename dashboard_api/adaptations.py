@@ -1,0 +1,103 @@
+"""The routes of adaptations and of their journal."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Header, Path, Query, Request
+from starlette.responses import Response
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.messages.manager import JournalRequest, UndoAdaptation
+from dashboard_api.body import json_object, optional_json_object, unknown_fields
+from dashboard_api.json_replies import reply, shown
+from dashboard_api.manager import Manager
+from dashboard_api.outcomes import answer, declared_outcomes
+from dashboard_api.problems import CONFLICT, Problem, declared, malformed
+from dashboard_api.reading import (
+    ADAPTATION_EXAMPLE,
+    adaptation_schema,
+    read_adaptation,
+    read_reason,
+    reason_schema,
+)
+from dashboard_api.terms import Terms, actor, terms
+from dashboard_api.views import JournalView
+
+Id = Annotated[str, Path(description="An adaptation's id", examples=["7"])]
+
+
+def routes(manager: Manager, prefix: str) -> APIRouter:
+    """Return the routes; ``prefix`` is where the API begins."""
+    router = APIRouter(tags=["adaptations"])
+
+    @router.get(
+        "/adaptations", responses={**shown(JournalView, "A page of the journal"), **declared(404, 422, 503)}
+    )
+    def list_adaptations(
+        before: Annotated[str, Query(max_length=200, description="Only those older than this one")] = "",
+        limit: Annotated[int, Query(ge=1, le=500)] = 50,
+    ) -> Response:
+        """The journal, newest first."""
+        page = manager.journal(JournalRequest(before=before, limit=limit))
+        return reply(JournalView(page.entries, page.entries[-1].id if page.more and page.entries else None))
+
+    @router.get(
+        "/adaptations/{id}",
+        responses={**shown(AdaptationReport, "The adaptation"), **declared(404, 422, 503)},
+    )
+    def show_adaptation(id: Id) -> Response:
+        """One line of the journal: who, why, each step, what became of it."""
+        return reply(manager.entry(id))
+
+    @router.post(
+        "/adaptations",
+        responses={**declared_outcomes(), **declared(409, 412, 413, 415, 422, 503)},
+        openapi_extra=request_body(adaptation_schema(), ADAPTATION_EXAMPLE),
+    )
+    def adapt(
+        body: Annotated[dict[str, Any], Depends(json_object)], asked: Annotated[Terms, Depends(terms)]
+    ) -> Response:
+        """Carry out a list of changes as one transaction: all of it happens or none of it.
+
+        The answer waits for the outcome. A rejected adaptation has touched nothing; one that failed was undone.
+        """
+        report = manager.adapt(read_adaptation(body, asked))
+        return answer(report, prefix, if_match=asked.revision is not None)
+
+    @router.post(
+        "/adaptations/{id}/undo",
+        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 503)},
+        openapi_extra=request_body(reason_schema(), {"reason": "it was better before"}, required=False),
+    )
+    def undo(
+        request: Request,
+        id: Id,
+        body: Annotated[dict[str, Any], Depends(optional_json_object)],
+        x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
+    ) -> Response:
+        """Undo an applied adaptation by a new one."""
+        wrong = unknown_fields(body, ["reason"])
+        if wrong:
+            raise malformed(*wrong)
+        who = actor(request, x_regraft_actor)
+        return answer(manager.undo(UndoAdaptation(id, who, read_reason(body))), prefix)
+
+    @router.delete("/adaptations/{id}", responses={**declared_outcomes(), **declared(404, 409, 422, 503)})
+    def cancel(id: Id) -> Response:
+        """Cancel an adaptation that waits or is under way: what it did is undone."""
+        report = manager.cancel(id)
+        if report.outcome in (Outcome.CANCELLED, Outcome.PENDING):
+            return reply(report, 200 if report.outcome is Outcome.CANCELLED else 202)
+        raise Problem(CONFLICT, f"adaptation {id!r} has ended as {report.outcome.value}", report=report)
+
+    return router
+
+
+def request_body(schema: dict[str, Any], example: Any, *, required: bool = True) -> dict[str, Any]:
+    """Return what OpenAPI says of a route's body."""
+    content = {"application/json": {"schema": schema, "example": example}}
+    return {"requestBody": {"required": required, "content": content}}
+
+
+__all__ = ["AdaptationRequest", "request_body", "routes"]

@@ -1,0 +1,85 @@
+"""The routes that change one component: short forms of adaptations."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query
+from starlette.responses import Response
+
+from bus_schema.adaptation import Outcome
+from bus_schema.errors import BadKey
+from bus_schema.keys import component_name
+from bus_schema.lifecycle import Transition
+from dashboard_api.adaptations import request_body
+from dashboard_api.body import json_object, unknown_fields
+from dashboard_api.manager import Manager
+from dashboard_api.outcomes import answer, declared_outcomes
+from dashboard_api.problems import declared, malformed, not_found
+from dashboard_api.reading import read_change, read_reason, request
+from dashboard_api.status import ComponentName
+from dashboard_api.terms import Terms, terms
+
+TRANSITION_SCHEMA = {
+    "type": "object",
+    "properties": {
+        "transition": {"enum": [transition.value for transition in Transition]},
+        "reason": {"type": "string", "maxLength": 1000},
+    },
+    "required": ["transition"],
+    "additionalProperties": False,
+}
+PARAMETERS_SCHEMA = {"type": "object", "description": "New values by parameter; the others keep theirs"}
+PROBLEMS = (404, 409, 412, 413, 415, 422, 503)
+
+
+def routes(manager: Manager, prefix: str) -> APIRouter:
+    """Return the routes; ``prefix`` is where the API begins."""
+    router = APIRouter(tags=["components"])
+
+    def change(name: str, plain: dict[str, Any], reason: str, asked: Terms) -> Response:
+        try:
+            component_name(name)
+        except BadKey as error:
+            raise not_found(str(error)) from None
+        wanted = read_change({**plain, "component": name})
+        report = manager.adapt(request((wanted,), reason, asked.revision, asked))
+        if report.outcome is Outcome.REJECTED and name not in manager.architecture().components:
+            raise not_found(f"there is no component {name!r}")
+        return answer(report, prefix, if_match=asked.revision is not None)
+
+    @router.patch(
+        "/components/{name}/parameters",
+        responses={**declared_outcomes(), **declared(*PROBLEMS)},
+        openapi_extra=request_body(PARAMETERS_SCHEMA, {"max_velocity": 0.18}),
+    )
+    def set_parameters(
+        name: ComponentName,
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        asked: Annotated[Terms, Depends(terms)],
+        reason: Annotated[str, Query(max_length=1000)] = "",
+    ) -> Response:
+        """Set several parameters of a component, all or none."""
+        plain = {"change": "set_parameters", "parameters": body}
+        return change(name, plain, read_reason({"reason": reason}), asked)
+
+    @router.post(
+        "/components/{name}/transition",
+        responses={**declared_outcomes(), **declared(*PROBLEMS)},
+        openapi_extra=request_body(TRANSITION_SCHEMA, {"transition": "deactivate", "reason": "dark"}),
+    )
+    def change_state(
+        name: ComponentName,
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        asked: Annotated[Terms, Depends(terms)],
+    ) -> Response:
+        """Bring a component to another lifecycle state."""
+        wrong = unknown_fields(body, ["transition", "reason"])
+        if wrong:
+            raise malformed(*wrong)
+        plain = {"change": "transition"} | (
+            {"transition": body["transition"]} if "transition" in body else {}
+        )
+        return change(name, plain, read_reason(body), asked)
+
+    return router

@@ -1,0 +1,150 @@
+"""The adaptation manager as the gateway asks it: its refusals and its silence become problems."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TypeVar
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest
+from bus_schema.architecture import Architecture
+from bus_schema.messages.manager import (
+    ArchitectureRequest,
+    CancelAdaptation,
+    JournalPage,
+    JournalRequest,
+    UndoAdaptation,
+)
+from bus_schema.messages.requests import Answer
+from dashboard_api.problems import CONFLICT, FAILED, KEY_REUSED, Problem, not_found, unavailable
+from regraft import CallFailed
+from regraft.client import Client
+
+A = TypeVar("A")
+
+MOST_WAITING = 16
+"""Adaptations whose outcome is being waited for at the same time; every one of them holds a thread."""
+FRESH_FOR = 1.0
+"""Seconds for which an architecture that was read serves overviews."""
+OVERVIEW_WITHIN = 1.0
+"""Seconds that an overview waits for the manager; it can do without."""
+BACK_OFF = 5.0
+"""Seconds before overviews ask again a manager that stayed silent."""
+
+
+class Refused(Exception):
+    """A service refused; the text is its own."""
+
+
+class Services:
+    """Services of the system, with bounded waits."""
+
+    def __init__(self, client: Client, answer_within: float, adaptation_within: float) -> None:
+        """Wait ``answer_within`` seconds for an answer, ``adaptation_within`` for an adaptation's outcome."""
+        self.client = client
+        self._answer_within = answer_within
+        self.adaptation_within = adaptation_within
+
+    def ask(self, service: str, request: object, expected: type[A], timeout: float | None = None) -> A:
+        """Ask a service.
+
+        Raises:
+            Refused: it refused.
+            Problem: it failed or stayed silent.
+        """
+        patience = self._answer_within if timeout is None else timeout
+        try:
+            return self.client.call(service, request, expected, patience)
+        except CallFailed as error:
+            if error.answer is Answer.REFUSED and "serves only while active" not in error.why:
+                raise Refused(error.why) from None
+            if error.answer is Answer.FAILED:
+                raise Problem(FAILED, str(error)) from None
+            raise unavailable(str(error)) from None
+
+
+class Manager:
+    """What the adaptation manager is asked."""
+
+    def __init__(self, services: Services) -> None:
+        """Ask through ``services``."""
+        self._services = services
+        self._waiting = threading.BoundedSemaphore(MOST_WAITING)
+        self._reading = threading.Lock()
+        self._last_read: Architecture | None = None
+        self._read_again_at = 0.0
+
+    def adapt(self, request: AdaptationRequest) -> AdaptationReport:
+        """Have an adaptation carried out; raises Problem."""
+        try:
+            return self._act("adaptation_manager/adapt", request)
+        except Refused as refusal:
+            if str(refusal).lower().startswith("idempotency key"):
+                raise Problem(KEY_REUSED, str(refusal)) from None
+            raise unavailable(f"the adaptation manager refused: {refusal}") from None
+
+    def undo(self, request: UndoAdaptation) -> AdaptationReport:
+        """Have an applied adaptation undone; raises Problem."""
+        entry = self.entry(request.id)
+        try:
+            return self._act("adaptation_manager/undo", request)
+        except Refused as refusal:
+            raise Problem(CONFLICT, str(refusal), report=entry) from None
+
+    def cancel(self, adaptation: str) -> AdaptationReport:
+        """Have an adaptation cancelled; raises Problem."""
+        entry = self.entry(adaptation)
+        try:
+            return self._act("adaptation_manager/cancel", CancelAdaptation(adaptation))
+        except Refused as refusal:
+            raise Problem(CONFLICT, str(refusal), report=entry) from None
+
+    def _act(self, service: str, request: object) -> AdaptationReport:
+        if not self._waiting.acquire(blocking=False):
+            raise unavailable(
+                f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already"
+            )
+        try:
+            within = self._services.adaptation_within
+            return self._services.ask(service, request, AdaptationReport, within)
+        finally:
+            self._waiting.release()
+            self._read_again_at = 0.0
+
+    def journal(self, request: JournalRequest) -> JournalPage:
+        """Return a page of the journal; raises Problem."""
+        try:
+            return self._services.ask("adaptation_manager/journal", request, JournalPage)
+        except Refused as refusal:
+            raise not_found(str(refusal)) from None
+
+    def entry(self, adaptation: str) -> AdaptationReport:
+        """Return one line of the journal; raises Problem."""
+        page = self.journal(JournalRequest(id=adaptation))
+        if not page.entries:
+            raise not_found(f"there is no adaptation {adaptation!r} in the journal")
+        return page.entries[0]
+
+    def architecture(self, revision: int | None = None, within: float | None = None) -> Architecture:
+        """Return the architecture, now or at a revision; raises Problem."""
+        request = ArchitectureRequest(revision)
+        try:
+            read = self._services.ask("adaptation_manager/architecture", request, Architecture, within)
+        except Refused as refusal:
+            raise not_found(str(refusal)) from None
+        if revision is None:
+            self._last_read, self._read_again_at = read, time.monotonic() + FRESH_FOR
+        return read
+
+    def last_architecture(self) -> Architecture | None:
+        """Return an architecture that may be a second old, older while the manager is silent; None without one.
+
+        Overviews use it: under simulated time every question to the manager costs the system a pause.
+        """
+        with self._reading:
+            if time.monotonic() >= self._read_again_at:
+                try:
+                    self.architecture(within=OVERVIEW_WITHIN)
+                except Problem:
+                    self._read_again_at = time.monotonic() + BACK_OFF
+            return self._last_read

@@ -1,0 +1,184 @@
+"""Every error of the API: a problem (RFC 9457) that names all that was wrong with the request."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse, Response
+
+from bus_schema.adaptation import AdaptationReport, Violation
+from bus_schema.records import record_shape
+from dashboard_api.json_replies import to_json
+
+LOG = logging.getLogger("regraft.gateway")
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER = "1"
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of problem: the last part of its type URN, its HTTP status, its title."""
+
+    slug: str
+    status: int
+    title: str
+
+
+CROSS_ORIGIN = Kind("cross-origin", 403, "Requests from other origins are refused")
+NOT_FOUND = Kind("not-found", 404, "There is no such thing")
+BAD_METHOD = Kind("method-not-allowed", 405, "This cannot be done to this resource")
+REJECTED = Kind("rejected", 409, "The adaptation was rejected: nothing was touched")
+ROLLED_BACK = Kind("rolled-back", 409, "The adaptation failed and was undone")
+CANCELLED = Kind("cancelled", 409, "The adaptation was cancelled")
+CONFLICT = Kind("conflict", 409, "This is not possible now")
+STALE = Kind("stale-revision", 412, "The architecture has another revision by now")
+TOO_LARGE = Kind("body-too-large", 413, "The body is too large")
+BAD_CONTENT_TYPE = Kind("wrong-content-type", 415, "The body must be JSON")
+WRONG_HOST = Kind("wrong-host", 421, "This server does not answer for that host")
+MALFORMED = Kind("malformed", 422, "The request does not have the right form")
+KEY_REUSED = Kind("idempotency-key-reused", 422, "The idempotency key belongs to another request")
+FAILED = Kind("failed", 500, "Something failed inside the system")
+STUCK = Kind("stuck", 500, "The adaptation failed and could not be undone")
+UNAVAILABLE = Kind("unavailable", 503, "A part of the system does not answer")
+
+TITLES = {
+    403: "Cross-origin request",
+    404: "Not found",
+    409: "Rejected, rolled back, cancelled, or not possible now",
+    412: "Stale revision",
+    413: "Body too large",
+    415: "Not JSON",
+    421: "Wrong Host header",
+    422: "Malformed request",
+    500: "Internal failure, or an adaptation that is stuck",
+    503: "A part of the system does not answer; try again after Retry-After seconds",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemDetails:
+    """A problem (RFC 9457). ``report`` is the adaptation's line in the journal, where there is one."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str
+    violations: tuple[Violation, ...] = ()
+    report: AdaptationReport | None = None
+
+
+class Problem(Exception):
+    """Raise it to answer a request with a problem."""
+
+    def __init__(
+        self,
+        kind: Kind,
+        detail: str,
+        violations: Iterable[Violation] = (),
+        *,
+        report: AdaptationReport | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> None:
+        """Say what is wrong, and every violation of it."""
+        self.kind = kind
+        self.detail = detail
+        self.violations = tuple(violations)
+        self.report = report
+        self.headers = dict(headers or {})
+        super().__init__(detail)
+
+    def response(self, path: str) -> Response:
+        """Return the answer to the request for ``path``."""
+        kind = self.kind
+        details = ProblemDetails(
+            f"urn:regraft:problem:{kind.slug}",
+            kind.title,
+            kind.status,
+            _sendable(self.detail),
+            _sendable(path),
+            self.violations,
+            self.report,
+        )
+        body = to_json(details)
+        if self.report is None:
+            del body["report"]
+        return JSONResponse(body, kind.status, self.headers, MEDIA_TYPE)
+
+
+def _sendable(text: str) -> str:
+    """Return ``text`` as it can be put into JSON: what came in a URL may hold anything."""
+    return text.encode(errors="replace").decode()[:4000]
+
+
+def violation(field: str, problem: str, *, change: int | None = None, component: str = "") -> Violation:
+    """Return a violation by a field of the request."""
+    return Violation(change, _sendable(component), _sendable(field), _sendable(problem))
+
+
+def malformed(*violations: Violation) -> Problem:
+    """Return the problem of a request that does not have the right form."""
+    lines = "; ".join(f"{v.field}: {v.problem}" if v.field else v.problem for v in violations)
+    return Problem(MALFORMED, lines, violations)
+
+
+def unavailable(detail: str) -> Problem:
+    """Return the problem of a part of the system that does not answer."""
+    return Problem(UNAVAILABLE, detail, headers={"Retry-After": RETRY_AFTER})
+
+
+def not_found(detail: str) -> Problem:
+    """Return the problem of something that is not there."""
+    return Problem(NOT_FOUND, detail)
+
+
+def declared(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Return, for OpenAPI, the problems that a route may answer with; those of every route are added."""
+    schema = {"$ref": "#/components/schemas/ProblemDetails"}
+    return {
+        status: {"description": TITLES[status], "content": {MEDIA_TYPE: {"schema": schema}}}
+        for status in sorted({*statuses, 403, 421, 500})
+    }
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of a problem."""
+    return record_shape(ProblemDetails).json_schema()
+
+
+def install(app: FastAPI) -> None:
+    """Turn every error of an application into a problem."""
+
+    def own(request: Request, error: Exception) -> Response:
+        assert isinstance(error, Problem)
+        return error.response(request.url.path)
+
+    def invalid(request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        wrong = [violation(".".join(map(str, e["loc"][1:])), e["msg"]) for e in error.errors()]
+        return malformed(*wrong).response(request.url.path)
+
+    def plain(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        path = request.url.path
+        if error.status_code == NOT_FOUND.status:
+            return not_found(f"there is nothing at {path}; see /api/v1/openapi.json").response(path)
+        if error.status_code == BAD_METHOD.status:
+            detail = f"{request.method} is not possible here"
+            return Problem(BAD_METHOD, detail, headers=error.headers).response(path)
+        return Problem(Kind("http", error.status_code, "HTTP error"), str(error.detail)).response(path)
+
+    def unexpected(request: Request, error: Exception) -> Response:
+        LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
+        return Problem(FAILED, "the gateway failed; its log says more").response(request.url.path)
+
+    app.add_exception_handler(Problem, own)
+    app.add_exception_handler(RequestValidationError, invalid)
+    app.add_exception_handler(HTTPException, plain)
+    app.add_exception_handler(Exception, unexpected)

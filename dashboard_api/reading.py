@@ -1,0 +1,117 @@
+"""Reads an adaptation from a body, telling everything that does not fit, change by change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from bus_schema.adaptation import AdaptationRequest, Change, Violation
+from bus_schema.annotations import Count
+from bus_schema.errors import BadMessage
+from bus_schema.records import record_shape, shape_of
+from dashboard_api.body import told, unknown_fields
+from dashboard_api.problems import malformed, violation
+from dashboard_api.terms import Terms
+
+FIELDS = ("changes", "reason", "revision")
+LONGEST_REASON = 1000
+MOST_CHANGES = 1000
+CHANGE = shape_of(Change)
+REVISION = shape_of(Count)
+REASON = dict(record_shape(AdaptationRequest).fields)["reason"]
+
+ADAPTATION_EXAMPLE = {
+    "reason": "someone is near",
+    "changes": [
+        {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}},
+        {"change": "connect", "component": "detector", "port": "image", "topic": "corner_camera/image"},
+    ],
+}
+
+V = TypeVar("V")
+
+
+def adaptation_schema() -> dict[str, Any]:
+    """Return the JSON Schema of an adaptation as it is asked for here."""
+    return _object_schema(
+        {
+            "changes": {
+                "type": "array",
+                "items": CHANGE.json_schema(),
+                "minItems": 1,
+                "maxItems": MOST_CHANGES,
+            },
+            "reason": REASON.json_schema(),
+            "revision": REVISION.json_schema(),
+        },
+        ["changes"],
+    )
+
+
+def reason_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a body that only gives a reason."""
+    return _object_schema({"reason": REASON.json_schema()}, [])
+
+
+def _object_schema(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
+    schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {**schema, "required": required} if required else schema
+
+
+def read_adaptation(body: dict[str, Any], asked: Terms) -> AdaptationRequest:
+    """Return the adaptation that a body describes; raises Problem with every violation."""
+    wrong: list[Violation] = unknown_fields(body, FIELDS)
+    changes = _changes(body.get("changes"), wrong)
+    reason = _read("reason", body.get("reason", ""), REASON.unpack, wrong)
+    seen = _read("revision", body["revision"], REVISION.unpack, wrong) if "revision" in body else None
+    if seen is not None and asked.revision is not None and seen != asked.revision:
+        wrong.append(violation("revision", f"is {seen}, but If-Match says {asked.revision}"))
+    if wrong:
+        raise malformed(*wrong)
+    revision = asked.revision if asked.revision is not None else seen
+    return request(tuple(changes), reason, revision, asked)
+
+
+def request(changes: tuple[Any, ...], reason: str, revision: int | None, asked: Terms) -> AdaptationRequest:
+    """Return an adaptation on the caller's terms."""
+    return AdaptationRequest(
+        changes, reason, asked.who, revision, asked.key, dry_run=asked.dry_run, wait=asked.wait
+    )
+
+
+def read_change(plain: dict[str, Any]) -> Any:
+    """Return the one change that a route stands for; raises Problem."""
+    try:
+        return CHANGE.unpack(plain)
+    except BadMessage as error:
+        raise malformed(told(error)) from None
+
+
+def read_reason(body: dict[str, Any]) -> str:
+    """Return the reason that a body gives, empty without one; raises Problem."""
+    wrong: list[Violation] = []
+    reason = _read("reason", body.get("reason", ""), REASON.unpack, wrong)
+    if wrong:
+        raise malformed(*wrong)
+    return str(reason)
+
+
+def _changes(plain: Any, wrong: list[Violation]) -> list[Any]:
+    if not isinstance(plain, list) or not 0 < len(plain) <= MOST_CHANGES:
+        wrong.append(violation("changes", f"must be a list of 1 to {MOST_CHANGES} changes"))
+        return []
+    changes = []
+    for index, item in enumerate(plain):
+        try:
+            changes.append(CHANGE.unpack(item))
+        except BadMessage as error:
+            wrong.append(told(error, f"changes.{index}", change=index))
+    return changes
+
+
+def _read(field: str, plain: Any, unpack: Callable[[Any], V], wrong: list[Violation]) -> V | None:
+    try:
+        return unpack(plain)
+    except BadMessage as error:
+        wrong.append(told(error, field))
+        return None

@@ -1,0 +1,70 @@
+"""On what terms an adaptation is asked for: the headers that adapting routes share, and who asks."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Header, Query, Request
+
+from dashboard_api.problems import malformed, violation
+
+LONGEST_ACTOR = 100
+LONGEST_KEY = 200
+ENTITY_TAG = re.compile(r'"(\d{1,18})"')
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """Who asks; the revision that he saw (None: any); the key that makes a repetition the same adaptation."""
+
+    who: str
+    revision: int | None
+    key: str
+    dry_run: bool
+    wait: bool
+
+
+def terms(
+    request: Request,
+    dry_run: Annotated[
+        bool, Query(description="Return plan and resulting architecture, touch nothing")
+    ] = False,
+    if_match: Annotated[
+        str | None, Header(description="The ETag of the architecture that the caller saw", examples=['"12"'])
+    ] = None,
+    idempotency_key: Annotated[
+        str | None,
+        Header(description="The same key and body are the same adaptation", max_length=LONGEST_KEY),
+    ] = None,
+    prefer: Annotated[
+        str | None, Header(description="`respond-async` answers at once, with 202 and a Location")
+    ] = None,
+    x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
+) -> Terms:
+    """Return the terms of a request; raises Problem."""
+    preferences = {preference.strip().lower() for preference in (prefer or "").split(",")}
+    return Terms(
+        actor(request, x_regraft_actor),
+        _revision(if_match),
+        idempotency_key or "",
+        dry_run,
+        "respond-async" not in preferences,
+    )
+
+
+def actor(request: Request, named: str | None) -> str:
+    """Return who asks: as named, without what does not belong in a journal's line, or where the request is from."""
+    name = "".join(c for c in named or "" if c.isprintable()).strip()[:LONGEST_ACTOR]
+    return name or f"rest {request.client.host if request.client else 'unknown'}"
+
+
+def _revision(if_match: str | None) -> int | None:
+    if if_match is None or if_match.strip() == "*":
+        return None
+    tag = ENTITY_TAG.fullmatch(if_match.strip())
+    if tag is None:
+        wrong = f'is {if_match!r}, must be * or the ETag of /architecture, such as "12"'
+        raise malformed(violation("If-Match", wrong))
+    return int(tag[1])

@@ -1,0 +1,1 @@
+"""Evaluation: recording runs, and what to make of them."""

@@ -1,0 +1,279 @@
+"""The client: one object through which a tool sees a running system and asks things of it."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Callable
+from typing import TypeVar
+
+from bus_schema import codec
+from bus_schema.description import Description
+from bus_schema.errors import BadMessage
+from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
+from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.control import (
+    ComponentView,
+    ControlError,
+    ParameterValues,
+    Rewire,
+    SetTransition,
+    Snapshot,
+    StateRequest,
+    StateStep,
+)
+from bus_schema.messages.health import Event
+from bus_schema.messages.host import HostView, LogLines, LogRequest, StartComponent, StopComponent
+from regraft.bus import Bus, Closable, Sample
+from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
+from regraft.client.listener import Listener
+from regraft.client.requests import ClientGoal, Requests
+from regraft.client.seen import Board, ComponentSeen, HostSeen
+from regraft.client.sending import Sender
+from regraft.client.topics import Subscription, TopicSample
+from regraft.rundir import RunInfo
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+A = TypeVar("A")
+F = TypeVar("F")
+
+PRESENCE_WITHIN = 1.0
+"""Seconds that asking who is alive may take."""
+ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest
+HostMessage = StartComponent | StopComponent | LogRequest
+
+
+class Client:
+    """Sees and asks a running system from outside simulated time. Thread-safe; every wait is bounded.
+
+    Callbacks run one at a time on the client's own thread; from within one, nothing that waits may be called.
+    Close the client, best by ``with``: an open session keeps the process alive.
+    """
+
+    def __init__(self, bus: Bus, system: str, name: str | None = None, *, owns_bus: bool = False) -> None:
+        """Listen to ``system`` on ``bus``, which is closed with the client if it ``owns_bus``.
+
+        ``name`` must be unique in the system.
+        """
+        self.name = name or f"cli-{os.getpid()}-{secrets.token_hex(4)}"
+        self.system = system
+        self.keys = Keys(system)
+        self._bus = bus
+        self._owns_bus = owns_bus
+        self._sender = Sender(bus, self.name)
+        self._requests = Requests(self.keys, self.name, self._sender)
+        self._board = Board()
+        self._listener = Listener(bus, self.name, self._requests.ask_again)
+        listen = self._listener.subscribe
+        self._subscriptions: list[Closable] = [
+            listen(self.keys.reply("**", self.name), self._requests.take),
+            listen(self.keys.status("*"), self._board.take_component),
+            listen(self.keys.host("*", "status"), self._board.take_host),
+            listen(self.keys.clock("time"), self._board.take_clock),
+        ]
+
+    @classmethod
+    def connect(cls, info: RunInfo, name: str | None = None) -> Client:
+        """Join a running system; raises BusError if it cannot be reached."""
+        bus = open_bus(Endpoints(connect=(info.endpoint,)), in_step=info.simulated)
+        return cls(bus, info.system, name, owns_bus=True)
+
+    def close(self) -> None:
+        """Leave; whoever still waits gets CallFailed. Again does nothing."""
+        self._requests.close()
+        for subscription in self._subscriptions:
+            subscription.close()
+        self._subscriptions.clear()
+        self._listener.stop()
+        self._sender.close()
+        if self._owns_bus:
+            self._bus.close()
+
+    def __enter__(self) -> Client:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close."""
+        self.close()
+
+    def _may_wait(self) -> None:
+        if self._listener.is_here:
+            raise RuntimeError("a client's callback cannot wait for the client: nobody would hear the answer")
+
+    # --- services and actions ---
+
+    def call(self, service: str, request: object, reply: type[A], timeout: float = 5.0) -> A:
+        """Ask a service and return its reply.
+
+        Raises:
+            CallFailed: refused or failed (``answer`` says which), or silence for ``timeout`` seconds (None).
+        """
+        self._may_wait()
+        return self._requests.call(service, request, reply, timeout)
+
+    def goal(
+        self,
+        service: str,
+        goal: object,
+        result: type[A],
+        feedback: type[F] | None = None,
+        *,
+        on_feedback: Callable[[F], object] | None = None,
+        accept_within: float = 5.0,
+    ) -> ClientGoal[A, F]:
+        """Give an action a goal; returns once it is accepted, raises CallFailed if it is not."""
+        self._may_wait()
+        return self._requests.goal(
+            service, goal, result, feedback, on_feedback=on_feedback, accept_within=accept_within
+        )
+
+    # --- components ---
+
+    def control(
+        self, component: str, verb: str, message: ControlMessage | None = None, timeout: float = 2.0
+    ) -> ComponentView | Description | Snapshot:
+        """Ask the living run of a component a control query; without a message it only reads.
+
+        ``describe`` gives a Description, ``state`` a Snapshot unless it restores, the others a ComponentView.
+
+        Raises:
+            NoSuchComponent: no run of it is alive.
+            NoAnswer: it did not answer within ``timeout`` seconds.
+            ControlRefused: it failed, or refused: in a stack, changes are the adaptation manager's.
+        """
+        if verb not in CONTROL_VERBS:
+            raise ClientError(f"there is no control query {verb!r}; there are: {', '.join(CONTROL_VERBS)}")
+        expected: type[ComponentView | Description | Snapshot] = ComponentView
+        if verb == "describe":
+            expected = Description
+        elif verb == "state" and (
+            not isinstance(message, StateRequest) or message.step is StateStep.SNAPSHOT
+        ):
+            expected = Snapshot
+        key = self.keys.control(component, self._living_run(component), verb)
+        return self._query(f"component {component!r}", key, message, expected, timeout)
+
+    def describe(self, component: str, timeout: float = 2.0) -> Description:
+        """Return what a component says of itself; raises as ``control`` does."""
+        description = self.control(component, "describe", timeout=timeout)
+        assert isinstance(description, Description)
+        return description
+
+    def view(self, component: str, timeout: float = 2.0) -> ComponentView:
+        """Return a component's state, parameters and connections now; raises as ``control`` does."""
+        view = self.control(component, "connections", timeout=timeout)
+        assert isinstance(view, ComponentView)
+        return view
+
+    def components(self, wait: float = 2.0) -> dict[str, ComponentSeen]:
+        """Return all components by name, waiting at most ``wait`` seconds until each has told its status."""
+        self._may_wait()
+        alive, hosts = self._alive_components(), self._alive_hosts()
+        self._board.wait_until_heard(alive, hosts, wait)
+        return self._board.components(alive)
+
+    def _living_run(self, component: str) -> int:
+        tokens = self._bus.present(self.keys.alive(component_name(component), "*"), PRESENCE_WITHIN)
+        runs = [int(token.rsplit("/", 1)[-1]) for token in tokens]
+        if not runs:
+            living = ", ".join(sorted(self._alive_components())) or "none"
+            raise NoSuchComponent(f"no component {component!r} is alive; alive: {living}")
+        return max(runs)
+
+    def _alive_components(self) -> set[str]:
+        tokens = self._bus.present(self.keys.alive("*", "*"), PRESENCE_WITHIN)
+        return {token.split("/")[-3] for token in tokens}
+
+    # --- hosts ---
+
+    def hosts(self, wait: float = 2.0) -> dict[str, HostSeen]:
+        """Return all hosts by name, waiting at most ``wait`` seconds until each has told its status."""
+        self._may_wait()
+        alive = self._alive_hosts()
+        self._board.wait_until_heard(set(), alive, wait)
+        return self._board.hosts(alive)
+
+    def host_view(self, host: str, timeout: float = 2.0) -> HostView:
+        """Return what a host was given; raises as ``ask_host`` does."""
+        return self.ask_host(host, "view", None, HostView, timeout)
+
+    def ask_host(
+        self, host: str, verb: str, message: HostMessage | None, reply: type[A], timeout: float = 2.0
+    ) -> A:
+        """Ask a host; ``start`` and ``stop`` answer a HostStatus, ``logs`` LogLines, ``view`` a HostView.
+
+        Raises:
+            NoSuchHost: it is not there.
+            NoAnswer, ControlRefused: it stays silent for ``timeout`` seconds, or refuses.
+        """
+        alive = self._alive_hosts()
+        if host not in alive:
+            raise NoSuchHost(f"no host {host!r} is alive; alive: {', '.join(sorted(alive)) or 'none'}")
+        return self._query(f"host {host!r}", self.keys.host(host, verb), message, reply, timeout)
+
+    def logs(self, component: str, lines: int = 100, timeout: float = 2.0) -> tuple[str, ...]:
+        """Return the last lines of a component's log, oldest first.
+
+        Raises:
+            NoSuchHost: no host runs it.
+            NoAnswer, ControlRefused: its host stays silent, or refuses.
+        """
+        seen = self.components(timeout).get(component_name(component))
+        if seen is None or seen.host is None:
+            raise NoSuchHost(f"no host runs a component {component!r}, so none keeps its log")
+        request = LogRequest(component, lines)
+        return self.ask_host(seen.host, "logs", request, LogLines, timeout).lines
+
+    def _alive_hosts(self) -> set[str]:
+        tokens = self._bus.present(self.keys.host("*", "alive"), PRESENCE_WITHIN)
+        return {token.split("/")[-2] for token in tokens}
+
+    # --- looking on ---
+
+    def clock(self, wait: float = 0.0) -> ClockTime | None:
+        """Return simulated time as last told; None under the real clock, and if none is told in ``wait`` seconds."""
+        return self._board.clock(wait)
+
+    def events(self, callback: Callable[[Event], object]) -> Closable:
+        """Have ``callback`` called with all that happens, until the returned subscription is closed."""
+
+        def take(sample: Sample) -> None:
+            try:
+                event = codec.decode(sample.payload, Event)
+            except BadMessage:
+                return
+            callback(event)
+
+        return self._keep(self._listener.subscribe(self.keys.event, take))
+
+    def topic(self, topic: str, cls: type | None, callback: Callable[[TopicSample], object]) -> Subscription:
+        """Have ``callback`` called with what is published: instances of ``cls``, or plain data for None.
+
+        A callback that cannot keep up makes the subscription drop samples, and count them.
+        """
+        subscription = Subscription(topic, cls, callback)
+        key = self.keys.topic(topic_name(topic))
+        subscription.begin(self._listener.subscribe(key, subscription.take, subscription.admit))
+        self._keep(subscription)
+        return subscription
+
+    def _keep(self, closable: Closable) -> Closable:
+        self._subscriptions.append(closable)
+        return closable
+
+    # --- queries ---
+
+    def _query(self, who: str, key: str, message: object | None, reply: type[A], timeout: float) -> A:
+        self._may_wait()
+        payload = codec.encode(message) if message is not None else b""
+        answers = self._bus.query(key, payload, timeout)
+        if not answers:
+            raise NoAnswer(f"{who} did not answer within {timeout:g} s")
+        try:
+            if answers[0].error:
+                raise ControlRefused(who, codec.decode(answers[0].payload, ControlError))
+            return codec.decode(answers[0].payload, reply)
+        except BadMessage as error:
+            raise ClientError(f"{who} sent an answer that does not fit: {error}") from None

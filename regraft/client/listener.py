@@ -1,0 +1,72 @@
+"""The one thread of a client: takes what the bus brings and hands it on."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from regraft.bus import Bus, Closable, Sample
+
+LOG = logging.getLogger("regraft.client")
+LOOK_AROUND = 0.2
+"""Seconds between looks at requests that have met with silence."""
+LEAVE_WITHIN = 1.0
+
+
+class Listener:
+    """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread."""
+
+    def __init__(self, bus: Bus, name: str, tick: Callable[[], object]) -> None:
+        """Start the thread; ``tick`` is called several times a second."""
+        self._bus = bus
+        self._tick = tick
+        self._inbox: queue.SimpleQueue[tuple[Callable[[Sample], object], Any] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name=f"client {name}", daemon=True)
+        self._thread.start()
+
+    def subscribe(
+        self, key: str, handler: Callable[[Sample], object], admit: Callable[[], bool] = lambda: True
+    ) -> Closable:
+        """Have ``handler`` called with every sample whose key matches and that ``admit`` lets in.
+
+        ``admit`` runs on the network thread, before the sample is opened: it bounds what waits.
+        """
+
+        def sink(item: Any) -> None:
+            if admit():
+                self._inbox.put((handler, item))
+
+        return self._bus.subscribe(key, sink)
+
+    @property
+    def is_here(self) -> bool:
+        """Whether the caller is on the listener's own thread."""
+        return threading.current_thread() is self._thread
+
+    def stop(self) -> None:
+        """End the thread, within bounds; a handler that does not return dies with the process."""
+        self._inbox.put(None)
+        if not self.is_here:
+            self._thread.join(LEAVE_WITHIN)
+
+    def _run(self) -> None:
+        while True:
+            try:
+                item = self._inbox.get(timeout=LOOK_AROUND)
+            except queue.Empty:
+                self._tick()
+                continue
+            if item is None:
+                return
+            handler, raw = item
+            sample = self._bus.open_sample(raw)
+            if sample is None:
+                continue
+            try:
+                handler(sample)
+            except Exception:
+                LOG.exception("a callback for %s failed", sample.key)
+            self._tick()

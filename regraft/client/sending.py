@@ -1,0 +1,70 @@
+"""What a client puts on the bus: numbered per key, as every source's samples are."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope
+from bus_schema.registry import type_of
+from regraft.bus import Bus, Publisher
+
+WAIT_FOR_READER = 0.2
+"""Seconds that the first sample at a key waits for somebody to subscribe."""
+MATCH_POLL = 0.002
+
+
+@dataclass(slots=True)
+class _Line:
+    publisher: Publisher
+    sequence: int = 0
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+class Sender:
+    """Puts messages in the client's name. Thread-safe; the numbering of a key is that of its puts."""
+
+    def __init__(self, bus: Bus, source: str) -> None:
+        """Put as ``source``, whose epoch and incarnation are 1: a client lives once."""
+        self._bus = bus
+        self._source = source
+        self._lock = threading.Lock()
+        self._lines: dict[str, _Line] = {}
+
+    def put(self, key: str, message: object) -> None:
+        """Put a message; raises BusError."""
+        line = self._line(key, type_of(type(message)).encoding)
+        payload = codec.encode(message)
+        with line.lock:
+            if line.sequence == 0:
+                _wait_for_reader(line.publisher)
+            line.sequence += 1
+            envelope = Envelope(self._source, 1, 1, line.sequence, time.time_ns())
+            line.publisher.put(payload, envelope.to_bytes())
+
+    def matched(self, key: str) -> bool:
+        """Tell whether somebody subscribes to a key that was put at before."""
+        line = self._lines.get(key)
+        return line is not None and line.publisher.matched
+
+    def _line(self, key: str, encoding: str) -> _Line:
+        with self._lock:
+            line = self._lines.get(key)
+            if line is None:
+                line = self._lines[key] = _Line(self._bus.publisher(key, encoding, reliable=True))
+            return line
+
+    def close(self) -> None:
+        """Undeclare all keys."""
+        with self._lock:
+            for line in self._lines.values():
+                line.publisher.close()
+            self._lines.clear()
+
+
+def _wait_for_reader(publisher: Publisher) -> None:
+    deadline = time.monotonic() + WAIT_FOR_READER
+    while not publisher.matched and time.monotonic() < deadline:
+        time.sleep(MATCH_POLL)

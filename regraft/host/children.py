@@ -1,0 +1,80 @@
+"""What a freshly forked process does before it is a component: its own end if the parent ends, its log, its program."""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import json
+import logging
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+from bus_schema import codec
+from regraft.assignment import Assignment
+from regraft.process import EXIT_BAD_ASSIGNMENT, run_component
+
+PR_SET_PDEATHSIG = 1
+LARGEST_LOG = 8 * 1024 * 1024
+ASSIGNMENT_VARIABLE = "REGRAFT_ASSIGNMENT"
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def die_with_parent(parent: int) -> None:
+    """Be killed when the parent's thread that forked this process ends, however it ends."""
+    _libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(EXIT_BAD_ASSIGNMENT)
+
+
+def open_log(path: str) -> None:
+    """Send what the process prints to its log file; a log grown too large is kept as ``.1`` and begun anew."""
+    try:
+        if os.path.getsize(path) > LARGEST_LOG:
+            os.replace(path, f"{path}.1")
+    except OSError:
+        pass
+    try:
+        log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    except OSError as error:
+        print(f"cannot write {path}: {error}", file=sys.stderr)
+        log = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    os.close(log)
+    devnull = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(devnull, 0)
+    os.close(devnull)
+    sys.stdout = open(1, "w", buffering=1, closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", buffering=1, closefd=False)  # noqa: SIM115
+    logging.raiseExceptions = False
+    logging.basicConfig(
+        level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s", stream=sys.stderr, force=True
+    )
+    faulthandler.enable()
+
+
+def be_component(plain: dict[str, Any]) -> int:
+    """Run the component that ``plain`` (an Assignment) describes; returns the exit code."""
+    return run_component(codec.from_plain(plain, Assignment))
+
+
+def be_program(plain: dict[str, Any], command: list[str]) -> int:
+    """Become any program; it finds its assignment as JSON in ``REGRAFT_ASSIGNMENT``. Returns only if it cannot."""
+    assignment = codec.from_plain(plain, Assignment)
+    readable = {**plain, "checkpoint": None}
+    if assignment.checkpoint is not None:
+        state = Path(f"{assignment.name}-{assignment.incarnation}.checkpoint").absolute()
+        state.write_bytes(codec.encode(assignment.checkpoint))
+        readable["checkpoint_file"] = str(state)
+    environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable)}
+    try:
+        os.execvpe(command[0], command, environment)
+    except OSError as error:
+        print(f"{assignment.name}: cannot run {command[0]!r}: {error.strerror}", file=sys.stderr)
+    return EXIT_BAD_ASSIGNMENT
+
+

@@ -1,0 +1,332 @@
+"""The host of one machine: one thread, one inbox, everything that happens to its components."""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import signal
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from bus_schema import codec
+from bus_schema.architecture import ComponentSpec
+from bus_schema.errors import SchemaError
+from bus_schema.keys import Keys
+from bus_schema.messages.control import ControlCode, ControlError, Snapshot
+from bus_schema.messages.health import ComponentStatus, Event
+from bus_schema.messages.host import HostStatus, HostView, ProcessState, StartComponent, StopComponent, UpdateSpecs
+from bus_schema.registry import type_of
+from regraft.bus import Bus, BusError, Query, Sample
+from regraft.clock import RealClock
+from regraft.host.logs import tail
+from regraft.host.plan import HostPlan
+from regraft.host.restarts import RestartHistory
+from regraft.host.silence import HUNG_AFTER, Silence
+from regraft.host.ward import Ward
+from regraft.host.zygote import Zygote, how_it_ended
+from regraft.runtime.loop import get
+from regraft.runtime.writers import Identity, Writers
+
+LOOK_EVERY = 0.05
+STATUS_EVERY = 1.0
+FIRST_BEAT_WITHIN = 15.0
+END_WITHIN = 3.0
+SOURCE_WITHIN = 5.0
+
+
+class Fenced(Exception):
+    """A change that does not come from the manager's current term."""
+
+
+class Host:
+    """Starts, watches, restarts and ends the components of one machine."""
+
+    def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote) -> None:
+        """Nothing runs yet."""
+        self.plan = plan
+        self.term = 0
+        self.revision = plan.architecture.revision
+        self.wards = {name: Ward(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()}
+        self.inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.ended = False
+        self._bus = bus
+        self._zygote = zygote
+        self._keys = Keys(plan.architecture.system)
+        self._clock = RealClock()
+        self._writers = Writers(bus, self._clock, Identity(f"host-{plan.name}", 1, 1))
+        self._silence = Silence()
+        self._log = logging.getLogger("host")
+        self._next_status = 0.0
+        self._next_look = 0.0
+        self._source_up_by = 0.0
+        self._verbs: dict[str, Callable[[bytes], object]] = {
+            "view": self._view,
+            "specs": self._update,
+            "start": self._start_asked,
+            "stop": self._stop_asked,
+            "logs": self._logs,
+        }
+
+    # --- life ---
+
+    def start(self) -> None:
+        """Appear on the bus and start everything: the time source first, since the others connect to it."""
+        keys, name = self._keys, self.plan.name
+        for key in (keys.status("*"), keys.checkpoint("*")):
+            self._bus.subscribe(key, self.inbox.put)
+        for verb in self._verbs:
+            self._bus.serve(keys.host(name, verb), self.inbox.put)
+        self._bus.announce(keys.host(name, "alive"))
+        threading.Thread(target=self._zygote.reports, args=(self.inbox.put,), daemon=True).start()
+        now = time.monotonic()
+        source = self.plan.source
+        self._source_up_by = now + SOURCE_WITHIN if source else now
+        for component, ward in self.wards.items():
+            ward.start_at = now if component == source or source is None else self._source_up_by
+        self.pump(0.0)
+
+    def pump(self, timeout: float) -> None:
+        """Do what is due, then handle what arrives within ``timeout`` seconds."""
+        self._start_due()
+        self._look()
+        item = get(self.inbox, min(timeout, self._until_due()))
+        while item is not None:
+            self._take(item)
+            item = get(self.inbox, 0.0)
+
+    def end(self) -> None:
+        """End every process, the time source last; by force after a while. Everything is accounted for."""
+        for ward in self.wards.values():
+            self._ask_to_end(ward, END_WITHIN)
+        deadline = time.monotonic() + END_WITHIN + 2.0
+        while any(ward.pid for ward in self.wards.values()) and time.monotonic() < deadline:
+            self.pump(LOOK_EVERY)
+        self.ended = True
+        self._zygote.close()
+
+    def _until_due(self) -> float:
+        now = time.monotonic()
+        starts = [w.start_at - now for w in self.wards.values() if w.start_at is not None]
+        return max(0.0, min([LOOK_EVERY, *starts]))
+
+    def _take(self, item: Any) -> None:
+        if isinstance(item, dict):
+            self._zygote_reports(item)
+            return
+        sample = self._bus.open_sample(item)
+        if sample is not None:
+            self._take_sample(sample)
+            return
+        query = self._bus.open_query(item)
+        if query is not None:
+            self._answer(query)
+        elif callable(item):
+            item()
+
+    # --- starting, ending, restarting ---
+
+    def _start_due(self) -> None:
+        now = time.monotonic()
+        for ward in self.wards.values():
+            if ward.start_at is not None and ward.start_at <= now:
+                ward.start_at = None
+                self._spawn(ward)
+            if ward.kill_at is not None and ward.kill_at <= now and ward.pid:
+                ward.kill_at = None
+                self._zygote.signal(ward.pid, signal.SIGKILL)
+
+    def _spawn(self, ward: Ward) -> None:
+        ward.incarnation += 1
+        ward.state, ward.seen, ward.stopping, ward.why_killed = ProcessState.STARTING, False, False, ""
+        ward.started = self._clock.now() / 1e9
+        log = str(self.plan.folder / "logs" / f"{ward.spec.name}.log")
+        order = ward.order(self.plan, self.revision, self.term)
+        try:
+            self._zygote.spawn(order, str(self.plan.stack_folder), log, list(ward.spec.command) or None)
+        except OSError:
+            self._log.error("the process that starts the others is gone: the system ends")
+            self.ended = True
+
+    def _zygote_reports(self, report: dict[str, Any]) -> None:
+        ward = self.wards.get(report["name"])
+        if ward is None or report["incarnation"] != ward.incarnation:
+            return
+        if "started" in report:
+            ward.pid = report["started"]
+            if ward.spec.managed:
+                self._silence.watch(ward.spec.name, ward.pid, FIRST_BEAT_WITHIN, time.monotonic())
+            else:
+                ward.state = ProcessState.RUNNING
+            if ward.stopping:
+                self._zygote.signal(ward.pid, signal.SIGTERM)
+        else:
+            self._process_ended(ward, report["code"])
+        self._next_status = 0.0
+
+    def _process_ended(self, ward: Ward, code: int) -> None:
+        name = ward.spec.name
+        self._silence.forget(name)
+        ward.pid, ward.kill_at = 0, None
+        ward.last_end = ward.why_killed or how_it_ended(code)
+        if ward.stopping:
+            ward.state = ProcessState.STOPPED
+            return
+        if not ward.history.wants_restart(code):
+            ward.state = ProcessState.STOPPED
+            self._event("component.ended", name, f"{name} ended: {ward.last_end}")
+            return
+        ward.start_at = ward.history.next_start(time.monotonic())
+        if ward.start_at is None:
+            ward.state = ProcessState.QUARANTINED
+            limit = f"{ward.spec.restart.limit} restarts in {ward.spec.restart.window:g} s"
+            text = f"{name} ended: {ward.last_end}; it had {limit} and is left stopped until someone acts"
+            self._event("component.quarantined", name, text, incarnation=ward.incarnation)
+            return
+        ward.state = ProcessState.WAITING
+        text = f"{name} ended: {ward.last_end}; it is restarted as incarnation {ward.incarnation + 1}"
+        self._event("component.restarted", name, text, incarnation=ward.incarnation + 1, ended=ward.last_end)
+
+    def _ask_to_end(self, ward: Ward, grace: float) -> None:
+        ward.stopping, ward.start_at = True, None
+        if ward.pid:
+            self._zygote.signal(ward.pid, signal.SIGTERM)
+            self._zygote.signal(ward.pid, signal.SIGCONT)
+            ward.kill_at = time.monotonic() + grace
+        else:
+            ward.state = ProcessState.STOPPED
+
+    # --- watching ---
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        if now < self._next_look:
+            return
+        self._next_look = now + LOOK_EVERY
+        for name in self._silence.hung(now, self.plan.source):
+            ward = self.wards[name]
+            ward.why_killed = "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
+            self._silence.forget(name)
+            self._event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
+            self._zygote.signal(ward.pid, signal.SIGKILL)
+        if now >= self._next_status:
+            self._next_status = now + STATUS_EVERY
+            self._tell_status()
+
+    def _take_sample(self, sample: Sample) -> None:
+        parts = sample.key.split("/")
+        ward = self.wards.get(parts[2])
+        if ward is None:
+            return
+        try:
+            if parts[3] == "checkpoint":
+                checkpoint = codec.decode(sample.payload, Snapshot) if sample.payload else None
+                if checkpoint is not None and checkpoint.incarnation == ward.incarnation:
+                    ward.checkpoint = checkpoint
+            elif parts[3] == "status":
+                self._take_status(ward, codec.decode(sample.payload, ComponentStatus))
+        except SchemaError as error:
+            self._log.warning("%s: %s", sample.key, error)
+
+    def _take_status(self, ward: Ward, status: ComponentStatus) -> None:
+        """Take a heartbeat; one of another incarnation speaks for the dead, or is forged, and counts for nothing."""
+        if status.incarnation != ward.incarnation or not ward.pid:
+            return
+        now = time.monotonic()
+        if ward.seen:
+            self._silence.beat(ward.spec.name, now)
+            return
+        ward.seen, ward.state = True, ProcessState.RUNNING
+        longest = ward.spec.description.longest_handler if ward.spec.description else HUNG_AFTER
+        self._silence.watch(ward.spec.name, ward.pid, longest, now)
+        self._next_status = 0.0
+        if ward.spec.name == self.plan.source:
+            self._start_the_others(now)
+
+    def _start_the_others(self, now: float) -> None:
+        for other in self.wards.values():
+            if other.incarnation == 0 and other.start_at is not None:
+                other.start_at = min(other.start_at, now)
+
+    # --- what is asked of the host ---
+
+    def _answer(self, query: Query) -> None:
+        verb = query.key.rsplit("/", 1)[-1]
+        try:
+            query.reply(codec.encode(self._verbs[verb](query.payload)))
+        except Fenced as error:
+            query.reply(codec.encode(ControlError(ControlCode.FENCED, (str(error),))), error=True)
+        except (SchemaError, KeyError) as error:
+            query.reply(codec.encode(ControlError(ControlCode.MALFORMED, (f"{verb}: {error}",))), error=True)
+
+    def _fence(self, term: int | None) -> None:
+        if term is None or term < self.term:
+            raise Fenced(f"came with {'no term' if term is None else f'term {term}'}; the current term is {self.term}")
+        self.term = term
+
+    def _view(self, _: bytes) -> HostView:
+        specs = tuple(ward.spec for ward in self.wards.values())
+        return HostView(self.plan.name, self.plan.run, self.term, self.plan.architecture, specs)
+
+    def _update(self, payload: bytes) -> HostStatus:
+        update = codec.decode(payload, UpdateSpecs)
+        self._fence(update.term)
+        self.revision = update.revision
+        for spec in update.specs:
+            if spec.host == self.plan.name:
+                self._take_spec(spec)
+        return self.status()
+
+    def _take_spec(self, spec: ComponentSpec) -> None:
+        ward = self.wards.get(spec.name)
+        if ward is None:
+            self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart))
+        else:
+            ward.spec, ward.history.policy = spec, spec.restart
+
+    def _start_asked(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, StartComponent)
+        self._fence(asked.term)
+        ward = self._ward(asked.component)
+        if not ward.pid and ward.start_at is None:
+            ward.history.pardon()
+            if asked.incarnation is not None:
+                ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
+            ward.start_at = time.monotonic()
+        return self.status()
+
+    def _stop_asked(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, StopComponent)
+        self._fence(asked.term)
+        self._ask_to_end(self._ward(asked.component), asked.grace)
+        return self.status()
+
+    def _ward(self, name: str) -> Ward:
+        if name not in self.wards:
+            raise KeyError(f"no component {name!r} on host {self.plan.name!r}")
+        return self.wards[name]
+
+    def _logs(self, payload: bytes) -> object:
+        return tail(self.plan.folder / "logs", payload)
+
+    def status(self) -> HostStatus:
+        """Return the host's status."""
+        processes = tuple(ward.status() for _, ward in sorted(self.wards.items()))
+        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes)
+
+    # --- what the host tells ---
+
+    def _tell_status(self) -> None:
+        self._put(self._keys.host(self.plan.name, "status"), self.status())
+
+    def _event(self, kind: str, subject: str, text: str, **details: Any) -> None:
+        self._log.warning("%s", text)
+        self._put(self._keys.event, Event(self._clock.now() / 1e9, kind, subject, text, details))
+
+    def _put(self, key: str, message: object) -> None:
+        try:
+            self._writers.open(key, type_of(type(message)).encoding).put(codec.encode(message))
+        except BusError as error:
+            self._log.warning("%s", error)

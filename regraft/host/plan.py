@@ -1,0 +1,47 @@
+"""What a host is told to run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bus_schema.architecture import Architecture, ComponentSpec
+
+
+@dataclass(frozen=True, slots=True)
+class HostPlan:
+    """One machine's part of a system.
+
+    ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
+    the components. ``folder`` is the system's folder (``regraft.rundir``), ``stack_folder`` where the stack file is and programs run.
+    """
+
+    architecture: Architecture
+    folder: Path
+    stack_folder: Path
+    run: str
+    endpoint: str
+    source: str | None = None
+    source_endpoint: str = ""
+    seed: int = 0
+    duration: float | None = None
+    name: str = "local"
+    onlookers: frozenset[str] = field(default_factory=frozenset)
+
+    def mine(self) -> dict[str, ComponentSpec]:
+        """Return the specs of the components on this host."""
+        return {name: spec for name, spec in self.architecture.components.items() if spec.host == self.name}
+
+    def sensor_streams(self) -> tuple[str, ...]:
+        """Return the topics that drop rather than block."""
+        return tuple(sorted(topic.name for topic in self.architecture.topics.values() if not topic.reliable))
+
+    def members(self) -> tuple[str, ...]:
+        """Return the components that the first tick waits for."""
+        return tuple(
+            sorted(
+                name
+                for name, spec in self.architecture.components.items()
+                if spec.managed and not spec.command and name != self.source and name not in self.onlookers
+            )
+        )

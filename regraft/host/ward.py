@@ -1,0 +1,74 @@
+"""One component in the host's care: its spec, its present process, its past ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bus_schema.architecture import ComponentSpec
+from bus_schema.messages.control import Snapshot
+from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.registry import type_of
+from regraft.assignment import Assignment
+from regraft.host.plan import HostPlan
+from regraft.host.restarts import RestartHistory
+
+
+@dataclass(slots=True)
+class Ward:
+    """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds."""
+
+    spec: ComponentSpec
+    history: RestartHistory
+    state: ProcessState = ProcessState.STOPPED
+    incarnation: int = 0
+    pid: int = 0
+    started: float = 0.0
+    start_at: float | None = None
+    kill_at: float | None = None
+    last_end: str = ""
+    stopping: bool = False
+    seen: bool = False
+    checkpoint: Snapshot | None = None
+    why_killed: str = ""
+
+    def status(self) -> ProcessStatus:
+        """Return the process's status, for whoever asks."""
+        return ProcessStatus(
+            self.spec.name,
+            self.incarnation,
+            self.state,
+            self.pid,
+            self.history.total,
+            self.started,
+            self.last_end,
+            self.spec.managed,
+        )
+
+    def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:
+        """Return what the next process is told: the spec in force, and the last checkpoint."""
+        is_source = self.spec.name == plan.source
+        connect = (plan.source_endpoint, plan.endpoint) if plan.source and not is_source else (plan.endpoint,)
+        return Assignment(
+            system=plan.architecture.system,
+            name=self.spec.name,
+            cls=self.spec.cls,
+            incarnation=self.incarnation,
+            parameters=self.spec.parameters,
+            connections=self.spec.connections,
+            services=self.spec.services,
+            state=self.spec.state,
+            revision=revision,
+            term=term,
+            simulated=plan.architecture.simulated,
+            seed=plan.seed,
+            sensor_streams=plan.sensor_streams(),
+            checkpoint=self.checkpoint,
+            listen=(plan.source_endpoint,) if is_source else (),
+            connect=connect,
+            members=plan.members() if is_source else (),
+            duration=plan.duration if is_source else None,
+        )
+
+    def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:
+        """Return the assignment as plain data."""
+        return type_of(Assignment).shape.pack(self.assignment(plan, revision, term))

@@ -1,0 +1,166 @@
+"""The zygote: a process with everything imported and nothing running, forked into components within milliseconds.
+
+It is forked before the host opens its session, keeps to one thread, and reports how its children end: the host is
+not their parent. Whatever kills the host kills the zygote, and that kills them.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import select
+import signal
+import socket
+import sys
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from regraft.host import children, frames
+
+
+class Zygote:
+    """The host's end of the line to the zygote."""
+
+    def __init__(self, line: socket.socket, pid: int) -> None:
+        """Take over the line; use ``start_zygote``."""
+        self.pid = pid
+        self._line = line
+
+    def spawn(self, assignment: dict[str, Any], folder: str, log: str, command: list[str] | None) -> None:
+        """Start a component or program in ``folder``; ``started`` and ``ended`` are reported to the reader."""
+        frames.send(self._line, {"assignment": assignment, "folder": folder, "log": log, "command": command})
+
+    def signal(self, pid: int, signum: int) -> None:
+        """Send a signal to a child, unless it has ended."""
+        frames.send(self._line, {"signal": signum, "pid": pid})
+
+    def reports(self, take: Callable[[dict[str, Any]], object]) -> None:
+        """Hand every report to ``take`` until the zygote is gone; for a thread of its own."""
+        while (report := frames.receive(self._line)) is not None:
+            take(report)
+
+    def close(self) -> None:
+        """Let the zygote end; its children have ended before."""
+        self._line.close()
+
+
+def start_zygote() -> Zygote:
+    """Fork the zygote. Call it with one thread running and no session open."""
+    ours, theirs = socket.socketpair()
+    parent = os.getpid()
+    pid = os.fork()
+    if pid:
+        theirs.close()
+        return Zygote(ours, pid)
+    code = 1
+    try:
+        ours.close()
+        children.die_with_parent(parent)
+        _serve(theirs)
+        code = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(code)
+
+
+def _serve(line: socket.socket) -> None:
+    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_IGN)
+    wake_reader, wake_writer = os.pipe()
+    os.set_blocking(wake_writer, False)
+    os.set_blocking(wake_reader, False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(wake_writer, warn_on_full_buffer=False)
+    gc.collect()
+    gc.freeze()
+    alive: dict[int, tuple[str, int]] = {}
+    sources: list[Any] = [line, wake_reader]
+    while True:
+        readable, _, _ = select.select(sources, [], [])
+        if wake_reader in readable:
+            _drain(wake_reader)
+            _reap(line, alive)
+        if line in readable:
+            order = frames.receive(line)
+            if order is None:
+                _kill_all(alive)
+                return
+            _obey(order, line, alive, (wake_reader, wake_writer))
+
+
+def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str, int]], pipe: tuple[int, int]) -> None:
+    if "signal" in order:
+        if order["pid"] in alive:
+            os.kill(order["pid"], order["signal"])
+        return
+    assignment = order["assignment"]
+    name, incarnation = assignment["name"], assignment["incarnation"]
+    zygote = os.getpid()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    pid = os.fork()
+    if pid == 0:
+        _be_child(order, line, zygote, pipe)
+    alive[pid] = (name, incarnation)
+    frames.send(line, {"started": pid, "name": name, "incarnation": incarnation})
+
+
+def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tuple[int, int]) -> None:
+    code = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        for fallback in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD):
+            signal.signal(fallback, signal.SIG_DFL)
+        children.die_with_parent(zygote)
+        os.setpgid(0, 0)
+        line.close()
+        for descriptor in pipe:
+            os.close(descriptor)
+        children.open_log(order["log"])
+        os.chdir(order["folder"])
+        command = order["command"]
+        code = children.be_program(order["assignment"], command) if command else children.be_component(order["assignment"])
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _drain(reader: int) -> None:
+    try:
+        while os.read(reader, 4096):
+            pass
+    except BlockingIOError:
+        pass
+
+
+def _reap(line: socket.socket, alive: dict[int, tuple[str, int]]) -> None:
+    while alive:
+        try:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if pid == 0:
+            return
+        name, incarnation = alive.pop(pid, ("", 0))
+        code = os.waitstatus_to_exitcode(status)
+        frames.send(line, {"ended": pid, "name": name, "incarnation": incarnation, "code": code})
+
+
+def _kill_all(alive: dict[int, tuple[str, int]]) -> None:
+    for pid in alive:
+        os.kill(pid, signal.SIGKILL)
+
+
+def how_it_ended(code: int) -> str:
+    """Return an exit code in words: ``exit code 2`` or ``killed by SIGKILL``."""
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        return f"killed by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"killed by signal {-code}"

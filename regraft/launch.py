@@ -1,0 +1,148 @@
+"""Starts a whole system on this machine and runs its host until it ends; leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import signal
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import FrameType
+
+from bus_schema.architecture import Architecture, ComponentSpec
+from regraft import rundir
+from regraft.bus import Bus
+from regraft.component import Component
+from regraft.host.host import Host
+from regraft.host.plan import HostPlan
+from regraft.host.zygote import Zygote, start_zygote
+from regraft.process import load_class
+from regraft.stack import Stack, time_source
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+PUMP = 0.05
+RUN_FOLDER = "$RUN"
+"""In a path parameter: the folder of the running system."""
+
+
+@dataclass(slots=True)
+class Running:
+    """A system that has been started: its host, the bus, and how to reach it."""
+
+    host: Host
+    bus: Bus
+    info: rundir.RunInfo
+    stopping: bool = False
+
+    def stop(self) -> None:
+        """Have the system end."""
+        self.stopping = True
+
+
+def free_endpoint() -> str:
+    """Return a loopback endpoint that is free now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def run_system(
+    stack: Stack, *, duration: float | None = None, step: Callable[[Running], None] = lambda _: None
+) -> None:
+    """Start ``stack`` and run it; ``step`` is called again and again, and ends the system with ``stop``.
+
+    SIGINT and SIGTERM end it too. When this returns, every process has ended.
+
+    Raises:
+        AlreadyRunning: a system of that name is running.
+        BusError: the hub cannot listen.
+    """
+    system = stack.architecture.system
+    held = rundir.lock(system)
+    try:
+        _prepare_process(stack.architecture)
+        zygote = start_zygote()
+        plan = _plan(stack, duration)
+        _run(plan, stack, zygote, step)
+    finally:
+        rundir.forget_info(system)
+        held.close()
+
+
+def _prepare_process(architecture: Architecture) -> None:
+    """Import and prepare what the components' processes share, before the first of them is forked."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for cls in _classes(architecture):
+        cls.preload()
+
+
+def _classes(architecture: Architecture) -> list[type[Component]]:
+    paths = sorted({spec.cls for spec in architecture.components.values() if spec.cls})
+    return [load_class(path) for path in paths]
+
+
+def _plan(stack: Stack, duration: float | None) -> HostPlan:
+    architecture = stack.architecture
+    folder = rundir.folder(architecture.system)
+    components = {name: _in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
+    source = time_source(stack) if architecture.simulated else None
+    onlookers = {
+        name for name, spec in components.items() if spec.cls and not load_class(spec.cls).in_step
+    }
+    return HostPlan(
+        replace(architecture, components=components),
+        folder,
+        stack.file.parent,
+        secrets.token_hex(8),
+        free_endpoint(),
+        source,
+        free_endpoint() if source else "",
+        stack.seed,
+        duration,
+        onlookers=frozenset(onlookers),
+    )
+
+
+def _in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
+    parameters = {
+        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
+        for name, value in spec.parameters.items()
+    }
+    return replace(spec, parameters=parameters)
+
+
+def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running], None]) -> None:
+    connect = (plan.source_endpoint,) if plan.source else ()
+    bus = open_bus(Endpoints((plan.endpoint,), connect, router=True), in_step=plan.architecture.simulated)
+    try:
+        host = Host(plan, bus, zygote)
+        info = rundir.RunInfo(
+            plan.architecture.system,
+            plan.run,
+            os.getpid(),
+            plan.endpoint,
+            str(stack.file),
+            plan.architecture.simulated,
+        )
+        running = Running(host, bus, info)
+        _stop_on_signals(running)
+        host.start()
+        rundir.write_info(info)
+        try:
+            while not running.stopping and not host.ended:
+                host.pump(PUMP)
+                step(running)
+        finally:
+            host.end()
+    finally:
+        bus.close()
+
+
+def _stop_on_signals(running: Running) -> None:
+    def stop(signum: int, frame: FrameType | None) -> None:
+        running.stop()
+
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, stop)

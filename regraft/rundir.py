@@ -1,0 +1,122 @@
+"""Where a running system keeps its files: ``~/.regraft/SYSTEM`` or ``$REGRAFT_HOME/SYSTEM``.
+
+``run.json`` says how to reach it, ``lock`` is held while it runs, ``logs/`` has a file per component,
+``journal.sqlite`` is the adaptation manager's.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import IO
+
+
+class AlreadyRunning(Exception):
+    """A system of that name is running."""
+
+
+class NotRunning(Exception):
+    """No system of that name is running, or it is not clear which one is meant."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunInfo:
+    """How to reach a running system."""
+
+    system: str
+    run: str
+    pid: int
+    endpoint: str
+    stack: str
+    simulated: bool
+    gateway: str | None = None
+
+
+def home() -> Path:
+    """Return the folder of all systems' folders."""
+    return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
+
+
+def folder(system: str) -> Path:
+    """Return the folder of one system."""
+    return home() / system
+
+
+def lock(system: str) -> IO[str]:
+    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning."""
+    place = folder(system)
+    (place / "logs").mkdir(parents=True, exist_ok=True, mode=0o700)
+    held = (place / "lock").open("a+")
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        held.close()
+        info = read_info(system)
+        where = f" (process {info.pid}, {info.stack})" if info else ""
+        raise AlreadyRunning(
+            f"a system named {system!r} is already running{where}: end it with 'regraft down {system}', "
+            "or start this one under another name with --system"
+        ) from None
+    return held
+
+
+def write_info(info: RunInfo) -> None:
+    """Say how to reach the system."""
+    path = folder(info.system) / "run.json"
+    fresh = path.with_suffix(".new")
+    fresh.write_text(json.dumps(asdict(info), indent=2) + "\n")
+    fresh.replace(path)
+
+
+def forget_info(system: str) -> None:
+    """Say that the system has ended."""
+    (folder(system) / "run.json").unlink(missing_ok=True)
+
+
+def read_info(system: str) -> RunInfo | None:
+    """Return how to reach a system, None if it says nothing."""
+    try:
+        return RunInfo(**json.loads((folder(system) / "run.json").read_text()))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def is_running(system: str) -> bool:
+    """Tell whether somebody holds the system's lock."""
+    try:
+        with (folder(system) / "lock").open("a+") as held:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return False
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+
+
+def running() -> list[RunInfo]:
+    """Return all running systems, by name."""
+    if not home().is_dir():
+        return []
+    names = sorted(path.parent.name for path in home().glob("*/run.json"))
+    infos = [read_info(name) for name in names if is_running(name)]
+    return [info for info in infos if info is not None]
+
+
+def find(system: str | None = None) -> RunInfo:
+    """Return the system of that name, or the only one that runs; raises NotRunning."""
+    infos = running()
+    if system is not None:
+        found = next((info for info in infos if info.system == system), None)
+        if found is None:
+            names = ", ".join(info.system for info in infos) or "none"
+            raise NotRunning(f"no system named {system!r} is running; running: {names}")
+        return found
+    if len(infos) == 1:
+        return infos[0]
+    if not infos:
+        raise NotRunning("no system is running: start one with 'regraft up STACK'")
+    names = ", ".join(info.system for info in infos)
+    raise NotRunning(f"several systems are running ({names}): say which with --system")

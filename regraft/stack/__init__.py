@@ -1,0 +1,19 @@
+"""Stack files: what a robot system consists of, on one screen, checked before anything runs."""
+
+from regraft.stack.load import load
+from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
+from regraft.stack.problems import Problem, StackError
+from regraft.stack.stack import Gateway, Stack, time_source
+
+__all__ = [
+    "Gateway",
+    "Problem",
+    "Stack",
+    "StackError",
+    "apply_overrides",
+    "load",
+    "time_source",
+    "with_seed",
+    "with_speed",
+    "with_system",
+]

@@ -1,0 +1,57 @@
+"""Checks a stack as a whole, and says where in the file each violation stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bus_schema.adaptation import Violation
+from bus_schema.architecture import Architecture
+from bus_schema.consistency import violations
+from regraft.stack.stack import time_sources
+
+FIELD_IN_FILE = {"connections": "connect", "cls": "class", "name": "", "resources": "", "description": ""}
+"""What the stack file calls fields of a component otherwise; nothing for those that it has not."""
+
+
+def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
+    """Yield the dotted path in the file and the text of everything that is wrong.
+
+    Where the class of a component is not known, neither is what it would read and write; nothing is said of
+    connections and of the source of time then, because most of it would be wrong.
+    """
+    complete = all(spec.description or not spec.managed for spec in architecture.components.values())
+    for violation in violations(architecture):
+        known = complete or not violation.field.startswith(("connections.", "description"))
+        if known:
+            yield field_in_file(violation), violation.problem
+    if complete:
+        yield from _time_problems(architecture)
+
+
+def field_in_file(violation: Violation) -> str:
+    """Return the dotted path in the stack file of what a violation is about."""
+    if not violation.component:
+        return violation.field
+    first, _, rest = violation.field.partition(".")
+    named = FIELD_IN_FILE.get(first, first)
+    parts = ("components", violation.component, named, rest if named else "")
+    return ".".join(part for part in parts if part)
+
+
+def _time_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
+    sources = time_sources(architecture)
+    if architecture.simulated and not sources:
+        yield "clock", "simulated time needs a component that makes it go on, such as a world; there is none"
+    elif architecture.simulated and len(sources) > 1:
+        for name in sources:
+            others = ", ".join(repr(other) for other in sources if other != name)
+            yield (
+                f"components.{name}.class",
+                f"makes simulated time go on, as {others} does: must be only one",
+            )
+    elif not architecture.simulated:
+        for name in sources:
+            yield (
+                f"components.{name}.class",
+                "makes simulated time go on, but 'clock' is real: must be simulated",
+            )

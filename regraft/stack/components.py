@@ -1,0 +1,101 @@
+"""Reads the components of a stack file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from bus_schema.annotations import PlainValue
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.description import Description
+from bus_schema.lifecycle import State
+from regraft.process import NoSuchClass
+from regraft.stack.classes import describe_class
+from regraft.stack.programs import read_program
+from regraft.stack.restart import read_restart
+from regraft.stack.section import Section
+
+OF_CLASSES = ("class", "parameters", "connect", "services", "state", "restart", "host")
+OF_PROGRAMS = (
+    "command",
+    "managed",
+    "inputs",
+    "outputs",
+    "parameters",
+    "connect",
+    "services",
+    "state",
+    "restart",
+    "host",
+)
+
+WANTED_STATES = (State.ACTIVE, State.INACTIVE, State.UNCONFIGURED)
+
+
+def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
+    """Return one component, without its connections; where its class cannot be had, without description."""
+    section = table.section(name)
+    description: Description | None
+    if "command" in section:
+        section.only(*OF_PROGRAMS)
+        description = read_program(section)
+    else:
+        section.only(*OF_CLASSES)
+        description = _class_description(section)
+    parameters = section.plain_map("parameters")
+    return ComponentSpec(
+        name=name,
+        cls=section.text("class") if "command" not in section else "",
+        command=section.texts("command"),
+        host=section.text("host", "local"),
+        parameters=with_absolute_paths(description, parameters, folder) if description else parameters,
+        services=_services(section, description),
+        state=section.choice("state", WANTED_STATES, State.ACTIVE),
+        restart=read_restart(section),
+        managed=section.flag("managed", True) if "command" in section else True,
+        description=description,
+    )
+
+
+def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> dict[str, str]:
+    """Return the topic of every port: the one that ``connect`` names, or the port's own.
+
+    An input that needs not be fed stays unconnected where the stack has no topic of its name.
+    """
+    given = table.section(spec.name).text_map("connect")
+    ports = spec.description.ports if spec.description else ()
+    own = {
+        port.name: port.topic
+        for port in ports
+        if port.direction == "output" or port.required or port.topic in topics
+    }
+    return own | given
+
+
+def with_absolute_paths(
+    description: Description, parameters: dict[str, PlainValue], folder: Path
+) -> dict[str, PlainValue]:
+    """Return the parameters, those whose unit is ``path`` made absolute from ``folder`` unless empty."""
+    paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
+    return {
+        name: str(folder / value) if name in paths and isinstance(value, str) and value else value
+        for name, value in parameters.items()
+    }
+
+
+def _class_description(section: Section) -> Description | None:
+    path = section.text("class")
+    if "class" not in section:
+        section.report.add(section.path, "must have 'class' (module:Class) or 'command', has neither")
+    if not path:
+        return None
+    try:
+        return describe_class(path)
+    except NoSuchClass as error:
+        section.wrong("class", str(error))
+        return None
+
+
+def _services(section: Section, description: Description | None) -> dict[str, str]:
+    offered = description.services if description else ()
+    return {service.name: service.name for service in offered} | section.text_map("services")

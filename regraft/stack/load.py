@@ -1,0 +1,148 @@
+"""Reads a stack file into a checked stack."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+
+from bus_schema import keys
+from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.errors import BadKey
+from regraft.stack.checks import stack_problems
+from regraft.stack.classes import import_problem, look_in
+from regraft.stack.components import read_component, read_connections
+from regraft.stack.constraints import read_constraints
+from regraft.stack.document import read_document
+from regraft.stack.section import Section
+from regraft.stack.stack import Gateway, Stack, time_sources
+from regraft.stack.topics import read_topics
+
+FIELDS = (
+    "system",
+    "clock",
+    "seed",
+    "speed",
+    "duration",
+    "imports",
+    "hosts",
+    "gateway",
+    "topics",
+    "components",
+    "constraints",
+)
+MOST_SEED = 2**63 - 1
+
+
+class _Clock(Enum):
+    REAL = "real"
+    SIMULATED = "simulated"
+
+
+class _Speed(Enum):
+    REAL = "real"
+    MAX = "max"
+
+
+def load(file: Path | str) -> Stack:
+    """Read and check a stack file; the stack's folder becomes importable in this process.
+
+    Raises:
+        StackError: with everything that is wrong, each with file, line and field.
+    """
+    path = Path(file)
+    document, report = read_document(path)
+    root = Section(document, "", report)
+    root.only(*FIELDS)
+    look_in(path.resolve().parent)
+    imports = _imports(root)
+    architecture = _with_speed(root, _architecture(root, path.resolve().parent))
+    for place, problem in stack_problems(architecture):
+        report.add(place, problem)
+    stack = Stack(
+        file=path,
+        architecture=architecture,
+        seed=root.integer("seed", 0, 0, MOST_SEED),
+        duration=root.number("duration", minimum=0.001),
+        gateway=_gateway(root),
+        imports=imports,
+        lines=report.lines,
+    )
+    report.raise_if_any()
+    return stack
+
+
+def _imports(root: Section) -> tuple[str, ...]:
+    modules = root.texts("imports")
+    for index, module in enumerate(modules):
+        problem = import_problem(module)
+        if problem:
+            root.wrong(f"imports.{index}", problem)
+    return modules
+
+
+def _architecture(root: Section, folder: Path) -> Architecture:
+    table = root.section("components")
+    specs = {name: read_component(table, name, folder) for name in table.names()}
+    # Topics come after the components: importing a class may make new message types known.
+    topics = read_topics(root.section("topics"))
+    architecture = Architecture(
+        system=_system(root),
+        revision=0,
+        simulated=root.choice("clock", _Clock, _Clock.REAL) is _Clock.SIMULATED,
+        components=_connected(table, specs, topics),
+        topics=topics,
+        hosts=_hosts(root),
+    )
+    if not specs and not root.report.problems:
+        root.wrong("components", "there are none: a stack needs at least one")
+    return replace(architecture, constraints=read_constraints(root, specs))
+
+
+def _connected(
+    table: Section, specs: dict[str, ComponentSpec], topics: dict[str, TopicSpec]
+) -> dict[str, ComponentSpec]:
+    return {
+        name: replace(spec, connections=read_connections(table, spec, topics)) for name, spec in specs.items()
+    }
+
+
+def _system(root: Section) -> str:
+    if "system" not in root:
+        root.wrong("system", "is missing: must name the system, such as 'frog'")
+    return root.text("system", "unnamed")
+
+
+def _hosts(root: Section) -> tuple[str, ...]:
+    names = root.texts("hosts")
+    for index, name in enumerate(names):
+        try:
+            keys.system_name(name)
+        except BadKey as error:
+            root.wrong(f"hosts.{index}", str(error).replace("a system", "a host"))
+    return tuple(dict.fromkeys(("local", *names)))
+
+
+def _gateway(root: Section) -> Gateway | None:
+    if "gateway" not in root:
+        return None
+    section = root.section("gateway")
+    section.only("address", "port")
+    usual = Gateway()
+    return Gateway(section.text("address", usual.address), section.integer("port", usual.port, 0, 65_535))
+
+
+def _with_speed(root: Section, architecture: Architecture) -> Architecture:
+    if "speed" not in root:
+        return architecture
+    speed = root.choice("speed", _Speed, _Speed.REAL)
+    if not architecture.simulated:
+        root.wrong("speed", "only simulated time has a speed: leave it out, or make 'clock' simulated")
+    for name in time_sources(architecture):
+        spec = architecture.components[name]
+        if "speed" in spec.parameters:
+            root.wrong("speed", f"is given as a parameter of {name!r} too: leave one out")
+        architecture = architecture.with_component(
+            replace(spec, parameters={**spec.parameters, "speed": speed.value})
+        )
+    return architecture

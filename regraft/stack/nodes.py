@@ -1,0 +1,79 @@
+"""Values of a YAML file that still know their lines.
+
+Unquoted scalars mean what YAML 1.2's core schema says: ``yes``, ``on`` and ``12:30`` are texts, ``1e-3`` is a
+number.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from bus_schema.annotations import PlainValue
+
+Scalar: TypeAlias = bool | int | float | str | None
+
+INTEGER = re.compile(r"[-+]?[0-9]{1,30}")
+BASED = re.compile(r"0o[0-7]{1,30}|0x[0-9a-fA-F]{1,30}")
+FLOAT = re.compile(r"[-+]?(\.[0-9]{1,400}|[0-9]{1,400}(\.[0-9]{0,400})?)([eE][-+]?[0-9]{1,9})?")
+SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+NULL = ("", "~", "null", "Null", "NULL")
+TRUE = ("true", "True", "TRUE")
+FALSE = ("false", "False", "FALSE")
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A scalar, a list or a map, and the line (from 1) where it, or its key, stands."""
+
+    value: Scalar | tuple[Node, ...] | dict[str, Node]
+    line: int
+
+    @property
+    def kind(self) -> str:
+        """Say in words what it is."""
+        kinds = {dict: "a map", tuple: "a list", str: "a text", bool: "true or false", type(None): "nothing"}
+        return kinds.get(type(self.value), "a number")
+
+
+def scalar(text: str) -> Scalar:
+    """Return what an unquoted scalar means."""
+    if text in NULL:
+        return None
+    if text in TRUE or text in FALSE:
+        return text in TRUE
+    if INTEGER.fullmatch(text):
+        return int(text)
+    if BASED.fullmatch(text):
+        return int(text, 0)
+    number = text.replace(".", "") if SPECIAL.fullmatch(text) else text
+    return float(number) if FLOAT.fullmatch(text) or SPECIAL.fullmatch(text) else text
+
+
+def plain(node: Node) -> PlainValue:
+    """Return the value without its lines."""
+    if isinstance(node.value, dict):
+        return {key: plain(part) for key, part in node.value.items()}
+    if isinstance(node.value, tuple):
+        return [plain(part) for part in node.value]
+    return node.value
+
+
+def lines_of(node: Node) -> dict[str, int]:
+    """Return the line of every field by its dotted path; list items count from 0."""
+    lines: dict[str, int] = {}
+    _note_lines(node, "", lines)
+    return lines
+
+
+def _note_lines(node: Node, path: str, lines: dict[str, int]) -> None:
+    if path:
+        lines.setdefault(path, node.line)
+    parts: dict[str, Node] = {}
+    if isinstance(node.value, dict):
+        parts = node.value
+    elif isinstance(node.value, tuple):
+        parts = {str(index): part for index, part in enumerate(node.value)}
+    for key, part in parts.items():
+        _note_lines(part, f"{path}.{key}" if path else key, lines)

@@ -1,0 +1,117 @@
+"""Changes to a stack from the command line, checked as the stack itself is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from bus_schema import keys
+from bus_schema.annotations import PlainValue
+from bus_schema.architecture import Architecture
+from bus_schema.constraints import split_parameter
+from bus_schema.errors import BadKey
+from bus_schema.suggestions import instead_of
+from regraft.stack.checks import stack_problems
+from regraft.stack.components import with_absolute_paths
+from regraft.stack.document import parse
+from regraft.stack.nodes import plain, scalar
+from regraft.stack.problems import Problem, StackError, fail
+from regraft.stack.stack import Stack, time_source
+
+
+@dataclass(frozen=True, slots=True)
+class _Override:
+    text: str
+    component: str
+    parameter: str
+    value: PlainValue
+
+    @property
+    def field(self) -> str:
+        return f"components.{self.component}.parameters.{self.parameter}"
+
+
+def apply_overrides(stack: Stack, overrides: Sequence[str]) -> Stack:
+    """Return the stack with parameters set by ``component.parameter=value``.
+
+    Of several for one parameter the last holds. The value is a YAML scalar, or a list as ``[1, 2]``. A relative
+    path is looked for in the current folder.
+
+    Raises:
+        StackError: with everything that is wrong, each naming the override.
+    """
+    problems: list[Problem] = []
+    read: list[_Override] = []
+    for text in overrides:
+        try:
+            read.append(_read(stack, text))
+        except StackError as error:
+            problems += error.problems
+    architecture = stack.architecture
+    for override in read:
+        architecture = _set(architecture, override)
+    problems += _problems(stack, architecture, read)
+    if problems:
+        raise StackError(problems)
+    return replace(stack, architecture=architecture)
+
+
+def with_seed(stack: Stack, seed: int) -> Stack:
+    """Return the stack with another seed; raises StackError."""
+    if not 0 <= seed < 2**63:
+        fail("seed", None, f"{seed}: must be from 0 to {2**63 - 1}")
+    return replace(stack, seed=seed)
+
+
+def with_speed(stack: Stack, speed: str) -> Stack:
+    """Return the stack with another speed of simulated time, ``real`` or ``max``; raises StackError."""
+    source = time_source(stack)
+    if source is None:
+        fail("speed", None, f"{stack.name!r} runs under the real clock: only simulated time has a speed")
+    return apply_overrides(stack, [f"{source}.speed={speed}"])
+
+
+def with_system(stack: Stack, system: str) -> Stack:
+    """Return the stack under another system name; raises StackError."""
+    try:
+        keys.system_name(system)
+    except BadKey as error:
+        fail("system", None, str(error))
+    return replace(stack, architecture=replace(stack.architecture, system=system))
+
+
+def _shown(text: str) -> str:
+    return f"override {text[:200]}"
+
+
+def _read(stack: Stack, text: str) -> _Override:
+    path, equals, value = text.partition("=")
+    component, parameter = split_parameter(path.strip())
+    if not equals or not component or not parameter:
+        fail(_shown(text), None, "must look like 'component.parameter=value'")
+    components = stack.architecture.components
+    if component not in components:
+        fail(_shown(text), None, f"there is no component {component!r}; {instead_of(component, components)}")
+    return _Override(text, component, parameter, _value(text, value.strip()))
+
+
+def _value(text: str, value: str) -> PlainValue:
+    return plain(parse(value, _shown(text))) if value[:1] in ("[", "'", '"') else scalar(value)
+
+
+def _set(architecture: Architecture, override: _Override) -> Architecture:
+    spec = architecture.components[override.component]
+    value = {override.parameter: override.value}
+    if spec.description:
+        value = with_absolute_paths(spec.description, value, Path.cwd())
+    return architecture.with_component(replace(spec, parameters={**spec.parameters, **value}))
+
+
+def _problems(stack: Stack, architecture: Architecture, overrides: list[_Override]) -> Iterator[Problem]:
+    named = {override.field: override for override in overrides}
+    for place, problem in stack_problems(architecture):
+        override = named.get(place)
+        file = _shown(override.text) if override else str(stack.file)
+        line = None if override else stack.lines.get(place)
+        yield Problem(file, line, place, problem)

@@ -1,0 +1,61 @@
+"""What is wrong with a stack: every problem with its file, line and field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing wrong: its file (or override), line (from 1) and field, and what would be right."""
+
+    file: str
+    line: int | None
+    field: str
+    problem: str
+
+    def __str__(self) -> str:
+        """Return ``frog/stack.yaml:17: components.navigator.host: there is no host 'arm'``."""
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        return ": ".join(part for part in (place, self.field, self.problem) if part)
+
+
+class StackError(Exception):
+    """A stack that cannot run; ``problems`` has everything that is wrong, by line."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        """Order the problems by line, each once."""
+        ordered = sorted(dict.fromkeys(problems), key=lambda problem: problem.line or 0)
+        self.problems = tuple(ordered)
+        super().__init__("\n".join(map(str, ordered)))
+
+
+@dataclass(slots=True)
+class Report:
+    """The problems found so far in a file whose fields stand in ``lines``."""
+
+    file: str
+    lines: dict[str, int] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def add(self, path: str, problem: str) -> None:
+        """Note a problem of the field at the dotted ``path``."""
+        self.problems.append(Problem(self.file, self.line_of(path), path, problem))
+
+    def line_of(self, path: str) -> int | None:
+        """Return the line of a field, or of the nearest one around it that the file has."""
+        while path and path not in self.lines:
+            path = path.rpartition(".")[0]
+        return self.lines.get(path)
+
+    def raise_if_any(self) -> None:
+        """Raise all problems that were noted; raises StackError."""
+        if self.problems:
+            raise StackError(self.problems)
+
+
+def fail(file: str, line: int | None, problem: str) -> NoReturn:
+    """Raise the only problem; raises StackError."""
+    raise StackError([Problem(file, line, "", problem)])

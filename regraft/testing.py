@@ -1,0 +1,202 @@
+"""For tests of components: several in one process, without Zenoh, under a clock that the test moves.
+
+>>> from regraft import Component, Output, every
+>>> from bus_schema.messages.sensors import LightLevel
+>>> class Lamp(Component):
+...     "Says how dark it is."
+...     level = Output(LightLevel)
+...     @every(hz=2)
+...     def tell(self) -> None:
+...         self.level.publish(LightLevel(self.kit.now(), 0.5))
+>>> with Rig() as rig:
+...     lamp = rig.add(Lamp)
+...     levels = rig.collect("level", LightLevel)
+...     rig.advance(2.0)
+...     len(levels)
+4
+"""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any, TypeVar
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope, Kind
+from bus_schema.keys import Keys
+from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.health import Event
+from bus_schema.registry import type_of
+from regraft.assignment import Assignment
+from regraft.clock import SteppedClock
+from regraft.component import Component
+from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.runtime import loop
+from regraft.runtime.calling import Caller, Goal
+from regraft.runtime.herald import Herald
+from regraft.runtime.inbound import Inbound
+from regraft.runtime.runtime import Runtime
+from regraft.runtime.timers import Timers
+from regraft.runtime.writers import Identity, Writers
+
+C = TypeVar("C", bound=Component)
+M = TypeVar("M")
+A = TypeVar("A")
+
+FINEST = 1_000_000
+"""Nanoseconds by which the clock moves at the least."""
+HEAVY_WORK_WITHIN = 10.0
+
+
+class Rig:
+    """Components on a memory bus, under one clock; the test is their surroundings."""
+
+    def __init__(self, system: str = "rig", *, seed: int = 0, start: float = 0.0) -> None:
+        """Begin without components, at ``start`` seconds."""
+        self.hub = MemoryHub()
+        self.bus = MemoryBus(self.hub)
+        self.clock = SteppedClock(round(start * 1e9))
+        self.keys = Keys(system)
+        self.events: list[Event] = []
+        self.runtimes: dict[str, Runtime] = {}
+        self._system = system
+        self._seed = seed
+        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        identity = Identity("rig", 1, 1)
+        self._writers = Writers(self.bus, self.clock, identity)
+        self._timers = Timers()
+        self._herald = Herald(self.bus, self.keys, self.clock, identity, 3600.0)
+        self._inbound = Inbound(stepped=False)
+        self._caller = Caller(self.keys, "rig-1", self._writers, self._timers, self._herald)
+        self._inbound.add(self.keys.reply("**", "rig-1"), self._caller)
+        self.bus.subscribe(self.keys.reply("**", "rig-1"), self._inbox.put)
+        self.bus.subscribe(self.keys.event, lambda s: self.events.append(codec.decode(s.payload, Event)))
+
+    def __enter__(self) -> Rig:
+        """Use it as a context, so that everything ends with the test."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End all components."""
+        for runtime in self.runtimes.values():
+            runtime.leave()
+        self.bus.close()
+
+    def add(
+        self,
+        cls: type[C],
+        name: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        connections: Mapping[str, str] | None = None,
+        *,
+        state: State = State.ACTIVE,
+    ) -> C:
+        """Start a component and bring it to ``state``; returns the component itself."""
+        assignment = Assignment(
+            self._system,
+            name or cls.__name__.lower(),
+            f"{cls.__module__}:{cls.__qualname__}",
+            parameters=dict(parameters or {}),
+            connections=dict(connections or {}),
+            state=state,
+            seed=self._seed,
+            heartbeat=3600.0,
+        )
+        runtime = Runtime(cls, assignment, MemoryBus(self.hub), self.clock)
+        self.runtimes[assignment.name] = runtime
+        loop.start(runtime)
+        self.settle()
+        component = runtime.component
+        assert isinstance(component, cls)
+        return component
+
+    def state(self, name: str) -> State:
+        """Return a component's lifecycle state."""
+        return self.runtimes[name].state
+
+    def transition(self, name: str, transition: Transition) -> None:
+        """Bring a component to another state; raises TransitionFailed."""
+        self.runtimes[name].lifecycle.perform(transition)
+        self.settle()
+
+    def publish(self, topic: str, message: object) -> None:
+        """Put a message on a topic and let everybody handle it."""
+        self._writers.open(self.keys.topic(topic), type_of(type(message)).encoding).put(codec.encode(message))
+        self.settle()
+
+    def collect(self, topic: str, cls: type[M]) -> list[M]:
+        """Return a list to which every message of a topic is added from now on."""
+        collected: list[M] = []
+
+        def take(sample: Any) -> None:
+            if Envelope.from_bytes(sample.attachment).kind is Kind.DATA:
+                collected.append(codec.decode(sample.payload, cls))
+
+        self.bus.subscribe(self.keys.topic(topic), take)
+        return collected
+
+    def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> A:
+        """Call a service, letting time pass until it answers; raises CallFailed."""
+        waiting = self._caller.call(service, request, reply, timeout)
+        self._advance_until(lambda: waiting.done, timeout + 1.0)
+        if waiting.error:
+            raise waiting.error
+        assert waiting.value is not None
+        return waiting.value
+
+    def goal(self, service: str, goal: object, result: type[A], feedback: type[M] | None = None) -> Goal[A, M]:
+        """Give an action a goal; let time pass with ``advance``."""
+        given = self._caller.goal(service, goal, result, feedback)
+        self.settle()
+        return given
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass, from one thing that is due to the next."""
+        end = self.clock.now() + round(seconds * 1e9)
+        while self.clock.now() < end:
+            due = [d for d in (r.timers.next_due() for r in self.runtimes.values()) if d is not None]
+            mine = self._timers.next_due()
+            following = min([*due, *([mine] if mine is not None else []), end])
+            self.clock.advance_to(max(following, min(end, self.clock.now() + FINEST)))
+            self.settle()
+
+    def _advance_until(self, done: Any, seconds: float) -> None:
+        end = self.clock.now() + round(seconds * 1e9)
+        self.settle()
+        while not done() and self.clock.now() < end:
+            self.advance(0.01)
+
+    def settle(self) -> None:
+        """Let everybody handle what has arrived and what is due, until nothing is left to do."""
+        busy = True
+        while busy:
+            busy = self._settle_mine()
+            for runtime in list(self.runtimes.values()):
+                busy = self._settle_one(runtime) or busy
+
+    def _settle_mine(self) -> bool:
+        self._timers.wake_sleepers(self.clock.now())
+        item = loop.get(self._inbox, 0.0)
+        busy = item is not None
+        while item is not None:
+            self._inbound.arrive(item, self.clock.now())
+            item = loop.get(self._inbox, 0.0)
+        while self._inbound.ready:
+            consumer, envelope, sample = self._inbound.ready.popleft()
+            consumer.deliver(envelope, sample)
+        return busy
+
+    @staticmethod
+    def _settle_one(runtime: Runtime) -> bool:
+        item = loop.get(runtime.inbox, HEAVY_WORK_WITHIN if runtime.computing else 0.0)
+        busy = item is not None
+        while item is not None:
+            runtime.take(item)
+            runtime.work()
+            item = loop.get(runtime.inbox, 0.0)
+        loop.pump(runtime)
+        return busy or bool(runtime.computing)

@@ -1,0 +1,1 @@
+"""The robot's components, one module or folder each."""

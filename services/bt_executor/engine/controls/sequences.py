@@ -1,0 +1,96 @@
+"""Nodes that tick their children one after the other and remember where they are."""
+
+from typing import ClassVar
+
+from ..control import Control
+from ..node import NodeSetup
+from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status
+
+
+class _Ordered(Control):
+    """Sequence and Fallback, which differ in the result that leads on to the next child.
+
+    Attributes:
+        passing: The child's result that leads on; the other one ends the node.
+        yields: Whether the node returns RUNNING between two children of which the first completed at once.
+    """
+
+    passing: ClassVar[Status] = SUCCESS
+    yields: ClassVar[bool] = False
+
+    def __init__(self, setup: NodeSetup) -> None:
+        super().__init__(setup)
+        self._index = 0
+        self._skipped = 0
+
+    def tick(self) -> Status:
+        """Tick children from where the last tick stopped."""
+        self.set_running()
+        children = self.children
+        while self._index < len(children):
+            child = children[self._index]
+            was_idle = child.status == IDLE
+            status = child.execute_tick()
+            if status == RUNNING:
+                return RUNNING
+            if status == SKIPPED:
+                self._skipped += 1
+            elif status != self.passing:
+                self._stop_early()
+                return status
+            self._index += 1
+            if self.yields and status == self.passing and was_idle and self._index < len(children):
+                self.request_wake_up()
+                return RUNNING
+        all_skipped = self._skipped == len(children)
+        self._begin_anew()
+        return SKIPPED if all_skipped else self.passing
+
+    def halt(self) -> None:
+        """Reset all children and begin with the first next time."""
+        self._begin_anew()
+        super().halt()
+
+    def _begin_anew(self) -> None:
+        self.reset_children()
+        self._index = 0
+        self._skipped = 0
+
+    def _stop_early(self) -> None:
+        self._begin_anew()
+
+
+class Sequence(_Ordered):
+    """Ticks its children in order until one fails; succeeds after the last."""
+
+
+class AsyncSequence(Sequence):
+    """A Sequence that lets the rest of the tree react between two children."""
+
+    yields: ClassVar[bool] = True
+
+
+class Fallback(_Ordered):
+    """Ticks its children in order until one succeeds; fails after the last."""
+
+    passing: ClassVar[Status] = FAILURE
+
+
+class AsyncFallback(Fallback):
+    """A Fallback that lets the rest of the tree react between two children."""
+
+    yields: ClassVar[bool] = True
+
+
+class SequenceWithMemory(_Ordered):
+    """A Sequence that, after a failure or a halt, goes on with the child at which it stopped."""
+
+    yields: ClassVar[bool] = True
+
+    def halt(self) -> None:
+        """Reset all children; the place is kept."""
+        Control.halt(self)
+
+    def _stop_early(self) -> None:
+        for child in self.children[self._index :]:
+            child.reset()

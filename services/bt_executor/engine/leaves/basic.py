@@ -1,0 +1,49 @@
+"""Leaves with a fixed result, and the leaf that waits."""
+
+from ..leaf import StatefulAction, SyncAction
+from ..node import NodeSetup
+from ..ports import Input
+from ..status import FAILURE, RUNNING, SUCCESS, Status
+
+
+class AlwaysSuccess(SyncAction):
+    """Succeeds."""
+
+    def tick(self) -> Status:
+        """Return SUCCESS."""
+        return SUCCESS
+
+
+class AlwaysFailure(SyncAction):
+    """Fails."""
+
+    def tick(self) -> Status:
+        """Return FAILURE."""
+        return FAILURE
+
+
+class Sleep(StatefulAction):
+    """Runs for a time, then succeeds."""
+
+    msec = Input(int, description="how long, in milliseconds")
+
+    def __init__(self, setup: NodeSetup) -> None:
+        """Begin without a timer."""
+        super().__init__(setup)
+        self._deadline = 0.0
+
+    def on_start(self) -> Status:
+        """Start the timer."""
+        duration = self.msec
+        if duration <= 0:
+            return SUCCESS
+        self._deadline = self.runtime.timers.start(self.uid, duration / 1000.0)
+        return RUNNING
+
+    def on_running(self) -> Status:
+        """Succeed when the time has come."""
+        return SUCCESS if self.runtime.clock.now() >= self._deadline else RUNNING
+
+    def on_halted(self) -> None:
+        """Stop the timer."""
+        self.runtime.timers.cancel(self.uid)

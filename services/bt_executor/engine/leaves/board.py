@@ -1,0 +1,50 @@
+"""Leaves that write and remove blackboard entries."""
+
+from typing import Any
+
+from ..errors import PortError
+from ..leaf import SyncAction
+from ..ports import InOut, Input
+from ..status import FAILURE, SUCCESS, Status
+from ..text import board_key
+
+
+class SetBlackboard(SyncAction):
+    """Writes an entry: literal text, or a copy of another entry with its type.
+
+    Fails if the other entry is empty. Text is converted to the type of an entry that exists.
+    """
+
+    value = Input[Any](description="literal text, or the entry to copy")
+    output_key = InOut(str, description="the name of the entry to write")
+
+    def tick(self) -> Status:
+        """Write the entry."""
+        text = self.setup.attributes.get("value")
+        if text is None:
+            raise PortError("input 'value' is not given", node=self.path)
+        target = self.output_key
+        source_key = board_key(text, "value")
+        if source_key is None:
+            self.blackboard.set(target, text)
+            return SUCCESS
+        source = self.blackboard.find(source_key)
+        if source is None:
+            raise PortError(f"input 'value': there is no blackboard entry '{source_key}'", node=self.path)
+        if source.value is None:
+            return FAILURE
+        if self.blackboard.find(target) is None:
+            self.blackboard.declare(target, source.type)
+        self.blackboard.set(target, source.value)
+        return SUCCESS
+
+
+class UnsetBlackboard(SyncAction):
+    """Removes an entry; succeeds also if there is none."""
+
+    key = Input(str, description="the name of the entry")
+
+    def tick(self) -> Status:
+        """Remove the entry."""
+        self.blackboard.unset(self.key)
+        return SUCCESS

@@ -1,0 +1,102 @@
+"""Makes trees from XML."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from .blackboard import Blackboard
+from .clock import Clock, MonotonicClock
+from .registry import Registry
+from .runtime import Runtime
+from .tree import Tree
+from .xml.builder import Builder
+from .xml.checks import check_structure, total_depth
+from .xml.collection import Collector, TreeCollection
+
+_FRAMES_PER_LEVEL = 5
+_FRAMES_OF_CALLERS = 400
+
+
+def load_file(
+    path: str | Path,
+    registry: Registry,
+    *,
+    main: str = "",
+    clock: Clock | None = None,
+    blackboard: Blackboard | None = None,
+    search_path: Sequence[Path] = (),
+    lenient: bool = False,
+) -> Tree:
+    """Make a tree from a file.
+
+    Args:
+        path: The file.
+        registry: The node types.
+        main: The ID of the tree to execute; by default what the file says.
+        clock: Where timing nodes take the time from; by default the machine's monotonic clock.
+        blackboard: The top blackboard, if it exists already; it gets the registry's converters.
+        search_path: Folders that hold the packages named by ``<include ros_pkg="…">``.
+        lenient: Whether to read XML that is ill-formed only in its comments or behind its end, with a
+            warning.
+
+    Raises:
+        LoadError: The tree cannot be built; names file and line.
+    """
+    collector = Collector(search_path, lenient)
+    collector.add_file(Path(path))
+    collector.check_ids()
+    return _build(collector.collection, registry, main, clock, blackboard)
+
+
+def load_text(
+    text: str,
+    registry: Registry,
+    *,
+    main: str = "",
+    clock: Clock | None = None,
+    blackboard: Blackboard | None = None,
+    search_path: Sequence[Path] = (),
+    lenient: bool = False,
+    folder: Path | None = None,
+) -> Tree:
+    """Make a tree from XML text; relative includes start from a folder, by default the current one.
+
+    See `load_file` for the other arguments.
+    """
+    collector = Collector(search_path, lenient)
+    collector.add_text(text, "", folder or Path())
+    collector.check_ids()
+    return _build(collector.collection, registry, main, clock, blackboard)
+
+
+def _build(
+    collection: TreeCollection,
+    registry: Registry,
+    main: str,
+    clock: Clock | None,
+    blackboard: Blackboard | None,
+) -> Tree:
+    main = collection.main_tree(main)
+    check_structure(collection, registry.manifests)
+    _allow_recursion(total_depth(collection, main))
+    clock = clock or (blackboard.clock if blackboard else MonotonicClock())
+    board = blackboard or Blackboard(clock=clock)
+    board.converters = registry.converters
+    runtime = Runtime(clock, registry.enums)
+    builder = Builder(collection, registry, runtime)
+    builder.build_tree(main, board, "")
+    boards = {main: board, **builder.boards}
+    return Tree(
+        main,
+        nodes=tuple(builder.nodes),
+        blackboards=boards,
+        runtime=runtime,
+        warnings=tuple(collection.warnings),
+    )
+
+
+def _allow_recursion(depth: int) -> None:
+    """Raise Python's limit for trees that are nested so deeply that a tick would exceed it."""
+    needed = depth * _FRAMES_PER_LEVEL + _FRAMES_OF_CALLERS
+    if needed > sys.getrecursionlimit():
+        sys.setrecursionlimit(needed)

@@ -1,0 +1,94 @@
+"""How scripts write blackboard entries: the first value fixes the type, later ones are converted to it."""
+
+from typing import Any
+
+from ..blackboard import Blackboard, Entry
+from ..errors import ScriptError
+from ..values import from_text, to_type
+from .operators import BINARY
+
+
+def entry_for(board: Blackboard, name: str, create: bool) -> Entry:
+    """Return the entry that an assignment writes.
+
+    Raises:
+        ScriptError: There is none and the operator does not create any.
+    """
+    entry = board.find(name)
+    if entry is None:
+        if not create:
+            raise ScriptError(f"there is no blackboard entry '{name}'; create it with ':='")
+        entry = board.declare(name)
+    return entry
+
+
+def assign(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
+    """Write a value as ``:=`` and ``=`` do; return what the entry holds then.
+
+    Raises:
+        ScriptError: The value cannot become one of the entry's type.
+    """
+    if value is None:
+        raise ScriptError(f"cannot assign to '{name}': the right side is an empty entry")
+    if entry.value is None:
+        stored = _first_value(board, name, entry, value)
+    else:
+        stored = _next_value(board, name, entry, value)
+    board.store(entry, stored)
+    return stored
+
+
+def assign_combined(board: Blackboard, name: str, entry: Entry, operator: str, value: Any) -> Any:
+    """Write an entry combined with a value, as ``+=`` and its like do; return what it holds then.
+
+    Args:
+        board: The board of the script.
+        name: The entry's name.
+        entry: The entry.
+        operator: The binary operator, such as ``+``.
+        value: The right side.
+
+    Raises:
+        ScriptError: The entry is empty, or the operator does not work on such values.
+    """
+    if entry.value is None or value is None:
+        raise ScriptError(f"'{operator}=' needs two values; '{name}' or the right side is empty")
+    return assign(board, name, entry, BINARY[operator](entry.value, value))
+
+
+def _first_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
+    if entry.type is None or entry.type is str:
+        entry.type = type(value)
+        return value
+    # A number keeps its own type here even if a port declared another: BehaviorTree.CPP does the same.
+    return _parsed(board, name, value, entry.type) if isinstance(value, str) else value
+
+
+def _next_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
+    current = entry.value
+    if isinstance(current, str) != isinstance(value, str):
+        if isinstance(current, str):
+            raise ScriptError(f"'{name}' holds text; cannot assign {value!r} to it")
+        kind = type(current) if isinstance(current, int | float) else entry.type
+        return _parsed(board, name, value, kind)
+    if isinstance(current, int | float) and isinstance(value, int | float):
+        return _like(board, name, current, value)
+    if isinstance(value, type(current)) or isinstance(current, type(value)):
+        return value
+    raise ScriptError(f"'{name}' holds a {type(current).__name__}; cannot assign {value!r} to it")
+
+
+def _like(board: Blackboard, name: str, current: Any, value: float) -> Any:
+    if isinstance(current, float):
+        return float(value)
+    try:
+        return to_type(value, type(current), board.converters)
+    except ValueError as error:
+        raise ScriptError(f"cannot change '{name}' from {current} to {value}: {error}") from None
+
+
+def _parsed(board: Blackboard, name: str, text: str, kind: Any) -> Any:
+    try:
+        return from_text(text, kind, board.converters)
+    except ValueError as error:
+        raise ScriptError(f"cannot assign text to '{name}': {error}") from error

@@ -1,0 +1,66 @@
+"""Splits a script into tokens."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from ..errors import ScriptError
+from ..values import INT64_MAX
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A piece of a script.
+
+    Attributes:
+        kind: ``int``, ``hex``, ``real``, ``text``, ``name``, ``operator`` or ``end``.
+        text: The characters, without the quotes of a text and the ``0x`` of a hex number.
+        column: Where it starts, counted from 1.
+    """
+
+    kind: str
+    text: str
+    column: int
+
+
+_TOKEN: Final = re.compile(
+    r"""(?P<space>\s+)
+      | (?P<real>[0-9]+\.[0-9]+(?:[eE][+-]?[0-9]+)?(?![\w.]) | [0-9]+[eE][+-]?[0-9]+(?![\w.]))
+      | 0[xX](?P<hex>[0-9a-fA-F]+)(?!\w|\.(?!\.))
+      | (?P<int>[0-9]+)(?!\w|\.(?!\.))
+      | '(?P<text>[^']*)'
+      | (?P<name>@?[^\W\d]\w*)
+      | (?P<operator>:=|\+=|-=|\*=|/=|\.\.|==|!=|<=|>=|&&|\|\||[-=<>?:|^&+*/~!();])
+    """,
+    re.VERBOSE,
+)
+_BASES: Final = {"int": 10, "hex": 16}
+_MAX_DIGITS: Final = 100
+"""More digits than any number of 64 bits needs, leading zeros included; Python refuses to read thousands."""
+
+
+def tokenize(script: str) -> list[Token]:
+    """Return the tokens of a script, closed by an ``end`` token.
+
+    Raises:
+        ScriptError: Some characters form no token, or a whole number does not fit into 64 bits.
+    """
+    tokens = []
+    position = 0
+    while position < len(script):
+        found = _TOKEN.match(script, position)
+        place = f"column {position + 1} of '{script}'"
+        if found is None:
+            raise ScriptError(f"{place}: cannot read '{script[position:][:12]}'")
+        kind = str(found.lastgroup)
+        token = Token(kind, found.group(kind), position + 1)
+        if kind in _BASES and not _fits(token):
+            raise ScriptError(f"{place}: {found.group()[:30]} does not fit into 64 bits")
+        if kind != "space":
+            tokens.append(token)
+        position = found.end()
+    return [*tokens, Token("end", "", len(script) + 1)]
+
+
+def _fits(token: Token) -> bool:
+    return len(token.text) <= _MAX_DIGITS and int(token.text, _BASES[token.kind]) <= INT64_MAX

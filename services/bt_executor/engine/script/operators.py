@@ -1,0 +1,184 @@
+"""What the operators of scripts do with values.
+
+Whole numbers are 64-bit and arise from literals and from the board; every calculation gives a real.
+"""
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from ..errors import ScriptError
+from ..values import exact_int, number_text, parse_real
+
+TOLERANCE: Final = 2.0**-23
+"""Numbers this close are equal: the machine epsilon of a 32-bit float, as in BehaviorTree.CPP."""
+
+TRUTH: Final = {"true": 1.0, "false": 0.0}
+
+Operation = Callable[[Any, Any], Any]
+Relation = Callable[[Any, Any], bool]
+
+
+def truth(value: Any) -> bool:
+    """Return whether a value counts as true where a condition is wanted.
+
+    Raises:
+        ScriptError: The value is a negative whole number, or no number at all.
+    """
+    if isinstance(value, float):
+        return value != 0.0
+    if isinstance(value, int) and value >= 0:
+        return value != 0
+    raise ScriptError(f"{_shown(value)} is neither true nor false; a condition is a number that is not negative")
+
+
+def chosen(value: Any) -> bool:
+    """Return whether a value selects the first branch of ``? :``: non-empty text, or a true number."""
+    return bool(value) if isinstance(value, str) else truth(value)
+
+
+def negate(value: Any) -> float:
+    """Return the negative of a number, always as a real."""
+    return -float(_number("-", value))
+
+
+def complement(value: Any) -> float:
+    """Return the bitwise complement of a whole number."""
+    number = _number("~", value)
+    if not math.isfinite(number):
+        raise ScriptError(f"'~' does not work on {number}")
+    return float(~int(number))
+
+
+def logical_not(value: Any) -> float:
+    """Return 1.0 for zero and 0.0 for any other number."""
+    return float(not _number("!", value))
+
+
+def add(left: Any, right: Any) -> float | str:
+    """Return the sum of two numbers, or two texts joined."""
+    if isinstance(left, str) and isinstance(right, str):
+        return left + right
+    return float(_number("+", left)) + float(_number("+", right))
+
+
+def divide(left: Any, right: Any) -> float:
+    """Return the quotient of two numbers; as in C++, dividing by zero gives an infinity or not-a-number."""
+    dividend, divisor = float(_number("/", left)), float(_number("/", right))
+    if divisor != 0.0:
+        return dividend / divisor
+    if dividend == 0.0 or math.isnan(dividend):
+        return math.nan
+    return math.copysign(math.inf, dividend) * math.copysign(1.0, divisor)
+
+
+def join(left: Any, right: Any) -> str:
+    """Return texts joined; at most one of them may be a number."""
+    if not isinstance(left, str) and not isinstance(right, str):
+        raise ScriptError(f"'..' needs a text on one side at least, not {_shown(left)} and {_shown(right)}")
+    return _as_text(left) + _as_text(right)
+
+
+def _shown(value: Any) -> str:
+    return "an empty entry" if value is None else repr(value)
+
+
+def _as_text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return number_text(_number("..", value))
+
+
+def _number(symbol: str, value: Any) -> float:
+    if not isinstance(value, int | float):
+        raise ScriptError(f"'{symbol}' does not work on {_shown(value)}")
+    return value
+
+
+def _real(symbol: str, function: Callable[[float, float], float]) -> Operation:
+    def operation(left: Any, right: Any) -> float:
+        return function(float(_number(symbol, left)), float(_number(symbol, right)))
+
+    return operation
+
+
+def _bitwise(symbol: str, function: Callable[[int, int], int]) -> Operation:
+    def operation(left: Any, right: Any) -> float:
+        try:
+            return float(function(exact_int(_number(symbol, left)), exact_int(_number(symbol, right))))
+        except ValueError as error:
+            raise ScriptError(f"'{symbol}' works on whole numbers only: {error}") from None
+
+    return operation
+
+
+def _logical(function: Callable[[bool, bool], bool]) -> Operation:
+    def operation(left: Any, right: Any) -> float:
+        return float(function(truth(left), truth(right)))
+
+    return operation
+
+
+UNARY: Final[Mapping[str, Callable[[Any], float]]] = {"-": negate, "~": complement, "!": logical_not}
+
+BINARY: Final[Mapping[str, Operation]] = {
+    "+": add,
+    "-": _real("-", operator.sub),
+    "*": _real("*", operator.mul),
+    "/": divide,
+    "..": join,
+    "|": _bitwise("|", operator.or_),
+    "^": _bitwise("^", operator.xor),
+    "&": _bitwise("&", operator.and_),
+    "&&": _logical(lambda left, right: left and right),
+    "||": _logical(lambda left, right: left or right),
+}
+
+_TEXT_RELATIONS: Final[Mapping[str, Relation]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+}
+_NUMBER_RELATIONS: Final[Mapping[str, Relation]] = {
+    **_TEXT_RELATIONS,
+    "==": lambda left, right: abs(left - right) <= TOLERANCE,
+    "!=": lambda left, right: not abs(left - right) <= TOLERANCE,
+}
+
+
+def relation(symbol: str, enums: Mapping[str, int]) -> Relation:
+    """Return what a comparison operator means.
+
+    Text beside a number is read as a number or as the name of one.
+    """
+    of_numbers, of_texts = _NUMBER_RELATIONS[symbol], _TEXT_RELATIONS[symbol]
+
+    def compare(left: Any, right: Any) -> bool:
+        if isinstance(left, int | float):
+            if isinstance(right, int | float):
+                return of_numbers(left, right)
+            if isinstance(right, str):
+                return of_numbers(left, _number_from_text(right, enums))
+        elif isinstance(left, str):
+            if isinstance(right, str):
+                return of_texts(left, right)
+            if isinstance(right, int | float):
+                return of_numbers(_number_from_text(left, enums), right)
+        raise ScriptError(f"'{symbol}' cannot compare {_shown(left)} with {_shown(right)}")
+
+    return compare
+
+
+def _number_from_text(text: str, enums: Mapping[str, int]) -> float:
+    if text in TRUTH:
+        return TRUTH[text]
+    if text in enums:
+        return float(enums[text])
+    try:
+        return parse_real(text)
+    except ValueError as error:
+        raise ScriptError(f"cannot compare a number with text: {error}") from None

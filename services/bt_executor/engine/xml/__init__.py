@@ -1,0 +1,1 @@
+"""Reads trees from BehaviorTree.CPP's XML, version 4."""

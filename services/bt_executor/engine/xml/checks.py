@@ -1,0 +1,119 @@
+"""Checks the structure of all trees before any node is made."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from ..manifest import NodeKind, NodeManifest
+from .collection import TreeCollection
+from .document import Element
+
+_VERSION_3: Final = {
+    "SequenceStar": "; version 4 calls it SequenceWithMemory",
+    "FallbackStar": "; version 4 has no such node",
+    "SubTreePlus": "; version 4 calls it SubTree",
+}
+LONG_FORMS: Final = tuple(kind.value for kind in NodeKind)
+
+
+def type_of(element: Element) -> str:
+    """Return the node type of an element: its tag, or the ID in the long form.
+
+    Raises:
+        LoadError: The long form is without ID, or the short form has one.
+    """
+    type_id = element.attributes.get("ID")
+    if element.tag in LONG_FORMS:
+        if not type_id:
+            raise element.error(f"<{element.tag}> needs an ID")
+        return "SubTree" if element.tag == "SubTree" else type_id
+    if type_id is not None:
+        raise element.error(f"<{element.tag}> must not have an ID; use the attribute name")
+    return element.tag
+
+
+def check_structure(collection: TreeCollection, manifests: Mapping[str, NodeManifest]) -> None:
+    """Check the node types and numbers of children of all trees, also of those that are not executed.
+
+    Raises:
+        LoadError: Something is wrong; the error names the place.
+    """
+    for tree_id, tree in collection.trees.items():
+        if tree_id in manifests:
+            raise tree.error(f"the tree ID '{tree_id}' is the name of a node type")
+        if len(tree.children) != 1:
+            raise tree.error(f"<BehaviorTree> needs exactly 1 child, it has {len(tree.children)}")
+        pending = list(tree.children)
+        while pending:
+            element = pending.pop()
+            _check_element(element, collection, manifests)
+            pending.extend(reversed(element.children))
+
+
+def total_depth(collection: TreeCollection, main: str) -> int:
+    """Return how many levels of nodes a tree has, the sub-trees' levels included.
+
+    Raises:
+        LoadError: A tree contains itself.
+    """
+    return _Depths(collection).of_tree(main)
+
+
+class _Depths:
+    """Measures each tree once; `_path` holds the trees that are being measured, to find cycles."""
+
+    def __init__(self, collection: TreeCollection) -> None:
+        self._collection = collection
+        self._known: dict[str, int] = {}
+        self._path: list[str] = []
+
+    def of_tree(self, tree_id: str) -> int:
+        if tree_id not in self._known:
+            self._path.append(tree_id)
+            self._known[tree_id] = self._measured(self._collection.trees[tree_id].children[0])
+            self._path.pop()
+        return self._known[tree_id]
+
+    def _measured(self, root: Element) -> int:
+        deepest = 0
+        pending = [(root, 1)]
+        while pending:
+            element, level = pending.pop()
+            deepest = max(deepest, level)
+            pending.extend((child, level + 1) for child in element.children)
+            if element.tag == "SubTree":
+                deepest = max(deepest, level + self._of_subtree(element))
+        return deepest
+
+    def _of_subtree(self, element: Element) -> int:
+        tree_id = element.attributes["ID"]
+        if tree_id in self._path:
+            circle = " → ".join([*self._path[self._path.index(tree_id) :], tree_id])
+            raise element.error(f"a tree cannot contain itself: {circle}")
+        return self.of_tree(tree_id)
+
+
+def _check_element(element: Element, collection: TreeCollection, manifests: Mapping[str, NodeManifest]) -> None:
+    type_id = type_of(element)
+    manifest = manifests.get(type_id)
+    if manifest is None:
+        raise element.error(f"unknown node type '{type_id}'{_VERSION_3.get(type_id, '')}")
+    count = len(element.children)
+    if manifest.kind is NodeKind.SUBTREE:
+        if count:
+            raise element.error("<SubTree> takes no children")
+        if element.attributes["ID"] not in collection.trees:
+            raise element.error(f"there is no tree '{element.attributes['ID']}'")
+    elif manifest.kind is NodeKind.DECORATOR and count != 1:
+        raise element.error(f"decorator {type_id} needs exactly 1 child, it has {count}")
+    elif manifest.kind is NodeKind.CONTROL and not count:
+        raise element.error(f"control node {type_id} needs at least 1 child")
+    elif manifest.kind in (NodeKind.ACTION, NodeKind.CONDITION) and count:
+        raise element.error(f"{manifest.kind.value.lower()} {type_id} takes no children, it has {count}")
+    if type_id == "ReactiveSequence":
+        _check_reactive_sequence(element)
+
+
+def _check_reactive_sequence(element: Element) -> None:
+    asynchronous = [child for child in element.children if type_of(child) == "AsyncSequence"]
+    if len(asynchronous) > 1:
+        raise asynchronous[1].error("ReactiveSequence takes only one AsyncSequence as a child")

@@ -1,0 +1,110 @@
+"""Parses XML text into elements that know their line."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+from xml.parsers import expat
+
+from ..errors import LoadError
+
+MAX_NESTING: Final = 256
+"""Levels of nodes in one tree, as in BehaviorTree.CPP."""
+_LEVELS_ABOVE_NODES: Final = 2  # <root> and <BehaviorTree>
+_COMMENT: Final = re.compile(r"<!--.*?-->", re.DOTALL)
+_END: Final = "</root>"
+
+
+@dataclass(slots=True)
+class Element:
+    """An XML element.
+
+    Attributes:
+        tag: The name of the element.
+        attributes: The values by name.
+        file: The file it comes from, empty for text.
+        line: Its line in that file.
+        children: The elements inside.
+        text: The characters directly inside.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    file: str
+    line: int
+    children: "list[Element]" = field(default_factory=list)
+    text: str = ""
+
+    def children_of(self, tag: str) -> "list[Element]":
+        """Return the direct children with a tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    @property
+    def place(self) -> str:
+        """The file and line, for messages."""
+        return f"{self.file or '<text>'}:{self.line}"
+
+    def error(self, message: str) -> LoadError:
+        """Return an error that names this element's place."""
+        return LoadError(message, file=self.file, line=self.line)
+
+
+def parse_document(text: str, file: str) -> Element:
+    """Return the root element of an XML document.
+
+    Raises:
+        LoadError: The text is not well-formed, nested too deeply, or declares entities.
+    """
+    return _Builder(file).parse(text)
+
+
+def mended(text: str) -> str:
+    """Return a document as a lenient parser would see it.
+
+    Comments end at the first ``-->``, and nothing follows the root element. Lines keep their numbers.
+    """
+    without_comments = _COMMENT.sub(lambda comment: "\n" * comment.group().count("\n"), text)
+    end = without_comments.find(_END)
+    return without_comments[: end + len(_END)] if end >= 0 else without_comments
+
+
+class _Builder:
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._open: list[Element] = []
+        self._root: Element | None = None
+        self._parser = expat.ParserCreate()
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._characters
+        self._parser.EntityDeclHandler = self._entity
+
+    def parse(self, text: str) -> Element:
+        try:
+            self._parser.Parse(text, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages[error.code]
+            message = f"not well-formed XML: {reason} (column {error.offset + 1})"
+            raise LoadError(message, file=self._file, line=error.lineno) from None
+        if self._root is None:
+            raise LoadError("the document has no root element", file=self._file, line=1)
+        return self._root
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes, self._file, self._parser.CurrentLineNumber)
+        if len(self._open) >= MAX_NESTING + _LEVELS_ABOVE_NODES:
+            raise element.error(f"<{tag}> is nested deeper than {MAX_NESTING} levels")
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _end(self, _tag: str) -> None:
+        self._open.pop()
+
+    def _characters(self, text: str) -> None:
+        self._open[-1].text += text
+
+    def _entity(self, name: str, *_details: object) -> None:
+        line = self._parser.CurrentLineNumber
+        raise LoadError(f"entity '{name}': a tree's XML must not declare entities", file=self._file, line=line)

@@ -1,0 +1,213 @@
+"""The navigator: the action ``navigate_to`` as a component."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from bus_schema.annotations import PlainValue
+from bus_schema.messages import geometry, maps, sensors
+from bus_schema.messages.health import Level
+from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft import Component, Input, Output, Parameter, RequestRefused, action, every
+from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
+from services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
+from services.navigator.geometry import Pose
+from services.navigator.planner import GridPlanner
+from services.navigator.robot import Limits
+from services.navigator.scan import Scan
+from services.power_model import motion_power
+
+FRAMES = ("map", "odom")
+FEEDBACK_EVERY = 0.5
+LOOK_EVERY = 0.05
+FRESH = 1.0
+"""s: an older odometry says nothing about where the robot is now, so it stops."""
+GIVE_UP_AFTER = 10.0
+"""s without odometry until a drive is given up."""
+
+
+class Navigator(Component):
+    """Drives the robot to goal poses on collision-free paths.
+
+    It plans on the map, follows the path around what the lidar sees, and takes the odometry for the robot's pose
+    in the map. A new goal replaces the one before. The speed never exceeds ``max_velocity``.
+    """
+
+    state_version = STATE_VERSION
+    checkpoint_every = 1.0
+
+    max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
+    max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")
+    goal_distance = Parameter(0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m")
+    goal_angle = Parameter(
+        0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad"
+    )
+    ready_within = Parameter(
+        5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s"
+    )
+
+    odometry = Input(sensors.Odometry, latest_only=True, text="where the robot is and how it moves")
+    scan = Input(sensors.LaserScan, latest_only=True, text="what is around")
+    map = Input(maps.OccupancyGrid, latest_only=True, text="what stands still")
+    velocity = Output(geometry.Twist, text="what the robot shall do; nothing while there is no goal")
+
+    def on_configure(self) -> None:
+        """Begin without a map and without a goal."""
+        self._follower: Follower | None = None
+        self._known_map: maps.OccupancyGrid | None = None
+        self._latest_scan: tuple[sensors.LaserScan, Scan] | None = None
+        self._restored: PlainValue = None
+        self._goal: NavigateTo | None = None
+        self._command = Command(0.0, 0.0, "idle")
+        self._moving = False
+        self._lost_sight_at: float | None = None
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return speed (m/s), power of the drive (W), and energy for a metre (J), when driving as fast as allowed."""
+        speed = float(parameters.get("max_velocity", cls.max_velocity.default))
+        power = motion_power(speed)
+        qualities = {"speed": speed, "power": power}
+        return qualities | ({"energy_per_metre": power / speed} if speed > 0.0 else {})
+
+    def evaluate(self) -> dict[str, float]:
+        """Return the speed (m/s) and the power of the drive (W) now."""
+        odometry = self.odometry.latest
+        speed = 0.0 if odometry is None else abs(odometry.twist.forward)
+        return {"speed": speed, "power": motion_power(speed)}
+
+    @action("navigate_to", feedback=NavigationProgress)
+    async def navigate_to(self, goal: NavigateTo) -> Arrival:
+        """Drive to a pose in the map, and say whether the robot is there."""
+        if goal.goal.frame not in FRAMES:
+            raise RequestRefused(f"a goal must be given in {' or '.join(FRAMES)}, not {goal.goal.frame!r}")
+        await self._get_ready()
+        assert self._follower is not None
+        target = planar_pose(goal.goal.pose)
+        if self._follower.goal != target:
+            self._follower.start(target)
+        self._goal = goal
+        self._lost_sight_at = None
+        self._command = Command(0.0, 0.0, "driving")
+        try:
+            return await self._arrive()
+        finally:
+            if self._goal is goal:
+                self._goal = None
+                self._follower.cancel()
+
+    async def _get_ready(self) -> None:
+        """Wait for what driving needs; raises RequestRefused if it does not come."""
+        deadline = self.kit.now() + self.ready_within
+        while missing := self._missing():
+            if self.kit.now() >= deadline:
+                raise RequestRefused(f"cannot drive: {missing} within {self.ready_within:g} s")
+            await self.kit.sleep(LOOK_EVERY)
+
+    def _missing(self) -> str:
+        missing = []
+        if self.odometry.latest is None:
+            missing.append("no odometry has come")
+        if not self._take_map():
+            missing.append("no usable map has come")
+        return " and ".join(missing)
+
+    async def _arrive(self) -> Arrival:
+        """Wait for the end of the drive, telling how it goes."""
+        told = self.kit.now()
+        while not (self._command.done or self._command.failed):
+            await self.kit.sleep(LOOK_EVERY)
+            if self.kit.now() - told >= FEEDBACK_EVERY:
+                told = self.kit.now()
+                self._tell()
+        odometry = self.odometry.latest
+        pose = geometry.Pose() if odometry is None else odometry.pose
+        return Arrival(self._command.done, pose, self._command.reason)
+
+    def _tell(self) -> None:
+        now = self._command
+        # A robot that may not drive has no idea when it will arrive, which no finite number says.
+        time_left = min(now.time_left, 1e6)
+        self.kit.feedback(NavigationProgress(now.distance_left, time_left, now.phase, now.recoveries))
+
+    @every(hz=20.0)
+    def drive(self) -> None:
+        """Command what the goal asks for now; stop once when there is none."""
+        if self._goal is None or self._follower is None:
+            self._stop()
+            return
+        odometry = self.odometry.latest
+        self._take_map()
+        if odometry is None or self.kit.now() - odometry.stamp > FRESH:
+            self._wait_for_odometry()
+            return
+        self._lost_sight_at = None
+        self._follower.limits = self._limits()
+        self._command = self._follower.update(
+            self.kit.now(), planar_pose(odometry.pose), planar_twist(odometry.twist), self._scan()
+        )
+        self._moving = True
+        self.velocity.publish(geometry.Twist.planar(self._command.v, self._command.w))
+
+    def _wait_for_odometry(self) -> None:
+        self._stop()
+        since = self._lost_sight_at = self._lost_sight_at or self.kit.now()
+        if self.kit.now() - since > GIVE_UP_AFTER:
+            self._command = Command(0.0, 0.0, "failed", reason=f"no odometry for {GIVE_UP_AFTER:g} s")
+
+    def _stop(self) -> None:
+        if self._moving:
+            self._moving = False
+            self.velocity.publish(geometry.Twist())
+
+    def _limits(self) -> Limits:
+        return replace(Limits(), max_velocity=self.max_velocity, max_turn_rate=self.max_turn_rate)
+
+    def _scan(self) -> Scan | None:
+        """Return the latest scan, converted once."""
+        message = self.scan.latest
+        if message is None:
+            return None
+        if self._latest_scan is None or self._latest_scan[0] is not message:
+            self._latest_scan = (message, scan_of(message))
+        return self._latest_scan[1]
+
+    def _take_map(self) -> bool:
+        """Take in the latest map where it is new; tell whether there is one to drive on."""
+        message = self.map.latest
+        if message is None or message is self._known_map:
+            return self._follower is not None
+        if self._known_map is None or not same_map(message, self._known_map):
+            self._use_map(message)
+        self._known_map = message
+        return self._follower is not None
+
+    def _use_map(self, message: maps.OccupancyGrid) -> None:
+        try:
+            planner = GridPlanner(grid_of(message))
+        except ValueError as error:
+            self.kit.diagnose("map", Level.ERROR, f"the map is of no use: {error}")
+            return
+        if self._follower is not None:
+            self._follower.planner = planner
+            return
+        tolerances = Tolerances(position=self.goal_distance, yaw=self.goal_angle)
+        self._follower = Follower(planner, self._limits(), tolerances=tolerances)
+        if self._restored is not None:
+            self._follower.restore(self._restored)
+            self._restored = None
+
+    def on_deactivate(self) -> None:
+        """Stand still."""
+        self._stop()
+
+    def snapshot(self) -> PlainValue:
+        """Return where the drive stands and what obstacles are remembered; the goal has to be given again."""
+        return self._restored if self._follower is None else self._follower.snapshot()
+
+    def restore(self, state: PlainValue) -> None:
+        """Remember; a goal that is given again goes on from here."""
+        if self._follower is not None and state is not None:
+            self._follower.restore(state)
+        else:
+            self._restored = state

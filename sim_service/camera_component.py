@@ -1,0 +1,163 @@
+"""A camera of a simulated world, as a component."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from bus_schema.description import Resources
+from bus_schema.messages.health import Level
+from bus_schema.messages.sensors import Image
+from bus_schema.messages.world import WorldState
+from regraft import Component, Input, Output, Parameter
+from sim_service import renderers
+from sim_service.camera import Camera as Eye
+from sim_service.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.camera_mount import CameraMount, camera_mount
+from sim_service.identity import world_hash
+from sim_service.placement import draw_placement
+from sim_service.renderers import Probe, RendererName, make_camera
+from sim_service.scene import load_scene
+
+GL_DEFAULTS = (320, 240, 5.0)
+RAY_DEFAULTS = (160, 120, 2.0)
+"""Width, height (pixels) and rate (Hz): the ray camera takes about ten times as long for a pixel."""
+FRAMES = {True: "base_link", False: "map"}
+
+
+@cache
+def probed() -> Probe:
+    """Find out which renderer works, once in this process and all that are forked from it."""
+    return renderers.probe()
+
+
+class Camera(Component):
+    """Renders the pictures of one camera of the world, when they are due and somebody wants them.
+
+    A picture shows the tick it was taken in. ``width``, ``height`` and ``rate`` of 0 are what the renderer
+    does with ease: 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
+    """
+
+    longest_handler = 2.0
+    resources = Resources(cpu=0.3)
+
+    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
+    camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
+    renderer = Parameter("auto", "what draws", choices=("auto", "egl", "osmesa", "ray"), read_only=True)
+    width = Parameter(
+        0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True
+    )
+    height = Parameter(
+        0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True
+    )
+    rate = Parameter(
+        0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz"
+    )
+    always_lit = Parameter(False, "whether it sees full light however dark it is", read_only=True)
+    full_well = Parameter(
+        600.0,
+        "electrons that white fills a pixel with: fewer give more noise; 0: none",
+        minimum=0.0,
+        read_only=True,
+    )
+    read_noise = Parameter(4.0, "electrons of noise in reading a pixel", minimum=0.0, read_only=True)
+
+    world_state = Input(WorldState, latest_only=True, text="the tick to draw")
+    image = Output(Image, text="the pictures")
+
+    _eye: Eye | None = None
+
+    @classmethod
+    def preload(cls) -> None:
+        """Find out which renderer works, before processes are forked."""
+        probed()
+
+    def on_configure(self) -> None:
+        """Load the world and get the renderer ready; raises SceneError."""
+        if not self.file:
+            raise ValueError("the parameter 'file' must name the world's MJCF file")
+        scene = load_scene(self.file)
+        placement = draw_placement(scene, self.kit.seed)
+        renderer = self._choose_renderer()
+        width, height, self._default_rate = RAY_DEFAULTS if renderer == "ray" else GL_DEFAULTS
+        self._size = (self.width or width, self.height or height)
+        noise = SensorNoise(self.full_well, self.read_noise) if self.full_well else None
+        settings = CameraSettings(self.camera, *self._size, self.always_lit, noise, self.kit.seed)
+        self._mount = camera_mount(scene, placement, self.camera)
+        self._hash = world_hash(scene, placement)
+        self._foreign = ""
+        self._eye = make_camera(renderer, scene, placement, settings)
+        self.kit.say(f"renders {self._size[0]}x{self._size[1]} on {renderer}")
+
+    def _choose_renderer(self) -> RendererName:
+        for name in renderers.NAMES:
+            if self.renderer == name:
+                return name
+        found = probed()
+        if found.renderer == "ray":
+            why = "; ".join(f"{name}: {reason}" for name, reason in found.reasons)
+            self.kit.event("camera.renderer", f"renders with the slow ray camera ({why})", renderer="ray")
+        return found.renderer
+
+    def on_activate(self) -> None:
+        """Begin to take pictures."""
+        self.kit.spawn(self._take_pictures(), "take pictures")
+
+    async def _take_pictures(self) -> None:
+        due = self.kit.now()
+        while True:
+            due = max(due + 1.0 / (self.rate or self._default_rate), self.kit.now())
+            await self.kit.sleep(due - self.kit.now())
+            try:
+                self._take_picture()
+            except Exception as error:
+                self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
+
+    def _take_picture(self) -> None:
+        state = self.world_state.latest if self.image.wanted else None
+        if state is None or self._eye is None or not self._is_ours(state):
+            return
+        # The step seeds the noise: the number of the tick tells moments apart just as well.
+        pixels = self._eye.render(RenderState(state.positions, state.light, state.tick))
+        mount: CameraMount = self._mount
+        self.image.publish(
+            Image(
+                state.stamp,
+                f"{self.kit.name}_optical",
+                FRAMES[mount.on_board],
+                mount.pose,
+                mount.horizontal_field_of_view(*self._size),
+                pixels,
+            )
+        )
+
+    def _is_ours(self, state: WorldState) -> bool:
+        """Refuse to draw a world that is not the one in the file: the picture would be a lie."""
+        if state.model_hash == self._hash:
+            self._foreign = ""
+            return True
+        if self._foreign != state.model_hash:
+            self._foreign = state.model_hash
+            text = f"the world that runs (seed {state.seed}) is not {self.file} with seed {self.kit.seed}"
+            self.kit.diagnose("world_state", Level.ERROR, f"{text}: no pictures")
+        return False
+
+    def evaluate(self) -> dict[str, float]:
+        """Return the rate of the pictures in Hz."""
+        return {"rate": self.rate or self._default_rate}
+
+    def on_cleanup(self) -> None:
+        """Give the renderer back."""
+        self._close()
+
+    def on_shutdown(self) -> None:
+        """Give the renderer back."""
+        self._close()
+
+    def on_error(self) -> None:
+        """Give the renderer back; the camera may be configured again."""
+        self._close()
+
+    def _close(self) -> None:
+        eye, self._eye = self._eye, None
+        if eye is not None:
+            eye.close()

@@ -1,0 +1,1 @@
+"""Robot systems to run: one folder each."""

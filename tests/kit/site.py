@@ -1,0 +1,139 @@
+"""Where the contract suite runs: real components on threads of their own, on either bus, under the real clock."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from bus_schema import codec
+from bus_schema.envelope import Envelope, Kind
+from bus_schema.keys import Keys
+from bus_schema.lifecycle import State
+from bus_schema.registry import type_of
+from regraft.assignment import Assignment
+from regraft.bus import Bus
+from regraft.client import Client
+from regraft.clock import RealClock
+from regraft.component import Component
+from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.runtime import loop
+from regraft.runtime.runtime import Runtime
+from regraft.runtime.writers import Identity, Writer, Writers
+from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.zenoh_config import Endpoints
+
+C = TypeVar("C", bound=Component)
+M = TypeVar("M")
+
+PATIENCE = 10.0
+
+
+def wait_until(condition: Callable[[], Any], what: str = "the condition", seconds: float = PATIENCE) -> None:
+    """Wait for a condition, within bounds."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"{what} did not come true within {seconds:g} s")
+        time.sleep(0.002)
+
+
+class Site:
+    """A bus with components on it."""
+
+    def __init__(self, kind: str) -> None:
+        self.keys = Keys("site")
+        self._hub: MemoryHub | None = MemoryHub() if kind == "memory" else None
+        self._router: ZenohBus | None = None
+        if kind == "zenoh":
+            with socket.socket() as probe:
+                probe.bind(("127.0.0.1", 0))
+                self._endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True))
+        self.runtimes: dict[str, Runtime] = {}
+        self._threads: list[threading.Thread] = []
+        self._buses: list[Bus] = []
+        self._failures: list[BaseException] = []
+        self.bus = self.session()
+        self.client = Client(self.session(), "site", "tester")
+
+    def session(self) -> Bus:
+        """Open another session."""
+        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)))
+        self._buses.append(bus)
+        return bus
+
+    def start(self, cls: type[C], name: str, **assigned: Any) -> C:
+        """Run a component on a thread of its own; returns it once it has gone to its state."""
+        assignment = Assignment("site", name, f"{cls.__module__}:{cls.__qualname__}", **assigned)
+        started = threading.Event()
+        failure = self._failures
+
+        def run() -> None:
+            try:
+                runtime = Runtime(cls, assignment, self.session(), RealClock())
+                self.runtimes[name] = runtime
+                runtime.post(started.set)
+                loop.run(runtime)
+                runtime.leave()
+            except BaseException as error:
+                failure.append(error)
+                started.set()
+
+        thread = threading.Thread(target=run, name=name, daemon=True)
+        thread.start()
+        self._threads.append(thread)
+        assert started.wait(PATIENCE)
+        if failure:
+            raise failure.pop()
+        component = self.runtimes[name].component
+        assert isinstance(component, cls)
+        return component
+
+    def stop(self, name: str) -> None:
+        """Shut a component down."""
+        runtime = self.runtimes[name]
+        runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
+
+    def writer(self, topic: str, message: type, source: str = "source", incarnation: int = 1) -> Writer:
+        """Return a writer that puts under any name and incarnation."""
+        writers = Writers(self.session(), RealClock(), Identity(source, incarnation, incarnation))
+        return writers.open(self.keys.topic(topic), type_of(message).encoding)
+
+    def collect(self, topic: str, cls: type[M]) -> list[M]:
+        """Return a list that the messages of a topic are added to from now on."""
+        collected: list[M] = []
+        listening = threading.Event()
+        bus = self.session()
+
+        def take(item: Any) -> None:
+            sample = bus.open_sample(item)
+            if sample is None:
+                return
+            if Envelope.from_bytes(sample.attachment).kind is Kind.DATA:
+                collected.append(codec.decode(sample.payload, cls))
+            else:
+                listening.set()
+
+        bus.subscribe(self.keys.topic(topic), take)
+        probe = self.writer(topic, cls, "probe")
+        while not listening.wait(0.01):
+            probe.mark()
+        return collected
+
+    def close(self) -> None:
+        """End everything."""
+        for name in self.runtimes:
+            self.stop(name)
+        if self._failures:
+            raise self._failures[0]
+        for thread in self._threads:
+            thread.join(PATIENCE)
+            assert not thread.is_alive(), f"{thread.name} did not end"
+        self.client.close()
+        for bus in self._buses:
+            bus.close()
+        if self._router:
+            self._router.close()

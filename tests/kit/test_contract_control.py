@@ -1,0 +1,128 @@
+"""What control queries, parameters and the lifecycle promise, on either bus."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.control import ControlCode, ParameterValues, SetTransition, StateRequest, StateStep
+from regraft.client.errors import ControlRefused
+from regraft.parameters import ParameterError
+from tests.kit.parts import Counter, Fragile, Number
+from tests.kit.site import Site, wait_until
+
+
+def test_a_component_describes_itself(site: Site) -> None:
+    site.start(Counter, "counter")
+    description = site.client.describe("counter")
+    rate = description.parameter("rate")
+    assert rate is not None
+    assert rate.schema == {"type": "number", "minimum": 0.0, "maximum": 2000.0}
+    assert rate.unit == "Hz"
+    assert [port.name for port in description.ports] == ["count"]
+
+
+def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
+    site.start(Counter, "counter")
+    with pytest.raises(ControlRefused) as refused:
+        site.client.control("counter", "parameters", ParameterValues({"step": 3, "label": "ugly", "speed": 1}))
+    text = str(refused.value)
+    assert "plain, fancy" in text
+    assert "no such parameter" in text
+    assert site.client.view("counter").parameters["step"] == 1
+    view = site.client.control("counter", "parameters", ParameterValues({"step": 3, "label": "fancy"}))
+    assert view.parameters["step"] == 3
+
+
+def test_a_component_may_refuse_values_and_keeps_the_old_ones(site: Site) -> None:
+    site.start(Counter, "counter")
+    with pytest.raises(ControlRefused, match="seven is never right"):
+        site.client.control("counter", "parameters", ParameterValues({"step": 7, "rate": 10.0}))
+    view = site.client.view("counter")
+    assert (view.parameters["step"], view.parameters["rate"]) == (1, 50.0)
+
+
+def test_a_read_only_parameter_is_set_at_the_start_alone(site: Site) -> None:
+    site.start(Counter, "counter", parameters={"serial": "A1"})
+    with pytest.raises(ControlRefused, match="read-only"):
+        site.client.control("counter", "parameters", ParameterValues({"serial": "B2"}))
+    assert site.client.view("counter").parameters["serial"] == "A1"
+
+
+def test_a_component_does_not_start_with_parameters_that_do_not_fit(site: Site) -> None:
+    with pytest.raises(ParameterError, match="at most 2000"):
+        site.start(Counter, "counter", parameters={"rate": 1e6})
+
+
+def test_the_rate_of_a_timer_follows_its_parameter(site: Site) -> None:
+    site.start(Counter, "counter", parameters={"rate": 0.0})
+    counts = site.collect("count", Number)
+    site.client.control("counter", "parameters", ParameterValues({"rate": 200.0}))
+    wait_until(lambda: len(counts) > 10)
+
+
+def test_hooks_are_called_in_the_order_of_the_lifecycle(site: Site) -> None:
+    counter = site.start(Counter, "counter")
+    for transition in (Transition.DEACTIVATE, Transition.CLEANUP, Transition.CONFIGURE, Transition.SHUTDOWN):
+        site.client.control("counter", "transition", SetTransition(transition))
+    wait_until(lambda: counter.hooks[-1] == "shutdown")
+    assert counter.hooks == [
+        "configure", "activate", "deactivate", "cleanup", "configure", "shutdown",
+    ]  # fmt: skip
+
+
+def test_a_transition_that_is_not_legal_is_refused_with_those_that_are(site: Site) -> None:
+    site.start(Counter, "counter")
+    with pytest.raises(ControlRefused, match="possible: deactivate, shutdown"):
+        site.client.control("counter", "transition", SetTransition(Transition.CONFIGURE))
+
+
+def test_an_inactive_component_is_silent_and_comes_back(site: Site) -> None:
+    site.start(Counter, "counter", parameters={"rate": 200.0})
+    counts = site.collect("count", Number)
+    wait_until(lambda: len(counts) > 3)
+    site.client.control("counter", "transition", SetTransition(Transition.DEACTIVATE))
+    silent_from = site.runtimes["counter"].writers.sequences()
+    site.client.view("counter")
+    site.client.view("counter")
+    assert site.runtimes["counter"].writers.sequences() == silent_from
+    site.client.control("counter", "transition", SetTransition(Transition.ACTIVATE))
+    seen = len(counts)
+    wait_until(lambda: len(counts) > seen + 3)
+
+
+@pytest.mark.parametrize("where", ["configure", "activate"])
+def test_a_hook_that_fails_leads_back_to_unconfigured(site: Site, where: str) -> None:
+    site.start(Fragile, "fragile", parameters={"where": where})
+    status = site.client.components()["fragile"].status
+    assert status.state is State.UNCONFIGURED
+    assert f"broken in {where}" in status.error
+
+
+def test_a_component_beyond_repair_is_finalized(site: Site) -> None:
+    site.start(Fragile, "fragile", parameters={"where": "configure for good"}, state=State.UNCONFIGURED)
+    with pytest.raises(ControlRefused, match="finalized"):
+        site.client.control("fragile", "transition", SetTransition(Transition.CONFIGURE))
+
+
+def test_control_without_the_current_term_is_fenced(site: Site) -> None:
+    site.start(Counter, "counter", term=3)
+    for term in (None, 2):
+        with pytest.raises(ControlRefused) as refused:
+            site.client.control("counter", "parameters", ParameterValues({"step": 2}, term))
+        assert refused.value.code is ControlCode.FENCED
+    site.client.control("counter", "parameters", ParameterValues({"step": 2}, 4))
+    with pytest.raises(ControlRefused):
+        site.client.control("counter", "transition", SetTransition(Transition.DEACTIVATE, 3))
+    assert site.client.view("counter").parameters["step"] == 2
+
+
+def test_state_is_taken_and_given_back(site: Site) -> None:
+    counter = site.start(Counter, "counter", parameters={"rate": 0.0})
+    counter.value = 41
+    snapshot = site.client.control("counter", "state")
+    counter.value = 0
+    site.client.control("counter", "state", StateRequest(StateStep.RESTORE, snapshot.state, snapshot.version))
+    assert counter.value == 41
+    with pytest.raises(ControlRefused, match="version 9"):
+        site.client.control("counter", "state", StateRequest(StateStep.RESTORE, snapshot.state, 9))

@@ -1,0 +1,161 @@
+"""What services and actions promise, on either bus."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from bus_schema import codec
+from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.registry import type_of
+from regraft import CallFailed
+from regraft.clock import RealClock
+from regraft.runtime.writers import Identity, Writers
+from tests.kit.parts import Asker, Number, Oracle, Other, Walker
+from tests.kit.site import PATIENCE, Site, wait_until
+
+
+def test_a_call_gets_its_reply(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    assert site.client.call("double", Number(21), Number) == Number(42)
+
+
+def test_an_async_service_lets_others_run(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    slow: list[Number] = []
+    waiting = threading.Thread(target=lambda: slow.append(site.client.call("slow", Number(300), Number)))
+    waiting.start()
+    assert site.client.call("double", Number(1), Number) == Number(2)
+    assert not slow
+    waiting.join(PATIENCE)
+    assert slow == [Number(300)]
+
+
+def test_heavy_work_returns_its_result(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    assert site.client.call("heavy", Number(1), Number) == Number(2)
+
+
+def test_a_refusal_says_why(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    with pytest.raises(CallFailed, match="not today") as failed:
+        site.client.call("refuse", Number(1), Number)
+    assert failed.value.answer is Answer.REFUSED
+
+
+def test_an_exception_in_a_service_is_a_failed_call(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    with pytest.raises(CallFailed, match="by design") as failed:
+        site.client.call("break", Number(1), Number)
+    assert failed.value.answer is Answer.FAILED
+    assert site.client.call("double", Number(1), Number) == Number(2)
+
+
+def test_a_reply_of_the_wrong_type_is_a_failed_call(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    with pytest.raises(CallFailed, match="returned Other"):
+        site.client.call("wrong", Number(1), Number)
+
+
+def test_a_request_that_does_not_fit_is_refused(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    with pytest.raises(CallFailed, match="kit_tests/Number"):
+        site.client.call("double", Other("?"), Number)
+
+
+def test_a_service_that_nobody_offers_is_said_to_be_missing(site: Site) -> None:
+    with pytest.raises(CallFailed, match="nobody"):
+        site.client.call("nothing", Number(1), Number, 0.3)
+
+
+def test_an_inactive_component_refuses_and_says_so(site: Site) -> None:
+    site.start(Oracle, "oracle", state=State.INACTIVE)
+    with pytest.raises(CallFailed, match="inactive"):
+        site.client.call("double", Number(1), Number)
+
+
+def test_one_component_can_call_another(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    site.start(Asker, "asker")
+    answers = site.collect("answers", Number)
+    writer = site.writer("question", Number)
+    writer.wait_for_reader(5.0)
+    writer.put(codec.encode(Number(4)))
+    wait_until(lambda: answers == [Number(8)])
+
+
+def test_a_request_asked_twice_is_done_once_and_answered_twice(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    bus = site.session()
+    replies: list[Reply] = []
+
+    def take(item: object) -> None:
+        sample = bus.open_sample(item)
+        if sample and sample.payload:
+            replies.append(codec.decode(sample.payload, Reply))
+
+    bus.subscribe(site.keys.reply("double", "stutterer"), take)
+    writer = site.writer("unused", Number, "stutterer")
+    request = codec.encode(Request("stutterer", 1, Verb.CALL, {"value": 3, "share": 0.0}))
+    requests = Writers(bus, RealClock(), Identity("stutterer", 1, 1)).open(
+        site.keys.request("double"), type_of(Request).encoding
+    )
+    requests.wait_for_reader(5.0)
+    requests.put(request)
+    requests.put(request)
+    wait_until(lambda: len(replies) == 2)
+    assert replies[0] == replies[1]
+    writer.close()
+
+
+def test_a_goal_is_accepted_gives_feedback_and_ends(site: Site) -> None:
+    walker = site.start(Walker, "walker")
+    heard: list[Number] = []
+    goal = site.client.goal("walk", Number(3), Number, Number, on_feedback=heard.append)
+    assert goal.result(5.0) == Number(3)
+    wait_until(lambda: len(heard) == 3)
+    assert [number.value for number in heard] == [0, 1, 2]
+    assert walker.ended == ["arrived"]
+
+
+def test_a_cancelled_goal_ends_where_it_awaits(site: Site) -> None:
+    walker = site.start(Walker, "walker")
+    goal = site.client.goal("walk", Number(10_000), Number, Number)
+    goal.cancel()
+    with pytest.raises(CallFailed) as failed:
+        goal.result(5.0)
+    assert failed.value.answer is Answer.CANCELLED
+    assert walker.ended == ["cancelled"]
+
+
+def test_a_newer_goal_replaces_the_older_one(site: Site) -> None:
+    walker = site.start(Walker, "walker")
+    first = site.client.goal("walk", Number(10_000), Number, Number)
+    second = site.client.goal("walk", Number(2), Number, Number)
+    with pytest.raises(CallFailed, match="replaced"):
+        first.result(5.0)
+    assert second.result(5.0) == Number(2)
+    assert walker.ended == ["cancelled", "arrived"]
+
+
+def test_deactivating_ends_goals_and_says_why(site: Site) -> None:
+    site.start(Walker, "walker")
+    goal = site.client.goal("walk", Number(10_000), Number, Number)
+    runtime = site.runtimes["walker"]
+    runtime.post(lambda: runtime.lifecycle.perform(Transition.DEACTIVATE))
+    with pytest.raises(CallFailed, match="deactivated"):
+        goal.result(5.0)
+
+
+def test_a_client_name_that_is_no_name_is_refused(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    bus = site.session()
+    requests = Writers(bus, RealClock(), Identity("rogue", 1, 1)).open(
+        site.keys.request("double"), type_of(Request).encoding
+    )
+    requests.wait_for_reader(5.0)
+    plain = {"client": "../**", "number": 1, "verb": "call", "body": None, "patience": 1.0}
+    requests.put(codec.pack_plain(plain))
+    wait_until(lambda: site.client.components()["oracle"].status.refused == 1)

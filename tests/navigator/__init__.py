@@ -1,0 +1,1 @@
+"""What the navigator's algorithms promise."""

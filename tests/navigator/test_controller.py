@@ -1,0 +1,169 @@
+"""What the local controller promises."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from services.navigator.controller import LocalController, Situation
+from services.navigator.geometry import FloatArray, Pose, Twist, to_fixed_frame
+from services.navigator.robot import Footprint, Limits
+
+from .world import Box, Robot
+
+CONTROLLER = LocalController()
+NOTHING = np.empty((0, 2))
+ORIGIN = Pose(0.0, 0.0, 0.0)
+AHEAD = np.column_stack([np.linspace(0.0, 2.0, 41), np.zeros(41)])
+
+
+def wall(x: float, low: float = -1.0, high: float = 1.0) -> FloatArray:
+    """Return echoes of a wall across the robot's way."""
+    y = np.arange(low, high, 0.03)
+    return np.column_stack([np.full(len(y), x), y])
+
+
+def settle(obstacles: FloatArray, path: FloatArray, limits: Limits, pose: Pose = ORIGIN) -> Twist:
+    """Return the twist that the controller settles on where the robot does not get on."""
+    twist = Twist()
+    for _ in range(20):
+        twist = CONTROLLER.follow(Situation(pose, twist, obstacles, limits), path).twist
+    return twist
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    max_velocity=st.floats(0.0, 0.26),
+    yaw=st.floats(-3.2, 3.2),
+    v=st.floats(-0.1, 0.26),
+    w=st.floats(-1.0, 1.0),
+    distance=st.floats(0.1, 2.0),
+)
+def test_no_limit_is_ever_exceeded(
+    max_velocity: float, yaw: float, v: float, w: float, distance: float
+) -> None:
+    limits = Limits(max_velocity=max_velocity)
+    now = Situation(Pose(0.0, 0.0, yaw), Twist(v, w), wall(distance), limits)
+    for twist in (
+        CONTROLLER.follow(now, AHEAD).twist,
+        CONTROLLER.turn(now, 1.0).twist,
+        CONTROLLER.back_up(now, 0.05).twist,
+    ):
+        assert abs(twist.v) <= max_velocity + 1e-12
+        assert abs(twist.w) <= limits.max_turn_rate + 1e-12
+        assert abs(twist.v) + abs(twist.w) * limits.track / 2 <= limits.wheel_speed + 1e-12
+
+
+def test_saturation_keeps_the_curvature() -> None:
+    twist = Limits().saturate(Twist(0.2, 0.8))
+    assert twist.w / twist.v == pytest.approx(4.0)
+    assert twist.v + twist.w * 0.287 / 2 == pytest.approx(0.27)
+
+
+@pytest.mark.parametrize("name", ["max_turn_rate", "acceleration", "wheel_speed", "track"])
+def test_limits_that_no_drive_has_are_refused(name: str) -> None:
+    with pytest.raises(ValueError, match=name):
+        Limits(**{name: 0.0})
+
+
+def test_straight_path_is_driven_straight_at_full_speed() -> None:
+    twist = settle(NOTHING, AHEAD, Limits())
+    assert twist.v == pytest.approx(0.26)
+    assert twist.w == pytest.approx(0.0, abs=0.01)
+
+
+def test_path_behind_the_robot_is_first_turned_to_in_place() -> None:
+    decision = CONTROLLER.follow(Situation(Pose(0.0, 0.0, 2.5), Twist(), NOTHING, Limits()), AHEAD)
+    assert decision.turning
+    assert decision.twist.v == 0.0
+    assert decision.twist.w < 0.0
+
+
+def test_turn_goes_the_long_way_round_where_the_short_one_is_not_free() -> None:
+    corner = np.array([[-0.20, 0.19]])  # in the way of the rear left corner, for a turn to the right
+    free = CONTROLLER.turn(Situation(ORIGIN, Twist(), NOTHING, Limits()), -0.6)
+    confined = CONTROLLER.turn(Situation(ORIGIN, Twist(), corner, Limits()), 0.6)
+    assert free.twist.w < 0.0
+    assert not CONTROLLER.can_turn(Situation(ORIGIN, Twist(), corner, Limits()), -0.6)
+    assert confined.twist.w > 0.0
+
+
+def test_robot_between_two_walls_does_not_turn() -> None:
+    sides = np.concatenate([wall(0.0, 0.19, 0.22), -wall(0.15, 0.19, 0.22), wall(-0.15, 0.19, 0.22)])
+    sides = np.concatenate([sides, sides * [1.0, -1.0]])
+    decision = CONTROLLER.turn(Situation(ORIGIN, Twist(), sides, Limits()), 1.5)
+    assert decision.blocked
+    assert decision.twist == Twist()
+
+
+def test_obstacle_right_ahead_stops_the_robot() -> None:
+    now = Situation(ORIGIN, Twist(0.26, 0.0), wall(0.11), Limits())
+    decision = CONTROLLER.follow(now, AHEAD)
+    assert decision.blocked
+    assert decision.twist.v == pytest.approx(0.26 - 2.5 * 0.05)
+    assert settle(wall(0.11), AHEAD, Limits()) == Twist()
+
+
+def test_the_nearer_the_wall_ahead_the_slower() -> None:
+    speeds = [settle(wall(x), AHEAD, Limits()).v for x in (1.0, 0.4, 0.25, 0.16)]
+    assert speeds == sorted(speeds, reverse=True)
+    assert speeds[0] == pytest.approx(0.26)
+    assert 0.0 < speeds[-1] < 0.1
+
+
+def test_passage_just_wider_than_the_robot_is_driven_slowly() -> None:
+    x = np.arange(-0.5, 2.0, 0.03)
+    sides = np.column_stack([np.tile(x, 2), np.repeat([-0.21, 0.21], len(x))])
+    twist = settle(sides, AHEAD, Limits())
+    assert 0.0 < twist.v < 0.13
+
+
+def test_post_close_beside_the_path_is_passed_without_touching_it() -> None:
+    robot = Robot(ORIGIN, [Box(0.8, 0.22, 0.05, 0.05)])
+    for _ in range(300):
+        seen = to_fixed_frame(robot.scan().points(), robot.pose)
+        decision = CONTROLLER.follow(Situation(robot.pose, robot.twist, seen, Limits()), AHEAD)
+        robot.drive(decision.twist.v, decision.twist.w)
+    assert robot.pose.x > 1.8
+    assert robot.collisions == []
+
+
+def test_backing_up_needs_a_free_rear() -> None:
+    free = Situation(ORIGIN, Twist(), wall(0.2), Limits())
+    confined = Situation(ORIGIN, Twist(), wall(-0.26), Limits())
+    assert CONTROLLER.can_back_up(free, 0.15)
+    assert CONTROLLER.back_up(free, 0.05).twist.v == pytest.approx(-0.05)
+    assert not CONTROLLER.can_back_up(confined, 0.15)
+    assert CONTROLLER.back_up(confined, 0.05).blocked
+
+
+def test_robot_that_may_not_drive_stands() -> None:
+    assert settle(NOTHING, AHEAD, Limits(max_velocity=0.0)).v == 0.0
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    x=st.floats(-0.5, 0.5),
+    y=st.floats(-0.5, 0.5),
+    front=st.floats(0.05, 0.3),
+    half_width=st.floats(0.05, 0.3),
+)
+def test_distance_to_the_outline_is_that_to_a_rectangle(
+    x: float, y: float, front: float, half_width: float
+) -> None:
+    outline = Footprint(front=front, rear=0.2, half_width=half_width)
+    edges_x = np.linspace(-0.2, front, 400)
+    edges_y = np.linspace(-half_width, half_width, 400)
+    edge = np.concatenate(
+        [
+            np.column_stack([edges_x, np.full(400, half_width)]),
+            np.column_stack([edges_x, np.full(400, -half_width)]),
+            np.column_stack([np.full(400, front), edges_y]),
+            np.column_stack([np.full(400, -0.2), edges_y]),
+        ]
+    )
+    distance = np.hypot(edge[:, 0] - x, edge[:, 1] - y).min()
+    inside = -0.2 < x < front and abs(y) < half_width
+    assert outline.nearest(np.array([x]), np.array([y])) == pytest.approx(
+        -distance if inside else distance, abs=2e-3
+    )

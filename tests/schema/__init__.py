@@ -1,0 +1,1 @@
+"""Promises of what travels on the bus."""

@@ -1,0 +1,270 @@
+"""Every message type travels unchanged, and nothing that does not fit it gets through."""
+
+from __future__ import annotations
+
+import copy
+import struct
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.geometry import Twist
+from bus_schema.messages.maps import OccupancyGrid
+from bus_schema.messages.sensors import Image
+from bus_schema.records import RecordShape, UnionShape
+from bus_schema.registry import MessageType
+from bus_schema.shapes import ArrayShape
+
+from .comparing import json_view, same
+from .misfits import misfits, places, wrong_arrays
+from .strategies import all_types, values
+
+KINDS = all_types()
+every_type = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name.split("/")[1])
+few = settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+many = settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+any_message = st.one_of(*(st.tuples(st.just(kind), values(kind.shape)) for kind in KINDS))
+
+
+def packed(kind: MessageType, message: object, plain: Any) -> bytes:
+    """Return a payload of ``plain``, behind which the tail of ``message`` follows where the type has one."""
+    head: bytes = msgpack.packb(plain)
+    if kind.tail is None:
+        return head
+    return struct.pack("<I", len(head)) + head + getattr(message, kind.tail).tobytes()
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_a_message_arrives_as_it_was_sent(kind: MessageType, data: st.DataObject) -> None:
+    message = data.draw(values(kind.shape))
+    payload = codec.encode(message)
+    assert same(codec.decode(payload, kind.cls), message)
+    assert codec.encode(codec.decode(payload, kind.cls)) == payload
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_optional_fields_may_be_left_out_and_take_their_defaults(kind: MessageType, data: st.DataObject) -> None:
+    message = data.draw(values(kind.shape))
+    plain = codec.to_plain(message)
+    left_out = data.draw(st.sets(st.sampled_from(sorted(kind.shape.optional)))) if kind.shape.optional else set()
+    kept = {name: value for name, value in plain.items() if name not in left_out}
+    arrived = codec.decode(packed(kind, message, kept), kind.cls)
+    assert all(same(getattr(arrived, name), getattr(message, name)) for name in kept)
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_no_publisher_can_send_a_field_that_does_not_fit(kind: MessageType, data: st.DataObject) -> None:
+    if not kind.shape.fields:
+        return
+    message = copy.copy(data.draw(values(kind.shape)))
+    name, shape = data.draw(st.sampled_from(kind.shape.fields))
+    object.__setattr__(message, name, data.draw(misfits(shape)))
+    with pytest.raises(BadMessage) as refused:
+        codec.encode(message)
+    assert refused.value.where[0] == name
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_a_received_value_that_does_not_fit_is_refused(kind: MessageType, data: st.DataObject) -> None:
+    message = data.draw(values(kind.shape))
+    root = {"message": codec.to_plain(message)}
+    inner = list(places(root, "message", kind.shape))
+    place = data.draw(st.sampled_from(inner))
+    place.holder[place.key] = data.draw(misfits(place.shape))
+    with pytest.raises(BadMessage):
+        codec.decode(packed(kind, message, root["message"]), kind.cls)
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_a_missing_field_is_refused_by_name(kind: MessageType, data: st.DataObject) -> None:
+    required = sorted(kind.shape.names - kind.shape.optional)
+    if not required:
+        return
+    message = data.draw(values(kind.shape))
+    plain = codec.to_plain(message)
+    missing = data.draw(st.sampled_from(required))
+    del plain[missing]
+    with pytest.raises(BadMessage, match="missing|describes its tail 0 times"):
+        codec.decode(packed(kind, message, plain), kind.cls)
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_an_unknown_field_is_refused_by_name(kind: MessageType, data: st.DataObject) -> None:
+    message = data.draw(values(kind.shape))
+    root = {"message": codec.to_plain(message)}
+    records = [p for p in places(root, "message", kind.shape) if isinstance(p.shape, RecordShape)]
+    place = data.draw(st.sampled_from(records))
+    place.holder[place.key]["surprise"] = 1
+    with pytest.raises(BadMessage, match="surprise"):
+        codec.decode(packed(kind, message, root["message"]), kind.cls)
+
+
+@many
+@given(any_message, st.text(max_size=10))
+def test_a_union_refuses_a_tag_that_names_no_member(drawn: tuple[MessageType, Any], tag: str) -> None:
+    kind, message = drawn
+    root = {"message": codec.to_plain(message)}
+    for place in places(root, "message", kind.shape):
+        if isinstance(place.shape, UnionShape) and tag not in place.shape.members:
+            place.holder[place.key][place.shape.key] = tag
+            with pytest.raises(BadMessage):
+                codec.decode(packed(kind, message, root["message"]), kind.cls)
+            return
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if any(isinstance(s, ArrayShape) for _, s in k.shape.fields)])
+@few
+@given(data=st.data())
+def test_an_array_of_another_dtype_or_shape_is_refused_by_both_sides(kind: MessageType, data: st.DataObject) -> None:
+    message = copy.copy(data.draw(values(kind.shape)))
+    name, shape = next((n, s) for n, s in kind.shape.fields if isinstance(s, ArrayShape))
+    array = data.draw(st.sampled_from(wrong_arrays(shape)))
+    plain = codec.to_plain(message)
+    object.__setattr__(message, name, array)
+    with pytest.raises(BadMessage, match=name):
+        codec.encode(message)
+    layout = array.dtype.str.encode() + struct.pack(f"<B{array.ndim}I", array.ndim, *array.shape)
+    plain[name] = msgpack.ExtType(2, layout) if shape.layout.tail else msgpack.ExtType(1, layout + array.tobytes())
+    with pytest.raises(BadMessage):
+        codec.decode(packed(kind, message, plain), kind.cls)
+
+
+@every_type
+@given(st.binary(max_size=200))
+@settings(max_examples=20, deadline=None)
+def test_random_bytes_raise_nothing_but_bad_message(kind: MessageType, payload: bytes) -> None:
+    with pytest.raises(BadMessage):
+        codec.decode(payload, kind.cls)
+        raise BadMessage("happened to be well formed")
+
+
+@many
+@given(any_message, st.data())
+def test_a_truncated_payload_raises_bad_message(drawn: tuple[MessageType, Any], data: st.DataObject) -> None:
+    kind, message = drawn
+    payload = codec.encode(message)
+    end = data.draw(st.integers(0, len(payload) - 1))
+    with pytest.raises(BadMessage):
+        codec.decode(payload[:end], kind.cls)
+
+
+@many
+@given(any_message, st.binary(min_size=1, max_size=8))
+def test_bytes_behind_a_payload_raise_bad_message(drawn: tuple[MessageType, Any], behind: bytes) -> None:
+    kind, message = drawn
+    with pytest.raises(BadMessage):
+        codec.decode(codec.encode(message) + behind, kind.cls)
+        assert kind.tail and 0 in getattr(message, kind.tail).shape
+        raise BadMessage("an empty tail has no size to compare")
+
+
+@many
+@given(any_message, st.data())
+def test_flipped_bits_raise_bad_message_or_give_a_message(drawn: tuple[MessageType, Any], data: st.DataObject) -> None:
+    kind, message = drawn
+    payload = bytearray(codec.encode(message))
+    for _ in range(data.draw(st.integers(1, 4))):
+        bit = data.draw(st.integers(0, 8 * len(payload) - 1))
+        payload[bit // 8] ^= 1 << bit % 8
+    try:
+        arrived = codec.decode(bytes(payload), kind.cls)
+    except BadMessage:
+        return
+    assert same(codec.decode(codec.encode(arrived), kind.cls), arrived)
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_the_json_schema_is_valid_and_accepts_every_message(kind: MessageType, data: st.DataObject) -> None:
+    schema = kind.json_schema()
+    Draft202012Validator.check_schema(schema)
+    message = data.draw(values(kind.shape))
+    Draft202012Validator(schema).validate(json_view(codec.to_plain(message)))
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_the_json_schema_refuses_an_unknown_field(kind: MessageType, data: st.DataObject) -> None:
+    plain = json_view(codec.to_plain(data.draw(values(kind.shape))))
+    assert not Draft202012Validator(kind.json_schema()).is_valid({**plain, "surprise": 1})
+
+
+def test_a_tail_is_read_in_place_and_cannot_be_written() -> None:
+    grid = OccupancyGrid(1.0, "map", 0.05, codec.from_plain({}, _pose()), np.zeros((3, 5), np.int8))
+    payload = codec.encode(grid)
+    cells = codec.decode(payload, OccupancyGrid).cells
+    assert np.shares_memory(cells, np.frombuffer(payload, np.uint8))
+    assert not cells.flags.writeable
+
+
+def _pose() -> type:
+    from bus_schema.messages.geometry import Pose
+
+    return Pose
+
+
+def test_a_tail_that_no_field_describes_is_refused() -> None:
+    image = Image(1.0, "camera", "base_link", codec.from_plain({}, _pose()), 1.2, np.zeros((2, 2, 3), np.uint8))
+    plain = codec.to_plain(image)
+    layout = plain["pixels"].data
+    plain["pixels"] = msgpack.ExtType(1, layout + image.pixels.tobytes())
+    head = msgpack.packb(plain)
+    with pytest.raises(BadMessage, match="tail"):
+        codec.decode(struct.pack("<I", len(head)) + head + b"stray", Image)
+
+
+def test_an_array_with_a_gap_between_its_rows_is_sent_without_the_gap() -> None:
+    wide = np.arange(24, dtype=np.int8).reshape(4, 6)
+    grid = OccupancyGrid(1.0, "map", 0.05, codec.from_plain({}, _pose()), wide[:, ::2])
+    assert same(codec.decode(codec.encode(grid), OccupancyGrid).cells, wide[:, ::2].copy())
+
+
+@pytest.mark.parametrize("text", ["\ud800", "a\udfff"])
+def test_text_that_no_encoding_carries_is_refused_wherever_it_stands(text: str) -> None:
+    from bus_schema.messages.health import Event, SystemStatus
+
+    for message in (
+        Event(0.0, text, "navigator", ""),
+        Event(0.0, "fault", "navigator", "", {text: 1}),
+        Event(0.0, "fault", "navigator", "", {"deep": {text: 1}}),
+        SystemStatus(0.0, {text: 1}),
+    ):
+        with pytest.raises(BadMessage, match="Unicode"):
+            codec.encode(message)
+
+
+def test_an_integer_too_large_for_a_float_is_refused() -> None:
+    with pytest.raises(BadMessage, match="too large"):
+        codec.encode(Twist.planar(10**400, 0.0))
+
+
+def test_a_payload_above_the_limit_is_refused_unread() -> None:
+    with pytest.raises(BadMessage, match="at most"):
+        codec.decode(bytes(codec.LARGEST_MESSAGE + 1), Twist)
+
+
+def test_an_error_names_the_path_of_the_field_at_fault() -> None:
+    with pytest.raises(BadMessage) as refused:
+        codec.from_plain({"linear": {"x": "fast"}}, Twist)
+    assert refused.value.where == ("linear", "x")

@@ -1,0 +1,123 @@
+"""Types are registered once, under one name, and only if all their fields can travel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bus_schema import registry
+from bus_schema.annotations import Array, Tagged
+from bus_schema.errors import BadType
+from bus_schema.messages.geometry import Twist, Vector3
+from bus_schema.messages.sensors import Image
+from bus_schema.registry import known_types, message, type_named, type_of
+
+Tail = Annotated[NDArray[np.uint8], Array("|u1", (None,), tail=True)]
+
+
+@pytest.fixture(autouse=True)
+def forget_types_of_the_test(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setattr(registry, "_types", dict(registry._types))
+    monkeypatch.setattr(registry, "_by_class", dict(registry._by_class))
+    yield
+
+
+@dataclass(frozen=True, slots=True)
+class Bare:
+    x: float
+
+
+def registered(hint: Any, name: str = "tests/Holder") -> Any:
+    holder = dataclass(frozen=True)(type("Holder", (), {"__annotations__": {"field": hint}, "__module__": __name__}))
+    return message(name)(holder)
+
+
+def test_a_type_is_found_by_its_name_and_by_its_class() -> None:
+    assert type_named("regraft/Twist") is type_of(Twist)
+    assert type_of(Twist) in known_types()
+
+
+def test_the_encoding_says_type_version_and_whether_there_is_a_tail() -> None:
+    assert type_of(Twist).encoding == "application/msgpack;regraft/Twist@1"
+    assert type_of(Image).encoding == "application/x-msgpack-tail;regraft/Image@1"
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(BadType, match=r"tests/Nobody.*regraft/Twist"):
+        type_named("tests/Nobody")
+
+
+def test_a_class_without_a_name_is_no_message() -> None:
+    with pytest.raises(BadType, match="Bare is not a message"):
+        type_of(Bare)
+
+
+@pytest.mark.parametrize("name", ["Twist", "regraft/twist", "Regraft/Twist", "a/b/C", "regraft/", "re graft/Twist"])
+def test_an_ill_formed_name_is_refused(name: str) -> None:
+    with pytest.raises(BadType, match="package/TypeName"):
+        message(name)(Bare)
+
+
+def test_a_name_belongs_to_one_class() -> None:
+    with pytest.raises(BadType, match="already bus_schema"):
+        message("regraft/Twist")(Bare)
+    assert type_named("regraft/Twist").cls is Twist
+
+
+def test_a_class_has_one_name() -> None:
+    message("tests/Bare")(Bare)
+    with pytest.raises(BadType, match="tests/Bare"):
+        message("tests/Other")(Bare)
+
+
+def test_a_module_that_is_loaded_again_may_register_its_types_again() -> None:
+    message("tests/Bare")(Bare)
+    message("tests/Bare")(Bare)
+    assert type_named("tests/Bare").cls is Bare
+
+
+@pytest.mark.parametrize(
+    "hint",
+    [complex, set[int], list[float], dict[int, str], tuple[int, str], int | str, NDArray[np.uint8], object, Bare | Vector3],
+)
+def test_a_field_that_cannot_travel_is_refused_by_name(hint: Any) -> None:
+    with pytest.raises(BadType, match=r"Holder\.field"):
+        registered(hint)
+
+
+def test_a_message_has_at_most_one_tail() -> None:
+    @dataclass(frozen=True, slots=True)
+    class TwoTails:
+        one: Tail
+        other: Tail
+
+    holder = TwoTails
+    holder.__annotations__ = {"one": Tail, "other": Tail}
+    with pytest.raises(BadType, match="2 tail arrays"):
+        message("tests/TwoTails")(holder)
+
+
+@pytest.mark.parametrize("hint", [Image, Image | None, tuple[Image, ...], dict[str, Image]])
+def test_a_tail_within_a_field_is_refused(hint: Any) -> None:
+    with pytest.raises(BadType, match="tail"):
+        registered(hint)
+
+
+@dataclass(frozen=True, slots=True)
+class Untagged:
+    x: float
+
+
+@dataclass(frozen=True, slots=True)
+class TagIsField:
+    kind: ClassVar[str] = "a"
+
+
+def test_a_member_of_a_union_must_hold_its_tag() -> None:
+    with pytest.raises(BadType, match="no ClassVar"):
+        registered(Annotated[Untagged | TagIsField, Tagged("kind")])

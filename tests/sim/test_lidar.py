@@ -1,0 +1,66 @@
+"""Promises about the laser scanner."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sim_service.lidar import LidarSettings
+from sim_service.simulation import SimulationSettings
+
+from .worlds import drive, frog_with_robot_at
+
+EXACT = SimulationSettings(lidar=LidarSettings(noise=0.0))
+LIDAR_X = -0.064
+WEST, SOUTH = -2.351, -2.29
+"""The inner faces (m) of two walls."""
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.6, -2.0])
+def test_ranges_to_the_walls_are_exact(yaw: float) -> None:
+    simulation = frog_with_robot_at(-1.2, -1.2, yaw, EXACT)
+    scan = simulation.scan()
+    x, y = -1.2 + LIDAR_X * math.cos(yaw), -1.2 + LIDAR_X * math.sin(yaw)
+    checked = 0
+    for beam, measured in enumerate(scan.ranges.tolist()):
+        angle = math.remainder(yaw + scan.angle_min + beam * scan.angle_increment, 2.0 * math.pi)
+        if math.radians(-25.0) < angle < math.radians(130.0):
+            continue
+        to_west = (WEST - x) / math.cos(angle) if math.cos(angle) < 0.0 else math.inf
+        to_south = (SOUTH - y) / math.sin(angle) if math.sin(angle) < 0.0 else math.inf
+        assert measured == pytest.approx(min(to_west, to_south), abs=1e-3)
+        checked += 1
+    assert checked > 180
+
+
+def test_nothing_in_range_reads_infinity() -> None:
+    simulation = frog_with_robot_at(-1.0, -1.0, 0.0)
+    scan = simulation.scan()
+    assert np.isinf(scan.ranges).any()
+    finite = scan.ranges[np.isfinite(scan.ranges)]
+    assert finite.min() >= scan.range_min
+    assert finite.max() <= scan.range_max
+
+
+def test_the_robot_does_not_see_itself() -> None:
+    simulation = frog_with_robot_at(0.0, -1.0, 0.0)
+    for _ in range(20):
+        drive(simulation, 0.0, 1.5, 0.25)
+        assert simulation.scan().ranges.min() > 0.5
+
+
+def test_noise_has_the_size_it_is_given() -> None:
+    noisy, exact = frog_with_robot_at(-1.2, -1.2, 0.3), frog_with_robot_at(-1.2, -1.2, 0.3, EXACT)
+    with_noise, without = noisy.scan().ranges, exact.scan().ranges
+    measured = np.isfinite(without)
+    assert np.std(with_noise[measured] - without[measured]) == pytest.approx(0.01, rel=0.2)
+
+
+def test_reading_a_scan_changes_nothing() -> None:
+    read, unread = frog_with_robot_at(0.0, -1.0, 0.0), frog_with_robot_at(0.0, -1.0, 0.0)
+    for _ in range(20):
+        drive(read, 0.1, 0.5, 0.1)
+        drive(unread, 0.1, 0.5, 0.1)
+        np.testing.assert_array_equal(read.scan().ranges, read.scan().ranges)
+    assert read.digest() == unread.digest()
+    np.testing.assert_array_equal(read.scan().ranges, unread.scan().ranges)

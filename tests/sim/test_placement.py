@@ -1,0 +1,79 @@
+"""Promises about where things stand."""
+
+import itertools
+import math
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from sim_service.footprints import distance_to_rectangles, obstacle_rectangles
+from sim_service.placement import Placement, PlacementError, draw_placement
+from sim_service.placement_rules import placement_rules
+from sim_service.scene import load_scene
+from sim_service.visibility import sees_body
+
+from .worlds import frog
+
+SEEDS = range(200)
+
+
+def test_placed_bodies_never_overlap_and_keep_their_distance() -> None:
+    scene = frog()
+    rules = {rule.body: rule for rule in placement_rules(scene)}
+    placed_bodies = {part for body in rules for part in scene.subtree(scene.index("body", body))}
+    obstacles = obstacle_rectangles(scene, placed_bodies)
+    for seed in SEEDS:
+        poses = draw_placement(scene, seed).poses
+        for body, pose in poses.items():
+            rule = rules[body]
+            assert distance_to_rectangles(pose.x, pose.y, obstacles) >= rule.radius + rule.gap
+        for (one, first), (other, second) in itertools.combinations(poses.items(), 2):
+            distance = math.hypot(first.x - second.x, first.y - second.y)
+            assert distance >= rules[one].radius + rules[other].radius + min(rules[one].gap, rules[other].gap)
+
+
+def test_robot_touches_nothing_at_its_start() -> None:
+    scene = frog()
+    robot = set(scene.geoms_of(scene.index("body", "base")))
+    for seed in SEEDS:
+        model = scene.new_model()
+        data = mujoco.MjData(model)
+        draw_placement(scene, seed).apply(scene, model, data.qpos)
+        mujoco.mj_forward(model, data)
+        floor = scene.index("geom", "floor")
+        touched = {int(geom) for pair in data.contact.geom for geom in pair} - robot
+        assert touched <= {floor}
+
+
+def test_hydrant_is_always_seen_by_the_corner_camera() -> None:
+    scene = frog()
+    for seed in SEEDS:
+        model = scene.new_model()
+        data = mujoco.MjData(model)
+        draw_placement(scene, seed).apply(scene, model, data.qpos)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_camlight(model, data)
+        assert sees_body(scene, model, data, "corner_camera", "hydrant")
+
+
+def test_same_seed_gives_the_same_placement_and_others_differ() -> None:
+    scene = frog()
+    assert draw_placement(scene, 7) == draw_placement(frog(), 7)
+    assert len({str(draw_placement(scene, seed).to_plain()) for seed in range(20)}) == 20
+
+
+def test_placement_survives_plain_data() -> None:
+    placement = draw_placement(frog(), 3)
+    assert Placement.from_plain(placement.to_plain()) == placement
+
+
+def test_crowded_world_is_refused_naming_the_body(tmp_path: Path) -> None:
+    file = tmp_path / "crowded.xml"
+    file.write_text(
+        """<mujoco><custom><text name="place ball" data="x -.2 .2 y -.2 .2 gap .1"/></custom><worldbody>
+        <body name="ball"><geom size=".1"/></body>
+        <body name="box"><geom type="box" size=".5 .5 .5"/></body></worldbody></mujoco>"""
+    )
+    with pytest.raises(PlacementError, match=r"no place for 'ball' after \d+ draws with seed 4"):
+        draw_placement(load_scene(file), 4)

@@ -1,0 +1,37 @@
+"""Small worlds and shortcuts for the tests."""
+
+from pathlib import Path
+
+from sim_service.placement import Placement
+from sim_service.poses import Pose2D
+from sim_service.scene import Scene, load_scene
+from sim_service.simulation import Simulation, SimulationSettings
+
+FROG = Path(__file__).parents[2] / "stacks" / "frog" / "world.xml"
+
+OUT_OF_THE_WAY = {
+    "hydrant": Pose2D(1.6, 1.7, 0.0),
+    "red_box": Pose2D(1.8, -1.8, 0.0),
+    "orange_ball": Pose2D(-1.8, 1.9, 0.0),
+}
+
+
+def frog() -> Scene:
+    """Return the world of the FROG stack."""
+    return load_scene(FROG)
+
+
+def frog_with_robot_at(
+    x: float, y: float, yaw: float, settings: SimulationSettings | None = None
+) -> Simulation:
+    """Return FROG with the robot at a pose and the placed objects in the corners."""
+    placement = Placement({**OUT_OF_THE_WAY, "base": Pose2D(x, y, yaw)})
+    return Simulation(frog(), seed=1, settings=settings, placement=placement)
+
+
+def drive(simulation: Simulation, v: float, w: float, seconds: float) -> None:
+    """Command a twist at every world tick for some time."""
+    tick = simulation.settings.tick
+    for _ in range(round(seconds / tick)):
+        simulation.command(v, w)
+        simulation.advance(tick)

@@ -1,0 +1,69 @@
+"""Components, a message type and a broken class for stacks under test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bus_schema.description import Resources
+from bus_schema.messages.geometry import Twist
+from bus_schema.messages.navigation import Arrival, NavigateTo
+from bus_schema.messages.sensors import LaserScan, Odometry
+from bus_schema.registry import message
+from regraft import Component, Input, Output, Parameter, action
+from regraft.stepped.source import TimeSource
+
+
+@message("stacktest/Smell")
+@dataclass(frozen=True, slots=True)
+class Smell:
+    """What a nose smells."""
+
+    strength: float
+
+
+class World(TimeSource):
+    """A world."""
+
+    velocity = Input(Twist, required=False)
+    odometry = Output(Odometry)
+    scan = Output(LaserScan)
+
+    file = Parameter("", "the world's model", unit="path", read_only=True)
+
+    def advance(self, tick: int, seconds: float) -> None:
+        """Go on."""
+
+
+class Navigator(Component):
+    """Drives."""
+
+    odometry = Input(Odometry)
+    scan = Input(LaserScan, latest_only=True)
+    smell = Input(Smell, required=False)
+    velocity = Output(Twist)
+
+    max_velocity = Parameter(0.26, minimum=0.0, maximum=0.26, unit="m/s")
+    planner = Parameter("grid", choices=("grid", "straight"))
+    gains = Parameter((1.0, 2.0), minimum=0.0)
+    careful = Parameter(False)
+
+    @action("navigate_to")
+    async def navigate_to(self, goal: NavigateTo) -> Arrival:
+        """Drive to a pose."""
+        raise NotImplementedError
+
+
+class Joystick(Component):
+    """Drives too."""
+
+    velocity = Output(Twist)
+
+
+class Gripper(Component):
+    """Holds a device that only one may hold."""
+
+    resources = Resources(devices=("/dev/gripper",))
+
+
+class Plain:
+    """No component."""
