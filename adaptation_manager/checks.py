@@ -32,7 +32,9 @@ async def check(
         spec = architecture.components.get(change.component)
         if spec is None and change.change not in ON_NEW_COMPONENTS:
             known = ", ".join(sorted(architecture.components)) or "none"
-            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
+            draft.refuse(
+                change.component, "component", f"there is no component of this name; there are: {known}"
+            )
         elif spec is not None and not spec.managed:
             draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
         else:
@@ -46,7 +48,9 @@ async def check(
 def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
     found = []
     if request.revision is not None and request.revision != architecture.revision:
-        problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
+        problem = (
+            f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
+        )
         found.append(Violation(None, "", "revision", problem))
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))

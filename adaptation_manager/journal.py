@@ -27,10 +27,11 @@ class JournalCorrupt(JournalError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An adaptation that was begun and not ended: its report so far, the former specs, its steps and their states."""
+    """An adaptation that was begun and not ended: its report so far, the specs before and after, its steps' states."""
 
     report: AdaptationReport
     former: tuple[ComponentSpec, ...]
+    following: tuple[ComponentSpec, ...]
     steps: tuple[tuple[PlannedStep, StepState], ...]
 
 
@@ -178,7 +179,9 @@ class Journal:
 
     def _note(self, number: int, states: Mapping[int, StepState]) -> None:
         rows = [(state.value, self.run, number, step) for step, state in states.items()]
-        self._database.executemany("UPDATE steps SET state = ? WHERE run = ? AND number = ? AND step = ?", rows)
+        self._database.executemany(
+            "UPDATE steps SET state = ? WHERE run = ? AND number = ? AND step = ?", rows
+        )
 
     def end(self, report: AdaptationReport) -> None:
         """Close an adaptation; if it was applied, its architecture holds from here on."""
@@ -239,14 +242,15 @@ class Journal:
         for report in self._reports("outcome = 'pending' ORDER BY number DESC"):
             with self._told("cannot be read"):
                 place = (self.run, int(report.id))
-                (former,) = self._database.execute(
-                    "SELECT former FROM adaptations WHERE run = ? AND number = ?", place
+                specs = self._database.execute(
+                    "SELECT former, following FROM adaptations WHERE run = ? AND number = ?", place
                 ).fetchone()
+                former, following = (codec.decode(blob, UpdateSpecs).specs for blob in specs)
                 rows = self._database.execute(
                     "SELECT plan, state FROM steps WHERE run = ? AND number = ? ORDER BY step", place
                 ).fetchall()
                 steps = tuple((codec.decode(plan, PlannedStep), StepState(state)) for plan, state in rows)
-                lines.append(OpenLine(report, codec.decode(former, UpdateSpecs).specs, steps))
+                lines.append(OpenLine(report, former, following, steps))
         return lines
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from adaptation_manager.controls import ControlFailed, NoAnswer
+from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
@@ -56,7 +57,11 @@ class Transaction:
             self.error = "cancelled"
             return await self._undo(Outcome.CANCELLED)
         except Exception as error:
-            self.error = str(error) if isinstance(error, ControlFailed) else f"{type(error).__name__}: {error}"
+            self.error = (
+                str(error)
+                if isinstance(error, ControlFailed | JournalError)
+                else f"{type(error).__name__}: {error}"
+            )
             return await self._undo(Outcome.ROLLED_BACK)
 
     def _check_cancelled(self) -> None:

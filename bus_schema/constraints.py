@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, Constraint, ConstraintKind
+from bus_schema.description import ParameterDescription
 from bus_schema.lifecycle import State
-from bus_schema.parameter_values import effective_parameter
+from bus_schema.parameter_values import effective_parameter, parameter_problem
 from bus_schema.suggestions import instead_of
 
 
@@ -53,16 +54,22 @@ def _parameter_violation(architecture: Architecture, constraint: Constraint) -> 
     spec = architecture.components.get(name)
     if spec is None or spec.description is None:
         return None
-    if spec.description.parameter(parameter) is None:
-        known = [described.name for described in spec.description.parameters]
+    described = spec.description.parameter(parameter)
+    if described is None:
+        known = [other.name for other in spec.description.parameters]
         problem = f"a constraint limits it, but there is no such parameter; {instead_of(parameter, known)}"
     else:
         value = effective_parameter(spec.description, spec.parameters, parameter)
         outside = _outside(value, constraint)
-        if not outside:
+        # A value of a wrong type is a violation already, as a parameter.
+        if not outside or _kind_is_wrong(described, value):
             return None
         problem = f"{value!r}: a constraint says that it {outside}"
     return Violation(None, name, f"parameters.{parameter}", problem + _because(constraint))
+
+
+def _kind_is_wrong(parameter: ParameterDescription, value: object) -> bool:
+    return not isinstance(value, int | float) and parameter_problem(parameter, value) is not None
 
 
 def _outside(value: object, constraint: Constraint) -> str:

@@ -108,13 +108,15 @@ class Keys:
 
 
 def matches(expression: str, key: str) -> bool:
-    """Tell whether a key expression with ``*`` and ``**`` matches a key, as Zenoh would."""
-    return _match(expression.split("/"), key.split("/"))
+    """Tell whether two key expressions with ``*`` and ``**`` have a key in common, as Zenoh would."""
+    return _meet(expression.split("/"), key.split("/"))
 
 
-def _match(pattern: list[str], chunks: list[str]) -> bool:
-    if not pattern:
-        return not chunks
-    if pattern[0] == "**":
-        return any(_match(pattern[1:], chunks[skip:]) for skip in range(len(chunks) + 1))
-    return bool(chunks) and pattern[0] in ("*", chunks[0]) and _match(pattern[1:], chunks[1:])
+def _meet(one: list[str], other: list[str]) -> bool:
+    if not one or not other:
+        return all(chunk == "**" for chunk in (*one, *other))
+    if one[0] == "**":
+        return any(_meet(one[1:], other[skip:]) for skip in range(len(other) + 1))
+    if other[0] == "**":
+        return _meet(other, one)
+    return (one[0] == other[0] or "*" in (one[0], other[0])) and _meet(one[1:], other[1:])

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Query, Request
 from starlette.responses import Response
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.adaptation import AdaptationReport, Outcome
 from bus_schema.messages.manager import JournalRequest, UndoAdaptation
 from dashboard_api.body import json_object, optional_json_object, unknown_fields
 from dashboard_api.json_replies import reply, shown
@@ -24,16 +24,14 @@ from dashboard_api.reading import (
 from dashboard_api.terms import Terms, actor, terms
 from dashboard_api.views import JournalView
 
-Id = Annotated[str, Path(description="An adaptation's id", examples=["7"])]
+Id = Annotated[str, Path(alias="id", description="An adaptation's id", examples=["7"])]
 
 
 def routes(manager: Manager, prefix: str) -> APIRouter:
     """Return the routes; ``prefix`` is where the API begins."""
     router = APIRouter(tags=["adaptations"])
 
-    @router.get(
-        "/adaptations", responses={**shown(JournalView, "A page of the journal"), **declared(404, 422, 503)}
-    )
+    @router.get("/adaptations", responses={**shown(JournalView, "A page of the journal"), **declared(404, 422, 503)})
     def list_adaptations(
         before: Annotated[str, Query(max_length=200, description="Only those older than this one")] = "",
         limit: Annotated[int, Query(ge=1, le=500)] = 50,
@@ -46,9 +44,9 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         "/adaptations/{id}",
         responses={**shown(AdaptationReport, "The adaptation"), **declared(404, 422, 503)},
     )
-    def show_adaptation(id: Id) -> Response:
+    def show_adaptation(adaptation: Id) -> Response:
         """One line of the journal: who, why, each step, what became of it."""
-        return reply(manager.entry(id))
+        return reply(manager.entry(adaptation))
 
     @router.post(
         "/adaptations",
@@ -72,7 +70,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     )
     def undo(
         request: Request,
-        id: Id,
+        adaptation: Id,
         body: Annotated[dict[str, Any], Depends(optional_json_object)],
         x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
     ) -> Response:
@@ -81,15 +79,15 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         if wrong:
             raise malformed(*wrong)
         who = actor(request, x_regraft_actor)
-        return answer(manager.undo(UndoAdaptation(id, who, read_reason(body))), prefix)
+        return answer(manager.undo(UndoAdaptation(adaptation, who, read_reason(body))), prefix)
 
     @router.delete("/adaptations/{id}", responses={**declared_outcomes(), **declared(404, 409, 422, 503)})
-    def cancel(id: Id) -> Response:
+    def cancel(adaptation: Id) -> Response:
         """Cancel an adaptation that waits or is under way: what it did is undone."""
-        report = manager.cancel(id)
+        report = manager.cancel(adaptation)
         if report.outcome in (Outcome.CANCELLED, Outcome.PENDING):
             return reply(report, 200 if report.outcome is Outcome.CANCELLED else 202)
-        raise Problem(CONFLICT, f"adaptation {id!r} has ended as {report.outcome.value}", report=report)
+        raise Problem(CONFLICT, f"adaptation {adaptation!r} has ended as {report.outcome.value}", report=report)
 
     return router
 
@@ -98,6 +96,3 @@ def request_body(schema: dict[str, Any], example: Any, *, required: bool = True)
     """Return what OpenAPI says of a route's body."""
     content = {"application/json": {"schema": schema, "example": example}}
     return {"requestBody": {"required": required, "content": content}}
-
-
-__all__ = ["AdaptationRequest", "request_body", "routes"]

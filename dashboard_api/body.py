@@ -23,9 +23,7 @@ async def json_object(request: Request) -> dict[str, Any]:
     raw = await request.body()
     content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if content_type not in JSON_TYPES:
-        raise Problem(
-            BAD_CONTENT_TYPE, f"the body is {content_type or 'of no stated type'!r}: send application/json"
-        )
+        raise Problem(BAD_CONTENT_TYPE, f"the body is {content_type or 'of no stated type'!r}: send application/json")
     return _parsed(raw)
 
 

@@ -77,9 +77,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         wrong = unknown_fields(body, ["transition", "reason"])
         if wrong:
             raise malformed(*wrong)
-        plain = {"change": "transition"} | (
-            {"transition": body["transition"]} if "transition" in body else {}
-        )
+        plain = {"change": "transition"} | ({"transition": body["transition"]} if "transition" in body else {})
         return change(name, plain, read_reason(body), asked)
 
     return router

@@ -16,7 +16,7 @@ OWN_FIELDS = ("revision",)
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One field that differs: its path as a JSON Pointer (RFC 6901); ``kind`` is ``added``, ``removed`` or ``changed``; the two values."""
+    """One field that differs: its path (JSON Pointer, RFC 6901); ``added``, ``removed`` or ``changed``; both values."""
 
     path: str
     kind: str

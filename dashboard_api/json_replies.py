@@ -15,7 +15,8 @@ _shown: set[type] = set()
 
 def to_json(value: Any) -> Any:
     """Return a dataclass, a message or a view of this API, as JSON values; raises BadMessage."""
-    return as_json(record_shape(type(value)).pack(value))
+    cls: Any = type(value)
+    return as_json(record_shape(cls).pack(value))
 
 
 def reply(value: Any, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:

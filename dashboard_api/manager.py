@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest
 from bus_schema.architecture import Architecture
+from bus_schema.errors import BadMessage
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
@@ -16,7 +17,8 @@ from bus_schema.messages.manager import (
     UndoAdaptation,
 )
 from bus_schema.messages.requests import Answer
-from dashboard_api.problems import CONFLICT, FAILED, KEY_REUSED, Problem, not_found, unavailable
+from dashboard_api.body import told
+from dashboard_api.problems import CONFLICT, FAILED, KEY_REUSED, UNAVAILABLE, Problem, malformed, not_found, unavailable
 from regraft import CallFailed
 from regraft.client import Client
 
@@ -50,7 +52,7 @@ class Services:
 
         Raises:
             Refused: it refused.
-            Problem: it failed or stayed silent.
+            Problem: it failed, stayed silent, or the request cannot travel.
         """
         patience = self._answer_within if timeout is None else timeout
         try:
@@ -61,6 +63,8 @@ class Services:
             if error.answer is Answer.FAILED:
                 raise Problem(FAILED, str(error)) from None
             raise unavailable(str(error)) from None
+        except BadMessage as error:
+            raise malformed(told(error)) from None
 
 
 class Manager:
@@ -101,12 +105,15 @@ class Manager:
 
     def _act(self, service: str, request: object) -> AdaptationReport:
         if not self._waiting.acquire(blocking=False):
-            raise unavailable(
-                f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already"
-            )
+            raise unavailable(f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already")
         try:
             within = self._services.adaptation_within
             return self._services.ask(service, request, AdaptationReport, within)
+        except Problem as problem:
+            if problem.kind is UNAVAILABLE:
+                what = f"{problem.detail}; what was asked for may still happen: see GET /adaptations"
+                raise unavailable(what) from None
+            raise
         finally:
             self._waiting.release()
             self._read_again_at = 0.0

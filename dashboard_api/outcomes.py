@@ -44,9 +44,7 @@ def _detail(report: AdaptationReport) -> str:
 def declared_outcomes() -> dict[int | str, dict[str, Any]]:
     """Return, for OpenAPI, the good answers of a route that adapts."""
     content = {"application/json": {"schema": ref(AdaptationReport)}}
-    location = {
-        "Location": {"description": "The adaptation's line in the journal", "schema": {"type": "string"}}
-    }
+    location = {"Location": {"description": "The adaptation's line in the journal", "schema": {"type": "string"}}}
     return {
         200: {"description": "Applied; or, for a dry run, the plan", "content": content, "headers": location},
         202: {"description": "Accepted and under way", "content": content, "headers": location},

@@ -69,14 +69,12 @@ def read_adaptation(body: dict[str, Any], asked: Terms) -> AdaptationRequest:
     if wrong:
         raise malformed(*wrong)
     revision = asked.revision if asked.revision is not None else seen
-    return request(tuple(changes), reason, revision, asked)
+    return request(tuple(changes), reason or "", revision, asked)
 
 
 def request(changes: tuple[Any, ...], reason: str, revision: int | None, asked: Terms) -> AdaptationRequest:
     """Return an adaptation on the caller's terms."""
-    return AdaptationRequest(
-        changes, reason, asked.who, revision, asked.key, dry_run=asked.dry_run, wait=asked.wait
-    )
+    return AdaptationRequest(changes, reason, asked.who, revision, asked.key, dry_run=asked.dry_run, wait=asked.wait)
 
 
 def read_change(plain: dict[str, Any]) -> Any:

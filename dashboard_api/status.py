@@ -42,16 +42,12 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
         """All components: as they should be, and as they are."""
         return reply(overview.components())
 
-    @router.get(
-        "/components/{name}", responses={**shown(ComponentDetails, "The component"), **declared(404, 422)}
-    )
+    @router.get("/components/{name}", responses={**shown(ComponentDetails, "The component"), **declared(404, 422)})
     def show_component(name: ComponentName) -> Response:
         """A component: its specification, status, process, parameters and connections."""
         return reply(overview.component(name))
 
-    @router.get(
-        "/components/{name}/logs", responses={**shown(LogLines, "The last lines"), **declared(404, 422, 503)}
-    )
+    @router.get("/components/{name}/logs", responses={**shown(LogLines, "The last lines"), **declared(404, 422, 503)})
     def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Response:
         """The last lines of a component's log, oldest first."""
         return reply(LogLines(name, overview.logs(name, lines)))
@@ -76,9 +72,7 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
         """The architecture, now or at a revision. Its revision is the ETag; send it back as ``If-Match``."""
         architecture = manager.architecture(revision)
         tag = etag(architecture.revision)
-        if if_none_match is not None and tag in (
-            t.strip().removeprefix("W/") for t in if_none_match.split(",")
-        ):
+        if if_none_match is not None and tag in (t.strip().removeprefix("W/") for t in if_none_match.split(",")):
             return Response(status_code=304, headers={"ETag": tag})
         return reply(architecture, headers={"ETag": tag})
 
@@ -88,9 +82,7 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     )
     def show_diff(
         before: Annotated[Revision, Query(alias="from")],
-        after: Annotated[
-            Revision | None, Query(alias="to", description="the current one if left out")
-        ] = None,
+        after: Annotated[Revision | None, Query(alias="to", description="the current one if left out")] = None,
     ) -> Response:
         """How two revisions of the architecture differ, field by field."""
         return reply(diff(manager.architecture(before), manager.architecture(after)))

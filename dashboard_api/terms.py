@@ -28,9 +28,7 @@ class Terms:
 
 def terms(
     request: Request,
-    dry_run: Annotated[
-        bool, Query(description="Return plan and resulting architecture, touch nothing")
-    ] = False,
+    dry_run: Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")] = False,
     if_match: Annotated[
         str | None, Header(description="The ETag of the architecture that the caller saw", examples=['"12"'])
     ] = None,

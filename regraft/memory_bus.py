@@ -129,7 +129,7 @@ class MemoryBus:
         """Ask everybody whose key matches, and wait."""
         queries: list[MemoryQuery] = []
         with self.hub.lock:
-            for declared in [d for d in self.hub.queryables if matches(key, d.key) or matches(d.key, key)]:
+            for declared in [d for d in self.hub.queryables if matches(key, d.key)]:
                 query = MemoryQuery(key, payload)
                 queries.append(query)
                 declared.sink(query)

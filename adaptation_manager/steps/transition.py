@@ -30,7 +30,11 @@ def plan(draft: Draft, change: ChangeState) -> None:
     following = after(state, transition)
     if following is None:
         possible = ", ".join(t.value for t in legal(state)) or "none"
-        draft.refuse(name, "transition", f"{transition.value} is not possible while {state.value}; possible: {possible}")
+        draft.refuse(
+            name,
+            "transition",
+            f"{transition.value} is not possible while {state.value}; possible: {possible}",
+        )
         return
     draft.update(replace(spec, state=following))
     if live is None:
@@ -48,4 +52,6 @@ def plan(draft: Draft, change: ChangeState) -> None:
 
 def _connections(draft: Draft, name: str, state: State) -> dict[str, str]:
     live = draft.live[name].connections
-    return dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}
+    return (
+        dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}
+    )

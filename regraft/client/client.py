@@ -109,6 +109,7 @@ class Client:
 
         Raises:
             CallFailed: refused or failed (``answer`` says which), or silence for ``timeout`` seconds (None).
+            BadMessage: the request does not fit its type.
         """
         self._may_wait()
         return self._requests.call(service, request, reply, timeout)
@@ -148,9 +149,7 @@ class Client:
         expected: type[ComponentView | Description | Snapshot] = ComponentView
         if verb == "describe":
             expected = Description
-        elif verb == "state" and (
-            not isinstance(message, StateRequest) or message.step is StateStep.SNAPSHOT
-        ):
+        elif verb == "state" and (not isinstance(message, StateRequest) or message.step is StateStep.SNAPSHOT):
             expected = Snapshot
         key = self.keys.control(component, self._living_run(component), verb)
         return self._query(f"component {component!r}", key, message, expected, timeout)
@@ -199,9 +198,7 @@ class Client:
         """Return what a host was given; raises as ``ask_host`` does."""
         return self.ask_host(host, "view", None, HostView, timeout)
 
-    def ask_host(
-        self, host: str, verb: str, message: HostMessage | None, reply: type[A], timeout: float = 2.0
-    ) -> A:
+    def ask_host(self, host: str, verb: str, message: HostMessage | None, reply: type[A], timeout: float = 2.0) -> A:
         """Ask a host; ``start`` and ``stop`` answer a HostStatus, ``logs`` LogLines, ``view`` a HostView.
 
         Raises:

@@ -6,7 +6,7 @@ import base64
 import math
 from typing import Any
 
-import msgpack  # type: ignore[import-untyped]
+import msgpack
 import numpy as np
 
 from bus_schema import codec

@@ -75,9 +75,7 @@ class ClientGoal(Generic[A, F]):
                 and its result can be waited for again.
         """
         if not self._pending.ended.wait(timeout):
-            raise CallFailed(
-                self._pending.service, None, f"the goal is still being pursued after {timeout:g} s"
-            )
+            raise CallFailed(self._pending.service, None, f"the goal is still being pursued after {timeout:g} s")
         value: A = self._requests.outcome(self._pending)
         return value
 
@@ -158,7 +156,12 @@ class Requests:
             request = Request(self._client, self._number, verb, plain, timeout)
             pending = Pending(service, request, reply, feedback, on_feedback, time.monotonic())
             self._pending[self._number] = pending
-        self._send(pending, verb)
+        try:
+            self._send(pending, verb)
+        except BadMessage:
+            with self._lock:
+                del self._pending[pending.request.number]
+            raise
         return pending
 
     def _send(self, pending: Pending, verb: Verb) -> None:

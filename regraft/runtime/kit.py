@@ -77,6 +77,11 @@ class Kit:
         """Whether time is simulated."""
         return self._runtime.assignment.simulated
 
+    @property
+    def tick(self) -> int | None:
+        """The world tick that this component is in, None in real time."""
+        return self._runtime.tick
+
     def sleep(self, seconds: float) -> Waiting[None]:
         """``await`` it: go on after ``seconds``."""
         return self._runtime.timers.sleep_until(self._runtime.clock.now() + round(seconds * 1e9))
@@ -156,6 +161,8 @@ class Kit:
 
     def ask(self, key: str, payload: bytes, timeout: float) -> Waiting[list[Answer]]:
         """``await`` it: the answers to a query on the bus; under simulated time only within an exclusive slot."""
+        if not self._runtime.slots.granted:
+            raise RuntimeError("under simulated time, ask the bus within an exclusive slot: async with kit.exclusive()")
         waiting: Waiting[list[Answer]] = Waiting()
         self._runtime.bus.ask(
             key, payload, timeout, lambda answers: self._runtime.post(lambda: waiting.resolve(answers))

@@ -61,6 +61,7 @@ class Runtime:
         self.timers = Timers()
         self.slots = Slots(stepped=self.stepped)
         self.computing = 0
+        self.tick: int | None = None
         self.caller = Caller(
             self.keys, f"{assignment.name}-{epoch}", self.writers, self.timers, self.herald
         )

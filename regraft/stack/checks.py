@@ -17,12 +17,14 @@ def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """Yield the dotted path in the file and the text of everything that is wrong.
 
     Where the class of a component is not known, neither is what it would read and write; nothing is said of
-    connections and of the source of time then, because most of it would be wrong.
+    connections and of the source of time then, because most of it would be wrong. That a component lacks its
+    class or its description is told where it is read.
     """
     complete = all(spec.description or not spec.managed for spec in architecture.components.values())
     for violation in violations(architecture):
-        known = complete or not violation.field.startswith(("connections.", "description"))
-        if known:
+        told = violation.field in ("cls", "description")
+        guessed = not complete and violation.field.startswith("connections.")
+        if not told and not guessed:
             yield field_in_file(violation), violation.problem
     if complete:
         yield from _time_problems(architecture)

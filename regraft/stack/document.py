@@ -108,7 +108,8 @@ class _Conversion:
         if isinstance(raw, yaml.SequenceNode):
             parts = (self.node(part, f"{path}.{index}", depth + 1) for index, part in enumerate(raw.value))
             return Node(tuple(parts), line)
-        return Node(raw.value if raw.style else scalar(raw.value), line)
+        quoted = isinstance(raw, yaml.ScalarNode) and raw.style
+        return Node(raw.value if quoted else scalar(raw.value), line)
 
     def _map(self, raw: yaml.MappingNode, path: str, depth: int) -> dict[str, Node]:
         found: dict[str, Node] = {}

@@ -35,8 +35,8 @@ class _Override:
 def apply_overrides(stack: Stack, overrides: Sequence[str]) -> Stack:
     """Return the stack with parameters set by ``component.parameter=value``.
 
-    Of several for one parameter the last holds. The value is a YAML scalar, or a list as ``[1, 2]``. A relative
-    path is looked for in the current folder.
+    Of several for one parameter the last holds. The value is a YAML scalar, or a list as ``[1, 2]``. A
+    relative path is looked for in the current folder.
 
     Raises:
         StackError: with everything that is wrong, each naming the override.

@@ -22,14 +22,18 @@ class Problem:
         return ": ".join(part for part in (place, self.field, self.problem) if part)
 
 
+MOST_SHOWN = 100
+
+
 class StackError(Exception):
-    """A stack that cannot run; ``problems`` has everything that is wrong, by line."""
+    """A stack that cannot run; ``problems`` has all that is wrong, by line, the text the first of it."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         """Order the problems by line, each once."""
         ordered = sorted(dict.fromkeys(problems), key=lambda problem: problem.line or 0)
         self.problems = tuple(ordered)
-        super().__init__("\n".join(map(str, ordered)))
+        more = [f"and {len(ordered) - MOST_SHOWN} more"] if len(ordered) > MOST_SHOWN else []
+        super().__init__("\n".join([*map(str, ordered[:MOST_SHOWN]), *more]))
 
 
 @dataclass(slots=True)

@@ -349,6 +349,12 @@ class Coordinator:
         """Answer control queries and take joins until the wall clock reaches ``deadline`` (monotonic seconds)."""
         self._pump_until(lambda: False, deadline)
 
+    def stand_still(self, seconds: float) -> None:
+        """Let no time pass for ``seconds`` of wall-clock time, but take joins and grant slots."""
+        self.idle_until(time.monotonic() + seconds)
+        self.take_in()
+        self.run_slots()
+
     def wait_for(self, names: Iterable[str], seconds: float) -> tuple[str, ...]:
         """Wait until all of ``names`` have joined; returns who is missing after ``seconds``."""
         wanted = set(names)

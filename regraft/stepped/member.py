@@ -135,6 +135,7 @@ class Member:
             self._step = step
 
     def _perform(self, step: Step) -> None:
+        self._runtime.tick = step.tick
         self._next_join = time.monotonic() + IDLE_JOIN_AFTER
         error = ""
         touched: tuple[str, ...] = ()

@@ -19,6 +19,8 @@ MEMBERS_WITHIN = 30.0
 LATE_AT_MOST = 1.0
 """Seconds that a paced run may fall behind the wall clock before it stops trying to catch up."""
 SPEED_OVER = 1.0
+LOOK_EVERY = 0.05
+"""Seconds between looks at who joins or wants a slot while time stands still."""
 
 
 class TimeSource(Component):
@@ -89,9 +91,7 @@ class SourceLoop:
         self._started = time.monotonic()
         while self._runtime.state is not State.FINALIZED:
             if self._runtime.state is not State.ACTIVE:
-                coordinator.idle_until(time.monotonic() + 0.05)
-                coordinator.take_in()
-                coordinator.run_slots()
+                coordinator.stand_still(LOOK_EVERY)
                 pace = self._begin_pace(coordinator)
                 continue
             if end is not None and coordinator.time >= round(end * 1e9):
@@ -134,7 +134,6 @@ class SourceLoop:
 
     def _finish(self, coordinator: Coordinator) -> None:
         """The run has ended: time stands still, and everybody may still be asked."""
-        coordinator.tell_time(finished=True)
         while self._runtime.state is not State.FINALIZED:
-            coordinator.idle_until(time.monotonic() + 0.2)
             coordinator.tell_time(finished=True)
+            coordinator.stand_still(LOOK_EVERY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -32,46 +33,59 @@ class Candidate:
     """Something red in a picture.
 
     ``score`` from 0 to 1 is how much it looks like a hydrant; ``axis`` is the column (px, from the left edge) of its
-    axis, ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it; ``cut`` tells that it reaches
-    the edge of the picture.
+    axis, ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it.
     """
 
     score: float
     axis: float
     top: int
     bottom: int
-    cut: bool
 
     @property
     def height(self) -> int:
         """The height in pixels."""
         return self.bottom - self.top
 
+    def overlaps(self, other: Candidate) -> bool:
+        """Tell whether two candidates are in the same place."""
+        rows = self.top < other.bottom and other.top < self.bottom
+        return rows and abs(self.axis - other.axis) < 0.3 * max(self.height, other.height)
+
 
 def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Candidate, ...]:
-    """Return what looks like a hydrant in an RGB picture (height, width, 3), the best first; none in the dark."""
+    """Return what looks like a hydrant in an RGB picture (height, width, 3), the best first; none in the dark.
+
+    What reaches the upper or lower edge is left out: how high it is, and so how far away, can't be told.
+    """
     wanted = thresholds or Thresholds()
-    mask = _red(image, wanted)
+    red = _red(image, wanted)
+    # Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are tried.
+    closed = np.asarray(cv2.morphologyEx(red, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
+    found = [candidate for mask in (red, closed) for candidate in _candidates(mask, wanted)]
+    best: list[Candidate] = []
+    for candidate in sorted(found, key=lambda candidate: -candidate.score):
+        if not any(candidate.overlaps(other) for other in best):
+            best.append(candidate)
+    return tuple(best)
+
+
+def _candidates(mask: Image, wanted: Thresholds) -> Iterator[Candidate]:
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    found = []
     for label in range(1, count):
         left, top, width, height = (int(boxes[label, i]) for i in range(4))
-        if height < wanted.height or width < 3:
+        cut_off = top == 0 or top + height == mask.shape[0]
+        if height < wanted.height or width < 3 or cut_off:
             continue
         blob: Mask = labels[top : top + height, left : left + width] == label
         score, axis = likeness(blob)
-        if score < wanted.score or narrows(blob) > wanted.narrowing:
-            continue
-        cut = top == 0 or left == 0 or top + height == image.shape[0] or left + width == image.shape[1]
-        found.append(Candidate(score, left + axis, top, top + height, cut))
-    return tuple(sorted(found, key=lambda candidate: -candidate.score))
+        if score >= wanted.score and narrows(blob) <= wanted.narrowing:
+            yield Candidate(score, left + axis, top, top + height)
 
 
 def _red(image: Image, wanted: Thresholds) -> Image:
-    """Return where the picture is red (255), small holes and specks removed."""
+    """Return where the picture is red (255)."""
     hsv = cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
     bright = (wanted.saturation, wanted.value)
     low = cv2.inRange(hsv, (0, *bright), (REDDEST - 1, 255, 255))
     high = cv2.inRange(hsv, (WIDEST_RED + 1, *bright), (180, 255, 255))
-    mask = cv2.bitwise_or(low, high)
-    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
+    return np.asarray(cv2.bitwise_or(low, high), np.uint8)

@@ -11,7 +11,6 @@ from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgre
 from regraft import Component, Input, Output, Parameter, RequestRefused, action, every
 from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
 from services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
-from services.navigator.geometry import Pose
 from services.navigator.planner import GridPlanner
 from services.navigator.robot import Limits
 from services.navigator.scan import Scan
@@ -29,8 +28,8 @@ GIVE_UP_AFTER = 10.0
 class Navigator(Component):
     """Drives the robot to goal poses on collision-free paths.
 
-    It plans on the map, follows the path around what the lidar sees, and takes the odometry for the robot's pose
-    in the map. A new goal replaces the one before. The speed never exceeds ``max_velocity``.
+    It plans on the map, follows the path around what the lidar sees, and takes the odometry for the robot's
+    pose in the map. A new goal replaces the one before. The speed never exceeds ``max_velocity``.
     """
 
     state_version = STATE_VERSION
@@ -38,9 +37,11 @@ class Navigator(Component):
 
     max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")
-    goal_distance = Parameter(0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m")
+    goal_distance = Parameter(
+        0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m", read_only=True
+    )
     goal_angle = Parameter(
-        0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad"
+        0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad", read_only=True
     )
     ready_within = Parameter(
         5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s"
@@ -64,7 +65,7 @@ class Navigator(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return speed (m/s), power of the drive (W), and energy for a metre (J), when driving as fast as allowed."""
+        """Return speed (m/s), power (W) and energy per metre (J) of driving as fast as allowed."""
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
         power = motion_power(speed)
         qualities = {"speed": speed, "power": power}
@@ -83,9 +84,7 @@ class Navigator(Component):
             raise RequestRefused(f"a goal must be given in {' or '.join(FRAMES)}, not {goal.goal.frame!r}")
         await self._get_ready()
         assert self._follower is not None
-        target = planar_pose(goal.goal.pose)
-        if self._follower.goal != target:
-            self._follower.start(target)
+        self._follower.start(planar_pose(goal.goal.pose))
         self._goal = goal
         self._lost_sight_at = None
         self._command = Command(0.0, 0.0, "driving")
@@ -202,11 +201,11 @@ class Navigator(Component):
         self._stop()
 
     def snapshot(self) -> PlainValue:
-        """Return where the drive stands and what obstacles are remembered; the goal has to be given again."""
+        """Return how the drive stands and which obstacles are remembered."""
         return self._restored if self._follower is None else self._follower.snapshot()
 
     def restore(self, state: PlainValue) -> None:
-        """Remember; a goal that is given again goes on from here."""
+        """Remember the obstacles; a goal has to be given again, because its client waits for an answer."""
         if self._follower is not None and state is not None:
             self._follower.restore(state)
         else:

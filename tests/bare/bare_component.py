@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
+from bare_member import Member
 from bare_rewiring import Refused, Rewiring
 from bare_wire import Bad, Held, Plain, Stream, Streams, Writer, packed, unpacked
 
@@ -60,6 +61,9 @@ DESCRIPTION: Plain = {
 
 class BareComponent:
     """The component: everything happens on the thread that calls it, in the order of the inbox."""
+
+    description = DESCRIPTION
+    state_version = STATE_VERSION
 
     def __init__(self, assignment: Plain, session: zenoh.Session) -> None:
         """Know what to be; nothing is declared yet."""
@@ -251,7 +255,7 @@ class BareComponent:
                 if taker:
                     taker(item)
                 elif str(item.key_expr) in self.subscriptions:
-                    paused = str(item.key_expr) != self.request_key and self.rewiring.paused
+                    paused = str(item.key_expr) != self.request_key and self.rewiring.lets_pass
                     self.ready += self.streams.arrive(item, paused=paused, stepped=self.stepped)
             except Bad as error:
                 self.refuse(str(error))
@@ -365,7 +369,7 @@ def light_level(held: Plain) -> Plain:
     return level
 
 
-def open_session(endpoints: list[str]) -> zenoh.Session:
+def open_session(endpoints: list[str], *, stepped: bool) -> zenoh.Session:
     """Join the system as a client of its hub."""
     config = zenoh.Config()
     settings = {
@@ -374,6 +378,7 @@ def open_session(endpoints: list[str]) -> zenoh.Session:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 1000,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 200_000,
     }
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
@@ -382,10 +387,8 @@ def open_session(endpoints: list[str]) -> zenoh.Session:
 
 def main() -> int:
     """Be the component that ``REGRAFT_ASSIGNMENT`` says."""
-    from bare_member import Member  # noqa: PLC0415
-
     assignment = json.loads(os.environ["REGRAFT_ASSIGNMENT"])
-    session = open_session(assignment["connect"])
+    session = open_session(assignment["connect"], stepped=assignment.get("simulated", False))
     component = BareComponent(assignment, session)
     for signum in (signal.SIGTERM, signal.SIGINT):
         signal.signal(signum, lambda *_: component.inbox.put(lambda: component.transition("shutdown")))

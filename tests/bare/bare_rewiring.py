@@ -49,10 +49,15 @@ class Rewiring:
         self.paused = True
         self.move = ""
         self._marks: dict[str, tuple[int, int]] = {}
-        self._held: list[tuple[int, Held]] = []
+        self._held: list[Held] = []
         self._seen: dict[tuple[str, str], int] = {}
         self._opened: dict[str, str] = {}
         self._parked: list[Parked] = []
+
+    @property
+    def lets_pass(self) -> bool:
+        """Whether what arrives is let go by: nobody reads, and nobody is about to."""
+        return self.paused and not self.move
 
     # --- ports ---
 
@@ -83,8 +88,7 @@ class Rewiring:
     def is_for_us(self, key: str, held: Plain) -> bool:
         """Tell whether a sample is to be handled now; one from the topic that we move to waits for the switch."""
         if self.move and key == self.move:
-            stream = self._component.streams.by_pair[key, held["source"]]
-            self._held.append(((stream.handled or 0), (key, held)))
+            self._held.append((key, held))
             return False
         return not self.paused and key == self.keys.get(INPUT)
 
@@ -161,11 +165,9 @@ class Rewiring:
             self._component.revision = wanted["revision"]
             self._component.beat()
 
-    @staticmethod
-    def _description() -> Plain:
-        from bare_component import DESCRIPTION  # noqa: PLC0415
-
-        return DESCRIPTION
+    def _description(self) -> Plain:
+        component = self._component
+        return component.description
 
     def _transition(self, wanted: Plain, _: zenoh.Query) -> Plain:
         name = wanted["transition"]
@@ -189,21 +191,19 @@ class Rewiring:
         return self.view()
 
     def _state(self, wanted: Plain, _: zenoh.Query) -> Plain:
-        from bare_component import STATE_VERSION  # noqa: PLC0415
-
         component = self._component
         if wanted.get("step", "snapshot") == "snapshot":
             return {
                 "component": component.name,
                 "incarnation": component.incarnation,
                 "stamp": component.now() / 1e9,
-                "version": STATE_VERSION,
+                "version": component.state_version,
                 "state": {"handled": component.handled},
                 "outputs": {key: writer.sequence for key, writer in component.writers.items()},
             }
         self._fence(wanted)
-        if wanted.get("version") != STATE_VERSION:
-            raise Refused("refused", f"state: has version {wanted.get('version')}, must be {STATE_VERSION}")
+        if wanted.get("version") != component.state_version:
+            raise Refused("refused", f"state: has version {wanted.get('version')}, must be {component.state_version}")
         component.handled = wanted["state"]["handled"]
         return self.view()
 
@@ -290,10 +290,11 @@ class Rewiring:
 
         def finish() -> Plain:
             complete = handled()
-            held = [h for sequence, h in self._held if sequence > self._marks.get(h[1]["source"], (0, 0))[1]]
+            held = [h for h in self._held if h[1]["sequence"] > self._marks.get(h[1]["source"], (0, 0))[1]]
             self.keys[INPUT], self.move, self._held = self.move, "", []
             component.unsubscribe(old)
             component.ready += held
+            component.work()
             return {"complete": complete}
 
         self._park(query, handled, finish)

@@ -17,7 +17,7 @@ PLAIN_ENCODING = "application/msgpack;{}@1"
 
 Plain = dict[str, Any]
 Held = tuple[str, Plain]
-"""A sample that waits to be handled: its key and its message."""
+"""A sample that waits to be handled: its key; its source, sequence, encoding and payload."""
 
 
 class Bad(Exception):
@@ -199,7 +199,8 @@ class Streams:
         if paused:
             stream.pass_by(sequence)
             return []
-        held = (key, {"source": source, "encoding": str(sample.encoding), "payload": sample.payload.to_bytes()})
+        encoding, payload = str(sample.encoding), sample.payload.to_bytes()
+        held = (key, {"source": source, "sequence": sequence, "encoding": encoding, "payload": payload})
         if stepped:
             stream.hold(sequence, held)
             return []

@@ -40,6 +40,13 @@ def wait_until(condition: Callable[[], Any], what: str = "the condition", second
         time.sleep(0.002)
 
 
+def free_endpoint() -> str:
+    """Return a loopback endpoint that is free now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
 class Site:
     """A bus with components on it."""
 
@@ -48,9 +55,7 @@ class Site:
         self._hub: MemoryHub | None = MemoryHub() if kind == "memory" else None
         self._router: ZenohBus | None = None
         if kind == "zenoh":
-            with socket.socket() as probe:
-                probe.bind(("127.0.0.1", 0))
-                self._endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+            self._endpoint = free_endpoint()
             self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True))
         self.runtimes: dict[str, Runtime] = {}
         self._threads: list[threading.Thread] = []
@@ -88,6 +93,9 @@ class Site:
         assert started.wait(PATIENCE)
         if failure:
             raise failure.pop()
+        token = self.keys.alive(name, assignment.incarnation)
+        if self.runtimes[name].state is not State.FINALIZED:
+            wait_until(lambda: self.bus.present(token, 1.0), f"{name}'s token")
         component = self.runtimes[name].component
         assert isinstance(component, cls)
         return component

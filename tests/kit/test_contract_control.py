@@ -94,9 +94,8 @@ def test_an_inactive_component_is_silent_and_comes_back(site: Site) -> None:
 @pytest.mark.parametrize("where", ["configure", "activate"])
 def test_a_hook_that_fails_leads_back_to_unconfigured(site: Site, where: str) -> None:
     site.start(Fragile, "fragile", parameters={"where": where})
-    status = site.client.components()["fragile"].status
-    assert status.state is State.UNCONFIGURED
-    assert f"broken in {where}" in status.error
+    wait_until(lambda: f"broken in {where}" in site.client.components()["fragile"].status.error)
+    assert site.client.components()["fragile"].status.state is State.UNCONFIGURED
 
 
 def test_a_component_beyond_repair_is_finalized(site: Site) -> None:

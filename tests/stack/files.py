@@ -21,7 +21,7 @@ topics:
 components:
   world:
     class: tests.stack.parts:World
-    parameters: {file: world.xml, tick_rate: 20}
+    parameters: {file: world.xml, tick_rate: 10}
   rescuer.navigator:
     class: tests.stack.parts:Navigator
     parameters:

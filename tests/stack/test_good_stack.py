@@ -6,10 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.architecture import Constraint, ConstraintKind, Restart, RestartPolicy, TopicSpec, Writers
+from bus_schema.architecture import (
+    Architecture,
+    Constraint,
+    ConstraintKind,
+    Restart,
+    RestartPolicy,
+    TopicSpec,
+    Writers,
+)
 from bus_schema.codec import decode, encode
 from bus_schema.consistency import violations
-from bus_schema.architecture import Architecture
 from bus_schema.lifecycle import State
 from regraft.stack import Gateway, load, time_source
 from tests.stack.files import GOOD, changed, good, write

@@ -1,0 +1,116 @@
+"""The manager's books: the architecture as it should be, its revisions, and the journal behind both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from adaptation_manager.journal import Journal, JournalCorrupt, JournalError, set_aside
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.architecture import Architecture
+from bus_schema.messages.host import HostView
+
+
+class Books:
+    """Open or not: without a journal the architecture can be read, but not changed."""
+
+    def __init__(self, path: str, tell: Callable[[str, str], None]) -> None:
+        """Keep the journal at ``path``; ``tell(kind, text)`` makes events."""
+        self.path = path
+        self.architecture: Architecture | None = None
+        self.journal: Journal | None = None
+        self._tell = tell
+        self._number = 0
+        self._unwritten: list[AdaptationReport] = []
+
+    # --- opening ---
+
+    def open(self, views: Sequence[HostView], now: float) -> int:
+        """Open the journal at this run's place; returns the term of this reign. Raises JournalError.
+
+        On a run's first opening, the stack's start becomes its first line.
+        """
+        run = views[0].run
+        if self.architecture is None:
+            self.architecture = in_force(views)
+        journal = self._opened()
+        try:
+            if journal.knows(run):
+                journal.run = run
+                self.architecture = journal.architecture() or self.architecture
+            else:
+                journal.start_run(run, _start(self.architecture, now), self.architecture)
+            self._number = max(self._number, journal.last_number())
+            term = journal.next_term(max(view.term for view in views))
+        except JournalError:
+            journal.close()
+            raise
+        self.journal = journal
+        return term
+
+    def _opened(self) -> Journal:
+        try:
+            return Journal(self.path)
+        except JournalCorrupt as error:
+            aside = set_aside(self.path)
+            self._tell("journal.corrupt", f"{error}; it was set aside as {aside}, a new journal begins")
+            return Journal(self.path)
+
+    def close(self) -> None:
+        """Close the journal; what is known of the architecture stays."""
+        if self.journal is not None:
+            self.journal.close()
+            self.journal = None
+
+    def ready(self) -> Journal:
+        """Return the journal, with everything written that is to be; raises JournalError."""
+        if self.journal is None:
+            raise JournalError(f"the journal {self.path} is not open")
+        while self._unwritten:
+            self.journal.end(self._unwritten[0])
+            del self._unwritten[0]
+        return self.journal
+
+    # --- lines ---
+
+    def next_number(self) -> int:
+        """Return the number of a further adaptation."""
+        self._number += 1
+        return self._number
+
+    def applied(self, report: AdaptationReport, architecture: Architecture) -> None:
+        """Close an applied adaptation, whose architecture holds from here on; raises JournalError."""
+        self.ready().end(report)
+        self.architecture = architecture
+
+    def ended(self, report: AdaptationReport) -> None:
+        """Close an adaptation that was begun and changed nothing; written later if it cannot be now."""
+        self._unwritten.append(report)
+        self._attempt(lambda: self.ready())
+
+    def never_began(self, report: AdaptationReport) -> None:
+        """Write the line of an adaptation that changed nothing; without space for it there is none."""
+        self._attempt(lambda: self.ready().record(report))
+
+    def _attempt(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except JournalError as error:
+            self._tell("journal.unwritable", str(error))
+
+
+def in_force(views: Sequence[HostView]) -> Architecture:
+    """Return the architecture as the hosts run it: the stack's, with the specs that they have by now."""
+    architecture = views[0].architecture
+    architecture = replace(architecture, revision=max(1, architecture.revision))
+    for view in views:
+        for spec in view.specs:
+            architecture = architecture.with_component(spec)
+    return architecture
+
+
+def _start(architecture: Architecture, now: float) -> AdaptationReport:
+    request = AdaptationRequest((), "the stack's start", "regraft up")
+    return AdaptationReport(
+        "1", Outcome.APPLIED, request, architecture.revision - 1, architecture.revision, now
+    )

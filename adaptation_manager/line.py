@@ -1,0 +1,72 @@
+"""Adaptations that wait for their turn: first come, first served, bounded."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Violation
+from regraft.runtime.tasks import Waiting
+
+Prepare = Callable[[AdaptationRequest], tuple[AdaptationRequest, tuple[Violation, ...]]]
+
+
+@dataclass(eq=False, slots=True)
+class Entry:
+    """One adaptation in line or under way. ``number`` is 0 while it has none.
+
+    ``prepare`` completes the request when its turn comes: an undo knows its changes only then.
+    """
+
+    number: int
+    request: AdaptationRequest
+    prepare: Prepare | None = None
+    cancelled: bool = False
+    report: AdaptationReport | None = None
+    _waiters: list[Waiting[AdaptationReport]] = field(default_factory=list)
+
+    def ended(self) -> Waiting[AdaptationReport]:
+        """Return what its end resolves, to be awaited by one task."""
+        waiting: Waiting[AdaptationReport] = Waiting()
+        if self.report is not None:
+            waiting.resolve(self.report)
+        else:
+            self._waiters.append(waiting)
+        return waiting
+
+    def end(self, report: AdaptationReport) -> None:
+        """Tell all who wait how it ended."""
+        self.report = report
+        for waiting in self._waiters:
+            waiting.resolve(report)
+        self._waiters.clear()
+
+
+class Line:
+    """Who waits, and who is being served."""
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self.serving: Entry | None = None
+        self.waiting: deque[Entry] = deque()
+        self._idle: Waiting[None] | None = None
+
+    def join(self, entry: Entry) -> None:
+        """Stand at the end of the line."""
+        self.waiting.append(entry)
+        if self._idle is not None:
+            self._idle.resolve(None)
+
+    async def next(self) -> Entry:
+        """Wait for the next entry, and serve it."""
+        self.serving = None
+        while not self.waiting:
+            self._idle = Waiting()
+            await self._idle
+        self.serving = self.waiting.popleft()
+        return self.serving
+
+    def entries(self) -> list[Entry]:
+        """Return who is being served, and who waits."""
+        return [*([self.serving] if self.serving else []), *self.waiting]

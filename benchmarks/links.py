@@ -1,0 +1,88 @@
+"""A hub in this process and other processes around it: every benchmark's processes use the same kind of links."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable
+from multiprocessing.context import SpawnProcess
+from types import TracebackType
+from typing import Any
+
+from regraft.assignment import Assignment
+from regraft.client import Client
+from regraft.component import Component, class_path
+from regraft.launch import free_endpoint
+from regraft.process import run_component
+from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.zenoh_config import Endpoints
+
+SYSTEM = "bench"
+UP_WITHIN = 20.0
+END_WITHIN = 5.0
+
+
+class Site:
+    """A router session here, and processes that are its clients, as on a host."""
+
+    def __init__(self) -> None:
+        """Open the hub."""
+        self.endpoint = free_endpoint()
+        self.hub = open_bus(Endpoints((self.endpoint,), router=True))
+        self.bus: ZenohBus = open_bus(Endpoints(connect=(self.endpoint,)))
+        self.client = Client(self.bus, SYSTEM, "bench")
+        self._processes: list[SpawnProcess] = []
+
+    def __enter__(self) -> Site:
+        """Use it as a context, so that all processes end with the benchmark."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the processes, then the hub."""
+        for process in self._processes:
+            process.terminate()
+        for process in self._processes:
+            process.join(END_WITHIN)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        self.client.close()
+        self.bus.close()
+        self.hub.close()
+
+    def spawn(self, function: Callable[..., object], *arguments: Any) -> SpawnProcess:
+        """Run a function in a fresh process."""
+        process = multiprocessing.get_context("spawn").Process(target=function, args=arguments, daemon=True)
+        process.start()
+        self._processes.append(process)
+        return process
+
+    def component(self, cls: type[Component], name: str, **assigned: Any) -> SpawnProcess:
+        """Run a component in a process of its own."""
+        assignment = Assignment(SYSTEM, name, class_path(cls), connect=(self.endpoint,), **assigned)
+        return self.spawn(run_component, assignment)
+
+    def wait_for_components(self, *names: str) -> None:
+        """Wait until components are active; raises TimeoutError."""
+
+        def active() -> bool:
+            seen = self.client.components()
+            states = [seen[name].status for name in names if name in seen]
+            return sum(status is not None and status.state.value == "active" for status in states) == len(names)
+
+        wait_until(active, f"{', '.join(names)} active")
+
+    def wait_for_token(self, key: str) -> None:
+        """Wait until a liveliness token is there; raises TimeoutError."""
+        wait_until(lambda: self.bus.present(key, 1.0), key)
+
+
+def wait_until(condition: Callable[[], object], what: str, seconds: float = UP_WITHIN) -> None:
+    """Wait for a condition; raises TimeoutError after ``seconds``."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            raise TimeoutError(f"not within {seconds:g} s: {what}")
+        time.sleep(0.005)

@@ -1,0 +1,76 @@
+"""The other side of the round trips: zenoh-python as one would use it without a kit, over the same links.
+
+A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+import time
+from array import array
+from itertools import pairwise
+
+import zenoh
+
+from regraft.zenoh_config import Endpoints, config
+
+PING, PONG, VOLLEY, READY = "raw/ping", "raw/pong", "raw/volley", "raw/ready"
+ASKED = struct.Struct("<II")
+VOLLEY_WITHIN = 60.0
+
+
+def echo(endpoint: str) -> None:
+    """Send everything back, until terminated."""
+    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    pong = session.declare_publisher(PONG, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def there(sample: zenoh.Sample) -> None:
+        pong.put(sample.payload.to_bytes())
+
+    declared = (session.declare_subscriber(PING, there), session.liveliness().declare_token(f"{READY}/echo"))
+    _stay(declared)
+
+
+def pinger(endpoint: str) -> None:
+    """Play volleys as they are asked for at ``VOLLEY`` (count, size), replying with the seconds, until terminated."""
+    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    ping = session.declare_publisher(PING, congestion_control=zenoh.CongestionControl.BLOCK)
+    stamps: list[int] = []
+    wanted = 0
+    data = b""
+    done = threading.Event()
+
+    def back(sample: zenoh.Sample) -> None:
+        sample.payload.to_bytes()
+        stamps.append(time.perf_counter_ns())
+        if len(stamps) <= wanted:
+            ping.put(data)
+        else:
+            done.set()
+
+    def volley(query: zenoh.Query) -> None:
+        nonlocal wanted, data
+        assert query.payload is not None
+        wanted, size = ASKED.unpack(query.payload.to_bytes())
+        data = bytes(size)
+        stamps.clear()
+        done.clear()
+        stamps.append(time.perf_counter_ns())
+        ping.put(data)
+        done.wait(VOLLEY_WITHIN)
+        query.reply(VOLLEY, array("d", ((b - a) / 1e9 for a, b in pairwise(stamps))).tobytes())
+        query.drop()
+
+    declared = (
+        session.declare_subscriber(PONG, back),
+        session.declare_queryable(VOLLEY, volley),
+        session.liveliness().declare_token(f"{READY}/pinger"),
+    )
+    _stay(declared)
+
+
+def _stay(declared: tuple[object, ...]) -> None:
+    """Wait for SIGTERM, which ends the process; what is declared must be held, or it is undeclared."""
+    threading.Event().wait()
+    del declared

@@ -1,0 +1,77 @@
+"""The gateway as a component: it serves the REST API while it is active."""
+
+from __future__ import annotations
+
+import secrets
+
+from dashboard_api.app import PREFIX, build
+from dashboard_api.event_buffer import EventBuffer
+from dashboard_api.manager import Services
+from dashboard_api.server import HttpServer, bind
+from regraft import Component, Parameter, every
+from regraft.client import Client
+
+
+class Gateway(Component):
+    """Shows the system over HTTP and takes adaptations.
+
+    It looks on from outside simulated time, through the component's own session.
+    """
+
+    in_step = False
+    longest_handler = 8.0
+
+    address = Parameter("127.0.0.1", "a loopback address of this machine", read_only=True)
+    port = Parameter(8000, "0 takes any that is free", minimum=0, maximum=65535, read_only=True)
+    answer_within = Parameter(3.0, "patience with services that are asked", minimum=0.1, maximum=60.0, unit="s")
+    adaptation_within = Parameter(30.0, "patience with an adaptation's outcome", minimum=0.1, maximum=600.0, unit="s")
+
+    def __init__(self) -> None:
+        """Begin without a server."""
+        self._client: Client | None = None
+        self._buffer: EventBuffer | None = None
+        self._server: HttpServer | None = None
+
+    def on_activate(self) -> None:
+        """Serve; raises CannotServe where the address is not loopback or the port is taken."""
+        bound = bind(self.address, self.port)
+        name = f"{self.kit.name}-rest-{secrets.token_hex(4)}"
+        self._client = Client(self.kit.bus, self.kit.system, name)
+        self._buffer = EventBuffer()
+        self._client.events(self._buffer.add)
+        services = Services(self._client, self.answer_within, self.adaptation_within)
+        self._server = HttpServer(build(services, self._buffer, self.address), bound)
+        try:
+            self._server.start()
+        except Exception:
+            self._stop()
+            raise
+        self.kit.say(self._server.url + PREFIX)
+        self.kit.event("gateway.ready", f"serving at {self._server.url}{PREFIX}", url=self._server.url + PREFIX)
+
+    def on_deactivate(self) -> None:
+        """Serve no more: readers of events are sent home, waiting requests answered as unavailable."""
+        self._stop()
+        self.kit.say("")
+
+    def on_error(self) -> None:
+        """Leave nothing behind."""
+        self._stop()
+
+    @every(seconds=1.0)
+    def check(self) -> None:
+        """Find out if the server has ended by itself."""
+        if self._server and not self._server.running:
+            self._server = None
+            self.kit.say("the HTTP server has ended by itself")
+            raise RuntimeError("the HTTP server has ended by itself: deactivate and activate the gateway")
+
+    def _stop(self) -> None:
+        buffer, client, server = self._buffer, self._client, self._server
+        self._buffer = self._client = self._server = None
+        if buffer:
+            buffer.close()
+        if client:
+            client.close()
+        if server and not server.stop():
+            self.kit.log.error("the HTTP server did not end in time")

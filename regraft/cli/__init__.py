@@ -1,0 +1,1 @@
+"""The command line, ``regraft``: one module per group of commands."""

@@ -1,0 +1,72 @@
+"""Exit codes, and how what goes wrong becomes one: an error meant for people is a line of text, never a traceback."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from bus_schema.errors import SchemaError
+from regraft.bus import BusError
+from regraft.cli.output import complain
+from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
+from regraft.parameters import ParameterError
+from regraft.process import NoSuchClass
+from regraft.rundir import AlreadyRunning, NotRunning
+from regraft.runtime.calling import CallFailed
+from regraft.stack import StackError
+
+WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
+
+EXIT_CODES = """\
+\b
+Exit codes:
+  0    well
+  1    what was asked for failed: an adaptation was rejected or rolled back, a call failed
+  2    bad input: a stack file, an option, an unknown name; already running, a port in use
+  3    no such system, or it cannot be reached
+  130  interrupted
+"""
+
+
+class BadInput(Exception):
+    """What was typed cannot be done; the text says what is wrong and what would be right."""
+
+
+class Unreachable(Exception):
+    """A system, or the part of it that is needed, is not there."""
+
+
+class Failed(Exception):
+    """What was asked for did not happen."""
+
+
+BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
+    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, ParameterError, SchemaError)),
+    (BAD_INPUT, (NoSuchComponent, NoSuchHost)),
+    (NOT_REACHABLE, (Unreachable, NotRunning, BusError, NoAnswer)),
+    (FAILED, (Failed, ClientError, CallFailed)),
+)
+
+
+def exit_code(error: Exception) -> int | None:
+    """Return the exit code that an error means, None for one that should not have happened."""
+    return next((code for code, kinds in BY_CODE if isinstance(error, kinds)), None)
+
+
+class Commands(TyperGroup):
+    """All commands: turns the kit's errors into a message and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was given."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Exit(INTERRUPTED) from None
+        except Exception as error:
+            code = exit_code(error)
+            if code is None:
+                raise
+            complain(str(error))
+            raise typer.Exit(code) from None

@@ -1,0 +1,70 @@
+"""Reaching a running system."""
+
+from __future__ import annotations
+
+import getpass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+from regraft import rundir
+from regraft.bus import Bus
+from regraft.cli.options import chosen_system
+from regraft.client import Client
+from regraft.client.sending import Sender
+from regraft.rundir import RunInfo
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+
+@dataclass(slots=True)
+class Reached:
+    """A running system, and the means to see and ask it."""
+
+    info: RunInfo
+    bus: Bus
+    client: Client
+
+    def put(self, key: str, message: object) -> None:
+        """Put one message; raises BusError."""
+        sender = Sender(self.bus, f"{self.client.name}-put")
+        try:
+            sender.put(key, message)
+        finally:
+            sender.close()
+
+
+def find(ctx: typer.Context, system: str | None) -> RunInfo:
+    """Return the system that is meant; raises NotRunning."""
+    return rundir.find(chosen_system(ctx, system))
+
+
+@contextmanager
+def reached(ctx: typer.Context, system: str | None) -> Iterator[Reached]:
+    """Join the system that is meant while the block runs; raises NotRunning, BusError."""
+    with joined(find(ctx, system)) as there:
+        yield there
+
+
+@contextmanager
+def joined(info: RunInfo) -> Iterator[Reached]:
+    """Join a system while the block runs; raises BusError."""
+    bus = open_bus(Endpoints(connect=(info.endpoint,)), in_step=info.simulated)
+    with Client(bus, info.system, owns_bus=True) as client:
+        yield Reached(info, bus, client)
+
+
+def user() -> str:
+    """Return who sits at this command line, for the journal."""
+    try:
+        return f"command line, {getpass.getuser()}"
+    except (KeyError, OSError):
+        return "command line"
+
+
+def plain_info(info: RunInfo) -> dict[str, Any]:
+    """Return what is known of a running system as plain data."""
+    return {name: getattr(info, name) for name in RunInfo.__dataclass_fields__}

@@ -1,0 +1,106 @@
+"""``regraft up``: starts the system of a stack file and stays until it ends."""
+
+from __future__ import annotations
+
+import logging
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from regraft import rundir
+from regraft.bus import BusError
+from regraft.cli.display import display
+from regraft.cli.group import FAILED, BadInput
+from regraft.cli.options import JsonOption, chosen_system
+from regraft.cli.output import say, show_json
+from regraft.cli.ports_free import check_ports
+from regraft.cli.running import Run
+from regraft.launch import run_system
+from regraft.stack import Stack, apply_overrides, load, with_seed, with_speed, with_system
+
+STACK_FILE = "stack.yaml"
+
+
+class Speed(Enum):
+    """The pace of simulated time."""
+
+    REAL = "real"
+    MAX = "max"
+
+
+def up(
+    ctx: typer.Context,
+    stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
+    ] = None,
+    speed: Annotated[Speed | None, typer.Option("--speed", help="The pace of simulated time.")] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            "--for",
+            metavar="SECONDS",
+            min=0.001,
+            help="End after so many seconds: simulated ones under simulated time, else counted from when all is up.",
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live display, plain lines only.")] = False,
+    system: Annotated[
+        str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the closing line.")] = False,
+) -> None:
+    """Start the system of a stack file, show what happens, and end it with Ctrl-C or when its time is over.
+
+    Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component quarantined or
+    was never up within its time.
+    """
+    wanted = _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system))
+    # That it runs already is the better reason than that its gateway's port is in use.
+    rundir.lock(wanted.name).close()
+    check_ports(wanted.architecture)
+    duration = duration if duration is not None else wanted.duration
+    _log_to_file(wanted.name)
+    run = Run(display(headless=headless, quiet=quiet or as_json), duration)
+    try:
+        run_system(wanted, duration=duration, step=run.step)
+    except BusError as error:
+        raise BadInput(str(error)) from None
+    finally:
+        run.end()
+    if run.closing is not None:
+        if as_json:
+            show_json(run.closing.plain())
+        elif duration is not None or not quiet:
+            say(run.closing.line())
+    if not run.healthy:
+        raise typer.Exit(FAILED)
+
+
+def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None) -> Stack:
+    """Return the stack as file and options want it; raises StackError."""
+    wanted = load(path / STACK_FILE if path.is_dir() else path)
+    if system is not None:
+        wanted = with_system(wanted, system)
+    if speed is not None:
+        wanted = with_speed(wanted, speed.value)
+    if seed is not None:
+        wanted = with_seed(wanted, seed)
+    return apply_overrides(wanted, overrides)
+
+
+def _log_to_file(system: str) -> None:
+    """Send the host's own log to a file beside its components' logs: what matters in it is shown as events."""
+    folder = rundir.folder(system) / "logs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        logging.basicConfig(
+            filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
+        )
+    except OSError as error:
+        raise BadInput(f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place") from None

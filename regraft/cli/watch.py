@@ -1,0 +1,167 @@
+"""What ``up`` sees of the system that it runs: statuses, simulated time, the mission, the battery, events."""
+
+from __future__ import annotations
+
+import queue
+import re
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from bus_schema import codec
+from bus_schema.architecture import ComponentSpec
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys
+from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.health import ComponentStatus, Event
+from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.messages.mission import MissionStatus
+from bus_schema.messages.power import BatteryState
+from bus_schema.registry import type_of
+from regraft.bus import Bus
+from regraft.launch import Running
+
+M = TypeVar("M")
+
+URL = re.compile(r"https?://\S+")
+RENDERER = re.compile(r"renders .* on (\w+)")
+MOST_EVENTS = 10_000
+"""Events that may wait to be shown; further ones are dropped."""
+
+
+class Newest:
+    """The newest message at a key, opened only when it is looked at: most never are."""
+
+    def __init__(self, bus: Bus, key: str) -> None:
+        """Listen to ``key``."""
+        self._bus = bus
+        self._item: Any = None
+        bus.subscribe(key, self._take)
+
+    def _take(self, item: Any) -> None:
+        self._item = item
+
+    def look(self, cls: type[M]) -> M | None:
+        """Return the newest message, None before the first and for one that does not fit."""
+        sample = self._bus.open_sample(self._item) if self._item is not None else None
+        if sample is None:
+            return None
+        try:
+            return codec.decode(sample.payload, cls)
+        except BadMessage:
+            return None
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """How many components are as the stack wants them, and who is not, with the reason where there is one."""
+
+    ready: int
+    total: int
+    waiting: dict[str, str]
+
+    @property
+    def complete(self) -> bool:
+        """Whether all are."""
+        return self.ready == self.total
+
+
+class Watch:
+    """Looks on from the host's process. Everything but a queue's ``put`` happens on the caller's thread."""
+
+    def __init__(self, running: Running) -> None:
+        """Listen from now on."""
+        self._running = running
+        self._bus = running.bus
+        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.statuses: dict[str, ComponentStatus] = {}
+        keys = Keys(running.info.system)
+        self._bus.subscribe(keys.status("*"), self._inbox.put)
+        self._bus.subscribe(keys.event, self._inbox.put)
+        self._clock = Newest(self._bus, keys.clock("time"))
+        self._mission = self._newest(keys, MissionStatus)
+        self._battery = self._newest(keys, BatteryState)
+        self._time: ClockTime | None = None
+
+    def _newest(self, keys: Keys, cls: type) -> Newest | None:
+        topics = self._running.host.plan.architecture.topics.values()
+        topic = next((topic.name for topic in topics if topic.type == type_of(cls).name), None)
+        return Newest(self._bus, keys.topic(topic)) if topic else None
+
+    def take(self) -> list[Event]:
+        """Take what has come; returns the events among it."""
+        events: list[Event] = []
+        for _ in range(min(self._inbox.qsize(), MOST_EVENTS)):
+            sample = self._bus.open_sample(self._inbox.get_nowait())
+            if sample is None:
+                continue
+            try:
+                if sample.key.endswith("/event"):
+                    events.append(codec.decode(sample.payload, Event))
+                else:
+                    self._take_status(codec.decode(sample.payload, ComponentStatus))
+            except BadMessage:
+                continue
+        return events
+
+    def _take_status(self, status: ComponentStatus) -> None:
+        known = self.statuses.get(status.component)
+        if known is None or known.incarnation <= status.incarnation:
+            self.statuses[status.component] = status
+
+    # --- what is seen ---
+
+    def clock(self) -> ClockTime | None:
+        """Return simulated time as last told."""
+        self._time = self._clock.look(ClockTime) or self._time
+        return self._time
+
+    def mission(self) -> MissionStatus | None:
+        """Return the mission as last told."""
+        return self._mission.look(MissionStatus) if self._mission else None
+
+    def battery(self) -> BatteryState | None:
+        """Return the battery as last told."""
+        return self._battery.look(BatteryState) if self._battery else None
+
+    def processes(self) -> tuple[ProcessStatus, ...]:
+        """Return the processes that the host has."""
+        return self._running.host.status().processes
+
+    def readiness(self) -> Readiness:
+        """Tell how far the system is on its way to the state that the stack wants."""
+        specs = self._running.host.plan.mine()
+        waiting = {}
+        for process in self.processes():
+            spec = specs.get(process.component)
+            why = self._waits_for(spec, process) if spec else None
+            if why is not None:
+                waiting[process.component] = why
+        return Readiness(len(specs) - len(waiting), len(specs), waiting)
+
+    def _waits_for(self, spec: ComponentSpec, process: ProcessStatus) -> str | None:
+        if process.state is ProcessState.STOPPED and process.incarnation and not spec.managed:
+            return None
+        if process.state is not ProcessState.RUNNING:
+            return f"{process.state.value}: {process.last_end}" if process.last_end else process.state.value
+        status = self.statuses.get(spec.name)
+        if not spec.managed or (
+            status and status.incarnation == process.incarnation and status.state is spec.state
+        ):
+            return None
+        if status is None:
+            return "starting"
+        return f"{status.state.value}: {status.error}" if status.error else status.state.value
+
+    def quarantined(self) -> list[str]:
+        """Return the components that were restarted too often."""
+        return [p.component for p in self.processes() if p.state is ProcessState.QUARANTINED]
+
+    def url(self) -> str | None:
+        """Return where the gateway is, as it says itself."""
+        found = (URL.search(status.detail) for status in self.statuses.values())
+        return next((match.group() for match in found if match), None)
+
+    def renderer(self) -> str | None:
+        """Return what draws the cameras' pictures, as they say themselves; several are joined by ``+``."""
+        found = (RENDERER.search(status.detail) for status in self.statuses.values())
+        return "+".join(sorted({match.group(1) for match in found if match})) or None

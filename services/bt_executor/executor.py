@@ -1,0 +1,233 @@
+"""The component that runs missions: it ticks a behaviour tree whose leaves ask other components to act."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bus_schema.annotations import PlainValue
+from bus_schema.messages.maps import Goals
+from bus_schema.messages.mission import (
+    Command,
+    MissionCommand,
+    MissionRequest,
+    MissionState,
+    MissionStatus,
+)
+from bus_schema.messages.power import BatteryState
+from bus_schema.messages.sensors import LightLevel
+from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
+from regraft.runtime.tasks import Task
+from services.bt_executor.engine import Blackboard, BlackboardError
+from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
+from services.bt_executor.nodes.context import LeafContext
+from services.bt_executor.nodes.registry import node_types
+from services.bt_executor.reflection import SystemReflection
+from services.bt_executor.report import kept_blackboard, mission_status
+from services.bt_executor.source import Source, Unloadable
+
+SHORTEST_WAIT = 0.001
+"""Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
+
+
+class Executor(Component):
+    """Runs a mission: a behaviour tree in the XML of BehaviorTree.CPP 4.
+
+    The tree is ticked ``rate`` times a second, and besides when a leaf has got its answer or a timing node's time
+    has come. An exception in a leaf fails the mission, not the component. After a crash the mission starts again
+    from its root, with the plain values of its root blackboard.
+    """
+
+    state_version = 1
+    checkpoint_every = 1.0
+
+    mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path")
+    main = Parameter("", "ID of the tree to run, by default what the file says")
+    rate = Parameter(10.0, "ticks a second", minimum=0.1, maximum=200.0, unit="Hz")
+    autostart = Parameter(True, "whether the mission starts when the component is activated")
+    nodes = Parameter(
+        "", "further node types, as module:name of a class or a list, separated by blanks", read_only=True
+    )
+
+    goals = Input(Goals, latest_only=True, required=False, text="the places to visit")
+    battery = Input(BatteryState, latest_only=True, required=False, text="for {@battery_charge}")
+    light = Input(LightLevel, latest_only=True, required=False, text="for {@darkness}")
+    status = Output(MissionStatus, topic="mission", text="the mission, once a second and when its state changes")
+
+    def __init__(self) -> None:
+        """Begin without a mission."""
+        self._mission = Mission(self._tell)
+        self._source = Source()
+        self._reflection = SystemReflection(self.kit.inputs)
+        self._registry = node_types(LeafContext(self.kit, self._tick_soon))
+        self._start_again = False
+        self._tick_pending = False
+        self._alarm: Task | None = None
+        self._alarm_at = 0.0
+
+    # --- lifecycle ---
+
+    def on_configure(self) -> None:
+        """Learn the node types and load the mission; raises Unloadable with the place of what is wrong."""
+        self._mission = Mission(self._tell)
+        self._registry = node_types(LeafContext(self.kit, self._tick_soon), self.nodes.split())
+        if self.mission:
+            self._load(Source(self.mission, main=self.main))
+            self._start_again = self.autostart
+
+    def on_activate(self) -> None:
+        """Start the mission if it is to start by itself, or was running when the component stopped."""
+        self._tick_pending = False
+        self._alarm = None
+        if self._start_again and self._mission.state is not MissionState.EMPTY:
+            self._start_again = False
+            self._mission.start()
+            self._tick_soon()
+
+    def on_deactivate(self) -> None:
+        """Halt the mission, which cancels its goals; it starts again with the next activation."""
+        self._start_again = self._start_again or self._mission.state is MissionState.RUNNING
+        if self._mission.state in UNDER_WAY:
+            self._mission.halt("the component was deactivated")
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Load another mission, and start it if one was running; raises Unloadable."""
+        if not changed & {"mission", "main"} or self._mission.tree is None:
+            return
+        was_running = self._mission.state is MissionState.RUNNING
+        if self.mission:
+            self._load(Source(self.mission, main=self.main))
+            if was_running:
+                self._mission.start()
+
+    # --- ticking ---
+
+    @every(hz=rate)
+    def tick(self) -> None:
+        """Tick the tree."""
+        tree = self._mission.tree
+        if tree is None or self._mission.state is not MissionState.RUNNING:
+            return
+        self._reflection.update(tree.blackboard)
+        self._mission.tick()
+        self._set_alarm()
+
+    def _tick_soon(self) -> None:
+        """Have the tree ticked when what is being handled now is done."""
+        if not self._tick_pending:
+            self._tick_pending = True
+            self.kit.spawn(self._tick_now(), "tick")
+
+    async def _tick_now(self) -> None:
+        self._tick_pending = False
+        self.tick()
+
+    def _set_alarm(self) -> None:
+        """Have the tree ticked when its next timer comes due."""
+        tree = self._mission.tree
+        due = tree.next_wake_up() if tree and self._mission.state is MissionState.RUNNING else None
+        now = self.kit.now()
+        # What is due now has just been looked at: a loop without end waits for the next periodic tick.
+        if due is None or due <= now or (self._alarm and self._alarm_at <= due):
+            return
+        if self._alarm:
+            self._alarm.cancel()
+        self._alarm_at = due
+        self._alarm = self.kit.spawn(self._ring(due - now), "timer of the tree")
+
+    async def _ring(self, seconds: float) -> None:
+        await self.kit.sleep(max(SHORTEST_WAIT, seconds))
+        self._alarm = None
+        self.tick()
+
+    # --- telling and being told ---
+
+    @every(seconds=1.0)
+    def report(self) -> None:
+        """Publish the mission's status, if anybody reads it."""
+        if self.status.wanted:
+            self.status.publish(mission_status(self._mission, self.kit.now()))
+
+    def _tell(self, kind: str, text: str, **details: Any) -> None:
+        self.kit.event(kind, text, **details)
+        self.kit.say(f"{self._mission.state.value}: {text}")
+        if self.status.key:
+            self.report()
+
+    @service("mission/status")
+    def mission_status(self, request: MissionRequest) -> MissionStatus:
+        """Return the mission's status."""
+        return mission_status(self._mission, self.kit.now())
+
+    @service("mission/command")
+    def mission_command(self, command: MissionCommand) -> MissionStatus:
+        """Load a tree, start, pause, step or halt it; returns the status afterwards.
+
+        Raises:
+            RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
+        """
+        if command.command is not Command.LOAD and (command.tree or command.main):
+            raise RequestRefused(f"{command.command.value} takes no tree; load it, then {command.command.value}")
+        try:
+            self._obey(command)
+        except (Illegal, Unloadable) as error:
+            raise RequestRefused(str(error)) from None
+        return mission_status(self._mission, self.kit.now())
+
+    def _obey(self, command: MissionCommand) -> None:
+        if command.command is Command.LOAD:
+            self._load(self._commanded_source(command))
+        elif command.command is Command.START:
+            self._mission.start()
+            self._tick_soon()
+        elif command.command is Command.PAUSE:
+            self._mission.pause()
+        elif command.command is Command.STEP:
+            self._mission.step()
+        else:
+            self._mission.halt()
+
+    def _commanded_source(self, command: MissionCommand) -> Source:
+        if command.tree:
+            folder = str(Path(self.mission).parent) if self.mission else ""
+            return Source(text=command.tree, main=command.main, folder=folder)
+        if self.mission:
+            return Source(self.mission, main=command.main or self.main)
+        raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
+
+    def _load(self, source: Source) -> None:
+        """Take the tree of a source; raises Unloadable, and then the mission stays as it is."""
+        board = Blackboard(clock=self.kit)
+        self._reflection.declare(board)
+        tree = source.load(self._registry, board)
+        self._source = source
+        self._mission.take(tree)
+
+    # --- state ---
+
+    def snapshot(self) -> PlainValue:
+        """Return where the tree came from, what was being done with it, and the plain part of its root blackboard."""
+        tree = self._mission.tree
+        return {
+            "state": self._mission.state.value,
+            "file": self._source.file,
+            "text": self._source.text,
+            "main": self._source.main,
+            "folder": self._source.folder,
+            "blackboard": kept_blackboard(tree.blackboard) if tree else {},
+        }
+
+    def restore(self, state: PlainValue) -> None:
+        """Have the same mission again; it starts anew if it was running, and otherwise waits for a command."""
+        source = Source(state["file"], state["text"], state["main"], state["folder"])
+        if source.text:
+            self._load(source)
+        self._start_again = MissionState(state["state"]) is MissionState.RUNNING
+        tree = self._mission.tree
+        if tree is None or source != self._source:
+            return
+        for key, value in state["blackboard"].items():
+            try:
+                tree.blackboard.set(key, value)
+            except BlackboardError as error:
+                self.kit.log.warning("blackboard entry not restored: %s", error)

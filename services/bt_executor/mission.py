@@ -1,0 +1,165 @@
+"""A mission: a behaviour tree and what is being done with it."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from bus_schema.messages.mission import MissionState
+from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, NodeError, Status, Tree
+
+MOST_TICKS_AT_ONCE = 100
+"""Root ticks in a row that the tree's own wake-ups may cause; an endless loop of leaves that complete at once
+then waits for the next tick."""
+
+UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
+
+
+class Illegal(Exception):
+    """A command that makes no sense in the mission's state; the text says what would be right."""
+
+
+class Teller(Protocol):
+    """Who is told of what happens to a mission."""
+
+    def __call__(self, kind: str, text: str, **details: Any) -> None:
+        """Something happened; ``kind`` is an event's kind such as ``mission.started``."""
+
+
+class Mission:
+    """Ticks a tree, and keeps what became of it.
+
+    The blackboard outlives a run: a tree that is started anew finds the values of the last run, as in
+    BehaviorTree.CPP.
+
+    Attributes:
+        state: What is being done with the tree.
+        tree: The tree, None while there is none.
+        ticks: Ticks since the last start.
+        error: Why the last run failed, empty if it did not.
+    """
+
+    def __init__(self, tell: Teller) -> None:
+        """Begin without a tree."""
+        self.state = MissionState.EMPTY
+        self.tree: Tree | None = None
+        self.ticks = 0
+        self.error = ""
+        self._tell = tell
+        self._failed_leaf = ""
+
+    def take(self, tree: Tree) -> None:
+        """Take another tree in place of the one there is, which is halted if it is under way."""
+        if self.state in UNDER_WAY:
+            self.halt("another tree was loaded")
+        self.tree = tree
+        self.state, self.ticks, self.error = MissionState.LOADED, 0, ""
+        tree.add_transition_hook(self._note_failed_leaf)
+        self._tell("mission.loaded", f"{tree.tree_id}, {len(tree.nodes)} nodes", warnings=list(tree.warnings))
+
+    def start(self) -> None:
+        """Run the tree from its root, or go on if it is paused.
+
+        Raises:
+            Illegal: there is no tree, or it is running.
+        """
+        tree = self._tree("start")
+        if self.state is MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is running already; pause or halt it")
+        if self.state is MissionState.PAUSED:
+            self.state = MissionState.RUNNING
+            self._tell("mission.resumed", tree.tree_id)
+            return
+        self._begin(MissionState.RUNNING)
+
+    def pause(self) -> None:
+        """Tick no more; goals that were given go on, their outcome is seen later.
+
+        Raises:
+            Illegal: the tree is not running.
+        """
+        tree = self._tree("pause")
+        if self.state is not MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; only a running mission can be paused")
+        self.state = MissionState.PAUSED
+        self._tell("mission.paused", tree.tree_id)
+
+    def step(self) -> None:
+        """Tick once; a tree that was not started is started and stays paused.
+
+        Raises:
+            Illegal: the tree is running, or there is none.
+        """
+        tree = self._tree("step")
+        if self.state is MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is running; pause it, then step")
+        if self.state is not MissionState.PAUSED:
+            self._begin(MissionState.PAUSED)
+        self._advance(1)
+
+    def halt(self, why: str = "as commanded") -> None:
+        """End the run: all running nodes are halted, which cancels their goals.
+
+        Raises:
+            Illegal: the tree is neither running nor paused.
+        """
+        tree = self._tree("halt")
+        if self.state not in UNDER_WAY:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; there is nothing to halt")
+        self.state = MissionState.HALTED
+        self.error = self._halted(tree)
+        self._tell("mission.halted", f"{tree.tree_id}: {self.error or why}")
+
+    def tick(self) -> None:
+        """Tick the tree if it is running."""
+        if self.state is MissionState.RUNNING:
+            self._advance(MOST_TICKS_AT_ONCE)
+
+    def _tree(self, verb: str) -> Tree:
+        if self.tree is None:
+            raise Illegal(f"there is no tree to {verb}; load one")
+        return self.tree
+
+    def _begin(self, state: MissionState) -> None:
+        tree = self._tree("start")
+        self.state, self.ticks, self.error, self._failed_leaf = state, 0, "", ""
+        self._tell("mission.started", tree.tree_id)
+
+    def _advance(self, most_ticks: int) -> None:
+        tree = self._tree("tick")
+        self.ticks += 1
+        try:
+            status = tree.tick_once(most_ticks)
+        except NodeError as error:
+            self._fail(tree, str(error), error.node)
+            return
+        if status == SUCCESS:
+            self.state = MissionState.SUCCEEDED
+            self._tell("mission.succeeded", tree.tree_id)
+        elif status == FAILURE:
+            leaf = self._failed_leaf
+            self._fail(tree, f"the tree failed, last at '{leaf}'" if leaf else "the tree failed", leaf)
+
+    def _fail(self, tree: Tree, why: str, node: str) -> None:
+        self.state = MissionState.FAILED
+        also = self._halted(tree)
+        self.error = f"{why}; {also}" if also else why
+        self._tell("mission.failed", f"{tree.tree_id}: {self.error}", node=node)
+
+    @staticmethod
+    def _halted(tree: Tree) -> str:
+        """Halt the tree; return what went wrong with that, empty if nothing did."""
+        try:
+            tree.halt_tree()
+        except NodeError as error:
+            return str(error)
+        return ""
+
+    def _note_failed_leaf(self, uid: int, previous: Status, status: Status, time: float) -> None:
+        node = self.tree.nodes[uid - 1] if self.tree else None
+        if status == FAILURE and node is not None and not node.children:
+            self._failed_leaf = node.path
+
+    def running_leaves(self) -> tuple[str, ...]:
+        """Return the paths of the leaves that are running, in the tree's order."""
+        nodes = self.tree.nodes if self.tree else ()
+        return tuple(node.path for node in nodes if node.status == RUNNING and not node.children)

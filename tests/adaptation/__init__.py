@@ -1,0 +1,1 @@
+"""Promises of the adaptation manager, kept over the in-memory bus with real components in threads."""

@@ -1,0 +1,33 @@
+"""A small running system for every test that asks for one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from regraft.memory_bus import MemoryHub
+from tests.adaptation.host_stub import HostStub
+from tests.adaptation.parts import Fragile
+from tests.adaptation.system import System, small_architecture
+
+
+@pytest.fixture
+def bare_system(tmp_path: Path) -> Iterator[System]:
+    """All components, but no manager yet."""
+    Fragile.release.clear()
+    hub = MemoryHub()
+    architecture = small_architecture()
+    system = System(hub, architecture, HostStub(hub, architecture), tmp_path / "journal.sqlite")
+    for name in architecture.components:
+        system.start(name)
+    yield system
+    system.end()
+
+
+@pytest.fixture
+def system(bare_system: System) -> System:
+    """All components and a manager."""
+    bare_system.start_manager()
+    return bare_system

@@ -1,0 +1,201 @@
+"""Test equipment: a small system in this process, every component with its real runtime in its own thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from adaptation_manager.manager import AdaptationManager
+from bus_schema import codec
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
+from bus_schema.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
+from bus_schema.keys import Keys
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import ComponentView
+from bus_schema.messages.health import Event
+from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
+from regraft.assignment import Assignment
+from regraft.client import Client
+from regraft.clock import RealClock
+from regraft.component import Component, class_path, describe
+from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.runtime import loop
+from regraft.runtime.runtime import Runtime
+from tests.adaptation.host_stub import HostStub
+from tests.adaptation.parts import Fragile, Listener, Scanner, Talker
+
+SYSTEM = "t"
+M = TypeVar("M")
+
+
+def wait_until(condition: Callable[[], object], within: float = 10.0) -> None:
+    """Wait for a condition; fails the test if it does not come true."""
+    deadline = time.monotonic() + within
+    gate = threading.Event()
+    while not condition():
+        assert time.monotonic() < deadline, "the condition did not come true"
+        gate.wait(0.002)
+
+
+class Running:
+    """A component in a thread of its own."""
+
+    def __init__(self, hub: MemoryHub, cls: type[Component], assignment: Assignment) -> None:
+        self.bus = MemoryBus(hub)
+        self._ready = threading.Event()
+        self._cls, self._assignment = cls, assignment
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+        assert self._ready.wait(5.0)
+
+    def _run(self) -> None:
+        self.runtime = Runtime(self._cls, self._assignment, self.bus, RealClock())
+        self.runtime.post(self._ready.set)
+        try:
+            loop.run(self.runtime)
+        except SystemExit:
+            self.bus.close()
+        self.runtime.leave()
+        self.bus.close()
+
+    @property
+    def component(self) -> Any:
+        """The author's object; look at it, do not touch it."""
+        return self.runtime.component
+
+    def end(self) -> None:
+        """Shut down in order."""
+        self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
+        self.thread.join(5.0)
+
+    def kill(self) -> None:
+        """End at once, in the middle of whatever it does."""
+        self.runtime.post(_die)
+        self.thread.join(5.0)
+        assert not self.thread.is_alive()
+
+
+def _die() -> None:
+    raise SystemExit
+
+
+@dataclass
+class System:
+    """A host, components, and as many managers as a test wants."""
+
+    hub: MemoryHub
+    architecture: Architecture
+    host: HostStub
+    journal: Path
+    running: dict[str, Running] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    client: Client = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.client = Client(MemoryBus(self.hub), SYSTEM, "tester", owns_bus=True)
+        self.client.events(self.events.append)
+
+    def start(self, name: str, incarnation: int = 1) -> Running:
+        """Start a component as its spec says."""
+        spec = self.host.specs[name]
+        cls = {"Talker": Talker, "Listener": Listener, "Fragile": Fragile, "Scanner": Scanner}[
+            spec.cls.split(":")[1]
+        ]
+        assignment = Assignment(
+            SYSTEM,
+            name,
+            spec.cls,
+            incarnation,
+            dict(spec.parameters),
+            dict(spec.connections),
+            state=spec.state,
+            revision=self.host.revision,
+            term=self.host.term,
+        )
+        self.running[name] = Running(self.hub, cls, assignment)
+        self.host.started(name, incarnation)
+        return self.running[name]
+
+    def start_manager(
+        self, name: str = "manager", services: dict[str, str] | None = None, **parameters: object
+    ) -> Running:
+        """Start an adaptation manager on the journal."""
+        values = {"journal": str(self.journal), "answer_within": 0.5, "undo_within": 1.0, **parameters}
+        assignment = Assignment(
+            SYSTEM, name, class_path(AdaptationManager), parameters=values, services=services or {}
+        )
+        self.running[name] = Running(self.hub, AdaptationManager, assignment)
+        return self.running[name]
+
+    def restart(self, name: str) -> Running:
+        """Kill a component and start its next incarnation, as its host would."""
+        old = self.running[name]
+        old.kill()
+        return self.start(name, old.runtime.assignment.incarnation + 1)
+
+    def end(self) -> None:
+        """End everything."""
+        Fragile.release.set()
+        for running in reversed(self.running.values()):
+            if running.thread.is_alive():
+                running.end()
+        self.client.close()
+
+    # --- asking ---
+
+    def adapt(self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any) -> AdaptationReport:
+        """Ask for an adaptation and wait for its end."""
+        return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, 15.0)
+
+    def undo(self, adaptation: str) -> AdaptationReport:
+        """Ask for an adaptation to be undone."""
+        return self.client.call("adaptation_manager/undo", UndoAdaptation(adaptation), AdaptationReport, 15.0)
+
+    def cancel(self, adaptation: str) -> AdaptationReport:
+        """Ask for an adaptation to be cancelled."""
+        return self.client.call("adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0)
+
+    def lines(self, **how: Any) -> JournalPage:
+        """Read the journal."""
+        return self.client.call("adaptation_manager/journal", JournalRequest(**how), JournalPage)
+
+    def view(self, name: str) -> ComponentView:
+        """Read a component."""
+        incarnation = self.running[name].runtime.assignment.incarnation
+        key = Keys(SYSTEM).control(name, incarnation, "connections")
+        (answer,) = self.running[name].bus.query(key, b"", 5.0)
+        return codec.decode(answer.payload, ComponentView)
+
+    def views(self) -> dict[str, tuple[Any, ...]]:
+        """Read all that an adaptation could have touched, of every component but the managers."""
+        found = {}
+        for name in self.running:
+            if name in self.architecture.components:
+                view = self.view(name)
+                found[name] = (view.incarnation, view.state, view.parameters, view.connections)
+        return found
+
+
+def spec_of(name: str, cls: type[Component], **more: Any) -> ComponentSpec:
+    """Return a component's spec with its class's default connections."""
+    description = describe(cls)
+    connections = {port.name: port.topic for port in description.ports} | more.pop("connections", {})
+    return ComponentSpec(name, description.cls, connections=connections, description=description, **more)
+
+
+def small_architecture(constraints: tuple[Constraint, ...] = ()) -> Architecture:
+    """Two talkers, a listener, a fragile component, and a scanner."""
+    specs = [
+        spec_of("talker", Talker, connections={"numbers": "numbers"}),
+        spec_of("other", Talker, connections={"numbers": "others"}),
+        spec_of("listener", Listener, connections={"heard": "numbers", "hint": "hints"}),
+        spec_of("fragile", Fragile, connections={"heard": "numbers"}),
+        spec_of("scanner", Scanner, connections={"scan": "scan"}, state=State.INACTIVE),
+    ]
+    twists = {name: TopicSpec(name, "regraft/Twist") for name in ("numbers", "others", "hints", "spare")}
+    topics = {**twists, "scan": TopicSpec("scan", "regraft/LaserScan")}
+    return Architecture(SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints)

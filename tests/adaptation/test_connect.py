@@ -1,0 +1,94 @@
+"""Change of connection."""
+
+from __future__ import annotations
+
+from bus_schema.adaptation import ChangeState, Connect, Outcome
+from bus_schema.lifecycle import Transition
+from bus_schema.messages.host import ProcessState
+from tests.adaptation.system import System, wait_until
+
+
+def _runs_without_holes(log: list[tuple[str, int]], source: str) -> list[list[int]]:
+    """Return the numbers heard of one source, cut wherever another source was heard in between."""
+    runs: list[list[int]] = []
+    last = None
+    for who, number in list(log):
+        if who == source:
+            if last != source:
+                runs.append([])
+            runs[-1].append(number)
+        last = who
+    return runs
+
+
+def _each_is_contiguous(runs: list[list[int]]) -> bool:
+    return all(run == list(range(run[0], run[0] + len(run))) for run in runs)
+
+
+def test_connecting_an_input_back_and_forth_loses_and_doubles_nothing(system: System) -> None:
+    listener = system.running["listener"].component
+    for _ in range(20):
+        for topic, source in (("others", "other"), ("numbers", "talker")):
+            report = system.adapt(Connect("listener", "heard", topic))
+            assert report.outcome is Outcome.APPLIED, report
+            heard = len(listener.log)
+            wait_until(lambda heard=heard, source=source: source in {who for who, _ in listener.log[heard:]})
+    for source in ("talker", "other"):
+        runs = _runs_without_holes(listener.log, source)
+        assert len(runs) == 20 + (source == "talker")
+        assert _each_is_contiguous(runs)
+    assert not [event for event in system.events if event.kind == "message.lost"]
+
+
+def test_connecting_an_output_back_and_forth_loses_and_doubles_nothing(system: System) -> None:
+    assert system.adapt(Connect("other", "numbers", "spare")).outcome is Outcome.APPLIED
+    listener, other = system.running["listener"].component, system.running["fragile"]
+    assert other.runtime is not None
+    for _ in range(10):
+        # The listener hears the talker on "numbers"; it follows the talker's output to "others" in one adaptation.
+        for topic in ("others", "numbers"):
+            report = system.adapt(Connect("listener", "heard", topic), Connect("talker", "numbers", topic))
+            assert report.outcome is Outcome.APPLIED, report
+            heard = len(listener.log)
+            wait_until(lambda heard=heard: len(listener.log) > heard)
+    numbers = [number for who, number in list(listener.log) if who == "talker"]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert len(numbers) == len(listener.log)
+
+
+def test_a_silent_source_is_connected_too(system: System) -> None:
+    assert system.adapt(ChangeState("other", Transition.DEACTIVATE)).outcome is Outcome.APPLIED
+    report = system.adapt(Connect("fragile", "heard", "others"))
+    assert report.outcome is Outcome.APPLIED, report
+    assert system.view("fragile").connections["heard"] == "others"
+
+
+def test_a_dead_old_source_does_not_hold_up_the_switch(system: System) -> None:
+    system.running["talker"].kill()
+    system.host.ended("talker", ProcessState.QUARANTINED)
+    report = system.adapt(Connect("listener", "heard", "others"))
+    assert report.outcome is Outcome.APPLIED, report
+    log = system.running["listener"].component.log
+    heard = len(log)
+    wait_until(lambda: "other" in {who for who, _ in log[heard:]})
+
+
+def test_a_wrong_topic_type_and_an_unknown_port_are_both_named(system: System) -> None:
+    before = system.views()
+    report = system.adapt(Connect("listener", "heard", "scan"), Connect("listener", "nose", "others"))
+    assert report.outcome is Outcome.REJECTED
+    text = " ".join(violation.problem for violation in report.violations)
+    assert "regraft/Twist" in text and "regraft/LaserScan" in text
+    assert {violation.field for violation in report.violations} >= {"connections.heard", "connections.nose"}
+    assert system.views() == before
+
+
+def test_starving_a_required_input_is_rejected(system: System) -> None:
+    report = system.adapt(Connect("listener", "heard", "spare"))
+    assert report.outcome is Outcome.REJECTED
+    assert [violation.change for violation in report.violations] == [0]
+
+
+def test_changes_that_only_fit_together_are_accepted_together(system: System) -> None:
+    report = system.adapt(Connect("other", "numbers", "spare"), Connect("listener", "heard", "spare"))
+    assert report.outcome is Outcome.APPLIED, report

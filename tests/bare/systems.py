@@ -1,0 +1,151 @@
+"""A small system for a test: a hub in this process, components of the kit and bare ones as processes beside it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar
+
+from bus_schema import codec
+from bus_schema.keys import Keys
+from bus_schema.messages.control import ControlError, Snapshot
+from bus_schema.messages.health import ComponentStatus
+from regraft.assignment import Assignment
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+HERE = Path(__file__).parent
+WITHIN = 20.0
+RUN_KIT_COMPONENT = (
+    "import sys; from bus_schema import codec; from regraft.assignment import Assignment;"
+    "from regraft.process import run_component;"
+    "sys.exit(run_component(codec.decode(sys.stdin.buffer.read(), Assignment)))"
+)
+
+T = TypeVar("T")
+
+
+def eventually(look: Callable[[], T | None], what: str) -> T:
+    """Return what ``look`` finds as soon as it finds something, within bounds."""
+    deadline = time.monotonic() + WITHIN
+    while time.monotonic() < deadline:
+        found = look()
+        if found:
+            return found
+        time.sleep(0.005)
+    raise AssertionError(f"did not happen within {WITHIN:g} s: {what}")
+
+
+class ControlRefused(Exception):
+    """A control query was answered with an error."""
+
+    def __init__(self, error: ControlError) -> None:
+        """Keep the error."""
+        self.error = error
+        super().__init__(str(error))
+
+
+def _free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+class System:
+    """The hub, and what runs beside it until the test ends."""
+
+    def __init__(self, *, simulated: bool = False) -> None:
+        """Listen on a free loopback port."""
+        self.simulated = simulated
+        self.keys = Keys("small")
+        self.endpoint = _free_endpoint()
+        self.bus = open_bus(Endpoints((self.endpoint,), (), router=True), in_step=simulated)
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.statuses: dict[str, list[ComponentStatus]] = {}
+        self.bus.subscribe(self.keys.status("*"), self._take_status)
+
+    def _take_status(self, item: Any) -> None:
+        sample = self.bus.open_sample(item)
+        if sample is not None:
+            status = codec.decode(sample.payload, ComponentStatus)
+            self.statuses.setdefault(status.component, []).append(status)
+
+    def __enter__(self) -> System:
+        """Use it as a context."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End every process, then the hub."""
+        for process in self.processes.values():
+            process.send_signal(signal.SIGTERM)
+        for process in self.processes.values():
+            try:
+                process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self.bus.close()
+
+    def _assignment(self, name: str, cls: str, **more: Any) -> Assignment:
+        made = Assignment("small", name, cls, simulated=self.simulated, connect=(self.endpoint,))
+        return replace(made, **more)
+
+    def _start(self, name: str, command: list[str], environment: dict[str, str], given: bytes) -> None:
+        paths = os.pathsep.join((str(HERE), str(HERE.parent.parent)))
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, env={**os.environ, "PYTHONPATH": paths, **environment}
+        )
+        assert process.stdin is not None
+        process.stdin.write(given)
+        process.stdin.close()
+        self.processes[name] = process
+
+    def kit(self, name: str, cls: type, **more: Any) -> None:
+        """Start a component of the kit."""
+        assignment = self._assignment(name, f"kit_side:{cls.__name__}", **more)
+        self._start(name, [sys.executable, "-c", RUN_KIT_COMPONENT], {}, codec.encode(assignment))
+
+    def bare(self, name: str = "bare", checkpoint_file: str = "", **more: Any) -> None:
+        """Start a bare component, as a host starts any program."""
+        plain = {**codec.to_plain(self._assignment(name, "", **more)), "checkpoint_file": checkpoint_file}
+        command = [sys.executable, str(HERE / "bare_component.py")]
+        self._start(name, command, {"REGRAFT_ASSIGNMENT": json.dumps(plain)}, b"")
+
+    def status(self, name: str) -> ComponentStatus | None:
+        """Return the latest status of a component."""
+        told = self.statuses.get(name)
+        return told[-1] if told else None
+
+    def is_in(self, name: str, state: str) -> bool:
+        """Tell whether a component's latest status says ``state``."""
+        status = self.status(name)
+        return status is not None and status.state.value == state
+
+    def wait_for(self, state: str, *names: str) -> None:
+        """Wait until all of these are in ``state``."""
+        for name in names:
+            eventually(lambda n=name: self.is_in(n, state), f"{name} is {state}")
+
+    def control(self, name: str, verb: str, message: object | None, reply: type[T]) -> T:
+        """Ask a control query; raises ControlRefused."""
+        payload = codec.encode(message) if message is not None else b""
+        key = self.keys.control(name, 1, verb)
+        answers = eventually(lambda: self.bus.query(key, payload, 2.0), f"{name} answers {verb}")
+        if answers[0].error:
+            raise ControlRefused(codec.decode(answers[0].payload, ControlError))
+        return codec.decode(answers[0].payload, reply)
+
+    def state_of(self, name: str) -> Any:
+        """Return what a component's snapshot holds."""
+        return self.control(name, "state", None, Snapshot).state

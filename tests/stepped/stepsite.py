@@ -1,0 +1,103 @@
+"""A whole system in step, on threads of one process."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from bus_schema.lifecycle import State
+from bus_schema.messages.clock import ClockTime
+from regraft.assignment import Assignment
+from regraft.bus import Bus
+from regraft.client import Client
+from regraft.clock import SteppedClock
+from regraft.component import Component
+from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.runtime.runtime import Runtime
+from regraft.stepped.member import Member
+from regraft.stepped.source import SourceLoop, TimeSource
+from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.zenoh_config import Endpoints
+from tests.kit.site import free_endpoint, wait_until
+
+PATIENCE = 20.0
+
+
+class StepSite:
+    """Components in step on a memory or Zenoh bus."""
+
+    def __init__(self, kind: str) -> None:
+        self._hub = MemoryHub() if kind == "memory" else None
+        self._router: ZenohBus | None = None
+        if kind == "zenoh":
+            self._endpoint = free_endpoint()
+            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True), in_step=True)
+        self.runtimes: dict[str, Runtime] = {}
+        self.threads: dict[str, threading.Thread] = {}
+        self._buses: list[Bus] = []
+        self.client = Client(self._session(), "steps", "tester")
+
+    def _session(self) -> Bus:
+        bus: Bus = (
+            MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), in_step=True)
+        )
+        self._buses.append(bus)
+        return bus
+
+    def start(self, cls: type[Component], name: str, **assigned: Any) -> None:
+        """Run a component on a thread of its own."""
+        assigned = {"incarnation": 1, "heartbeat": 0.05, **assigned}
+        assignment = Assignment("steps", name, f"{cls.__module__}:{cls.__qualname__}", simulated=True, **assigned)
+
+        def run() -> None:
+            clock = SteppedClock()
+            runtime = Runtime(cls, assignment, self._session(), clock)
+            self.runtimes[name] = runtime
+            if isinstance(runtime.component, TimeSource):
+                SourceLoop(runtime, clock, runtime.component).run()
+            else:
+                Member(runtime, clock).run()
+            runtime.leave()
+
+        self.threads[name] = threading.Thread(target=run, name=name, daemon=True)
+        self.threads[name].start()
+
+    def start_world(self, cls: type[TimeSource], members: tuple[str, ...], duration: float) -> None:
+        """Run the time source at full speed, waiting for ``members``."""
+        self.start(cls, "world", members=members, duration=duration, parameters={"speed": "max"})
+
+    def time(self) -> ClockTime | None:
+        """Return the latest time that was told."""
+        return self.client.clock()
+
+    def wait_finished(self) -> ClockTime:
+        """Wait for the end of the run."""
+        wait_until(lambda: (t := self.time()) is not None and t.finished, "the end of the run", PATIENCE)
+        told = self.time()
+        assert told is not None
+        return told
+
+    def wait_for_time(self, seconds: float) -> None:
+        """Wait until simulated time has come so far."""
+        wait_until(lambda: (t := self.time()) is not None and t.time >= seconds * 1e9, f"{seconds} s", PATIENCE)
+
+    def component(self, name: str) -> Any:
+        """Return a component itself."""
+        return self.runtimes[name].component
+
+    def end(self, name: str) -> None:
+        """Shut a component down and wait until it has left."""
+        runtime = self.runtimes[name]
+        runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
+        self.threads[name].join(PATIENCE)
+        assert not self.threads[name].is_alive()
+
+    def close(self) -> None:
+        """End everything, the world first."""
+        for name in sorted(self.runtimes, key=lambda name: name != "world"):
+            self.end(name)
+        self.client.close()
+        for bus in self._buses:
+            bus.close()
+        if self._router:
+            self._router.close()

@@ -1,0 +1,158 @@
+"""What simulated time in step promises, on either bus."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.lifecycle import Transition
+from tests.kit.site import wait_until
+from tests.stepped.parts import Adviser, Clerk, Pusher, Text, TinyWorld, Witness
+from tests.stepped.stepsite import StepSite
+
+EVERYBODY = ("adviser", "clerk", "pusher", "witness")
+
+
+def _start_all(steps: StepSite, duration: float) -> None:
+    steps.start(Pusher, "pusher")
+    steps.start(Adviser, "adviser")
+    steps.start(Witness, "witness")
+    steps.start(Clerk, "clerk")
+    steps.start_world(TinyWorld, EVERYBODY, duration)
+
+
+def _digest(kind: str, goal: float = 3.0) -> str:
+    steps = StepSite(kind)
+    try:
+        steps.start(Pusher, "pusher", parameters={"goal": goal})
+        steps.start(Adviser, "adviser")
+        steps.start(Witness, "witness")
+        steps.start(Clerk, "clerk")
+        steps.start_world(TinyWorld, EVERYBODY, 10.0)
+        told = steps.wait_finished()
+        assert told.reproducible
+        assert told.tick == 201
+        witness: Witness = steps.component("witness")
+        assert len([entry for entry in witness.seen if entry[0] == "position"]) >= 190
+        assert len([entry for entry in witness.seen if entry[0] == "push"]) >= 95
+        return witness.digest()
+    finally:
+        steps.close()
+
+
+def test_equal_runs_are_equal_on_every_bus_and_others_differ() -> None:
+    runs = {_digest("memory"), _digest("memory"), _digest("zenoh"), _digest("zenoh")}
+    assert len(runs) == 1
+    assert _digest("memory", goal=4.0) not in runs
+
+
+def test_time_goes_on_at_the_rate_of_ticks(steps: StepSite) -> None:
+    _start_all(steps, 5.0)
+    steps.wait_finished()
+    witness: Witness = steps.component("witness")
+    stamps = [stamp for kind, stamp, _ in witness.seen if kind == "position"]
+    assert stamps == pytest.approx([0.05 * (n + 1) for n in range(len(stamps))])
+
+
+def test_the_world_feels_what_the_members_do(steps: StepSite) -> None:
+    _start_all(steps, 15.0)
+    steps.wait_finished()
+    assert steps.component("world").x == pytest.approx(3.0, abs=0.1)
+
+
+def test_a_slot_takes_no_simulated_time_and_questions_are_answered_in_it(steps: StepSite) -> None:
+    _start_all(steps, 5.0)
+    steps.wait_finished()
+    clerk: Clerk = steps.component("clerk")
+    assert clerk.slots == [0.0] * 5
+    assert clerk.log == [f"1 at {float(n)}" for n in range(1, 6)]
+
+
+def test_a_question_outside_a_slot_is_refused(steps: StepSite) -> None:
+    _start_all(steps, 1.0)
+    steps.wait_finished()
+    with pytest.raises(RuntimeError, match="exclusive"):
+        steps.component("pusher").kit.ask("anything", b"", 1.0)
+
+
+def test_what_comes_from_outside_is_handled_in_a_slot(steps: StepSite) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    answer = steps.client.call("file", Text("hello"), Text, 10.0)
+    assert answer.text == "HELLO"
+    assert answer.number > 1000
+
+
+def test_outsiders_are_answered_while_time_stands_still(steps: StepSite) -> None:
+    _start_all(steps, 1.0)
+    steps.wait_finished()
+    assert steps.client.call("file", Text("late"), Text, 10.0) == Text("LATE", 1000)
+
+
+def test_a_member_may_join_later_and_is_stepped_from_then_on(steps: StepSite) -> None:
+    steps.start(Adviser, "adviser")
+    steps.start(Pusher, "pusher")
+    steps.start_world(TinyWorld, ("adviser", "pusher"), 3600.0)
+    steps.wait_for_time(2.0)
+    steps.start(Witness, "witness")
+    wait_until(lambda: "witness" in steps.runtimes and len(steps.component("witness").seen) > 20)
+    told = steps.time()
+    assert told is not None
+    assert told.reproducible
+
+
+def test_a_member_that_leaves_does_not_stop_time_and_the_run_is_marked(steps: StepSite) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    steps.end("adviser")
+    steps.end("witness")
+    told = steps.time()
+    assert told is not None
+    steps.wait_for_time(told.time / 1e9 + 2.0)
+    told = steps.time()
+    assert told is not None
+    assert not told.reproducible
+    assert set(told.dropped) == {"adviser", "witness"}
+
+
+def test_a_member_that_comes_back_goes_on(steps: StepSite) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    steps.end("adviser")
+    steps.start(Adviser, "adviser", incarnation=2)
+    told = steps.time()
+    assert told is not None
+    world: TinyWorld = steps.component("world")
+    steps.wait_for_time(told.time / 1e9 + 20.0)
+    assert world.x == pytest.approx(3.0, abs=0.2)
+
+
+def test_a_new_source_of_time_takes_the_members_over_and_time_does_not_go_back(steps: StepSite) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(2.0)
+    before = steps.component("pusher").kit.now()
+    steps.end("world")
+    steps.start(TinyWorld, "world", incarnation=2, members=EVERYBODY, parameters={"speed": "max"})
+    wait_until(lambda: steps.component("pusher").kit.now() > before + 2.0, "time going on")
+    stamps = [stamp for kind, stamp, _ in steps.component("witness").seen if kind == "position"]
+    assert stamps == sorted(stamps)
+
+
+def test_a_deactivated_member_is_silent_and_comes_back(steps: StepSite) -> None:
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    pusher = steps.runtimes["pusher"]
+    pusher.post(lambda: pusher.lifecycle.perform(Transition.DEACTIVATE))
+    wait_until(lambda: not pusher.timers.periodic)
+    told = steps.time()
+    assert told is not None
+    steps.wait_for_time(told.time / 1e9 + 2.0)
+    published = pusher.writers.sequences()
+    steps.wait_for_time(told.time / 1e9 + 4.0)
+    assert pusher.writers.sequences() == published
+
+
+def test_an_input_that_is_only_read_wakes_nobody(steps: StepSite) -> None:
+    _start_all(steps, 2.0)
+    steps.wait_finished()
+    witness = steps.runtimes["witness"]
+    assert not witness.inputs["position"].wakes
