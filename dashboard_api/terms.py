@@ -54,7 +54,8 @@ def terms(
 
 def actor(request: Request, named: str | None) -> str:
     """Return who asks: as named, without what does not belong in a journal's line, or where the request is from."""
-    name = "".join(c for c in named or "" if c.isprintable()).strip()[:LONGEST_ACTOR]
+    text = (named or "").encode("latin-1", "replace").decode(errors="replace")
+    name = "".join(c for c in text if c.isprintable()).strip()[:LONGEST_ACTOR]
     return name or f"rest {request.client.host if request.client else 'unknown'}"
 
 

@@ -12,7 +12,7 @@ START = bytes(32)
 
 
 def extended(digest: bytes, payload: bytes) -> bytes:
-    """Return the digest (32 bytes) of a chain with one more payload; unlike a hash object it can be stored."""
+    """Return the digest (32 bytes) of a chain with one more payload; it can be stored, a hash object not."""
     return hashlib.sha256(digest + payload).digest()
 
 

@@ -76,11 +76,14 @@ class Recorder(Component):
     def _note_visit(self, position: tuple[float, float]) -> None:
         """Count a visit when the robot stands at another goal than the one it last stood at."""
         known = self.goals.latest
-        for goal in known.goals if known else ():
-            pose = goal.pose.pose
-            if goal.name != self._at and math.dist(position, (pose.x, pose.y)) <= AT_GOAL:
-                self._at = goal.name
-                self._counts["visits"][goal.name] += 1
+        distances = {
+            goal.name: math.dist(position, (goal.pose.pose.x, goal.pose.pose.y))
+            for goal in (known.goals if known else ())
+        }
+        nearest = min(distances, key=lambda name: distances[name], default="")
+        if nearest != self._at and distances[nearest] <= AT_GOAL:
+            self._at = nearest
+            self._counts["visits"][nearest] += 1
 
     @service("run_summary")
     def run_summary(self, request: RunSummaryRequest) -> RunSummary:

@@ -36,10 +36,10 @@ class Detections:
 @message("regraft/Detect")
 @dataclass(frozen=True, slots=True)
 class Detect:
-    """Request: look for ``label`` in the next ``pictures`` pictures."""
+    """Request: look for ``label`` in the next ``pictures`` pictures; None for as many as the detector thinks fit."""
 
     label: str = "hydrant"
-    pictures: Annotated[int, Bounds(1, 100)] = 1
+    pictures: Annotated[int, Bounds(1, 100)] | None = None
 
 
 @message("regraft/Sightings")

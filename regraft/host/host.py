@@ -19,7 +19,7 @@ from bus_schema.messages.control import ControlCode, ControlError, Snapshot
 from bus_schema.messages.health import ComponentStatus, Event
 from bus_schema.messages.host import HostStatus, HostView, ProcessState, StartComponent, StopComponent, UpdateSpecs
 from bus_schema.registry import type_of
-from regraft.bus import Bus, BusError, Query, Sample
+from regraft.bus import Bus, BusError, Closable, Query, Sample
 from regraft.clock import RealClock
 from regraft.host.logs import tail
 from regraft.host.plan import HostPlan
@@ -62,6 +62,7 @@ class Host:
         self._next_status = 0.0
         self._next_look = 0.0
         self._source_up_by = 0.0
+        self._declared: list[Closable] = []
         self._verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
             "specs": self._update,
@@ -75,11 +76,11 @@ class Host:
     def start(self) -> None:
         """Appear on the bus and start everything: the time source first, since the others connect to it."""
         keys, name = self._keys, self.plan.name
-        for key in (keys.status("*"), keys.checkpoint("*")):
-            self._bus.subscribe(key, self.inbox.put)
-        for verb in self._verbs:
-            self._bus.serve(keys.host(name, verb), self.inbox.put)
-        self._bus.announce(keys.host(name, "alive"))
+        self._declared = [
+            *(self._bus.subscribe(key, self.inbox.put) for key in (keys.status("*"), keys.checkpoint("*"))),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._verbs),
+            self._bus.announce(keys.host(name, "alive")),
+        ]
         threading.Thread(target=self._zygote.reports, args=(self.inbox.put,), daemon=True).start()
         now = time.monotonic()
         source = self.plan.source

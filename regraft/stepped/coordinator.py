@@ -12,7 +12,7 @@ from typing import TypeVar
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want
-from regraft.bus import Presence, Sample
+from regraft.bus import Closable, Presence, Sample
 from regraft.runtime.loop import get
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.roster import MemberState, Pair, Roster
@@ -51,6 +51,7 @@ class Coordinator:
         self._steps: dict[str, Step] = {}
         self._marked: set[Pair] = set()
         self._next_time = 0.0
+        self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
         self._told = wiring_of(runtime)
 
@@ -63,12 +64,13 @@ class Coordinator:
             "seen": self._typed(Seen, self._take_seen),
             "want": self._typed(Want, self._take_want),
         }
-        for part, take in takers.items():
-            runtime.direct[self._keys.clock(part)] = take
-            runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put)
+        runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
         runtime.marker_listeners.append(self._saw_marker)
-        runtime.bus.watch(self._keys.alive("*", "*"), lambda presence: runtime.post(lambda: self._presence(presence)))
-        runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}"))
+        self._declared = [
+            *(runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put) for part in takers),
+            runtime.bus.watch(self._keys.alive("*", "*"), lambda p: runtime.post(lambda: self._presence(p))),
+            runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}")),
+        ]
 
     def _typed(self, cls: type[M], take: Callable[[M], None]) -> Callable[[Sample], None]:
         def open_and_take(sample: Sample) -> None:

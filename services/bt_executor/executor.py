@@ -18,7 +18,7 @@ from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
 from regraft.runtime.tasks import Task
-from services.bt_executor.engine import Blackboard, BlackboardError
+from services.bt_executor.engine import Blackboard, BlackboardError, Registry
 from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
 from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.nodes.registry import node_types
@@ -59,7 +59,8 @@ class Executor(Component):
         self._mission = Mission(self._tell)
         self._source = Source()
         self._reflection = SystemReflection(self.kit.inputs)
-        self._registry = node_types(LeafContext(self.kit, self._tick_soon))
+        self._registry: Registry | None = None
+        self._is_active = False
         self._start_again = False
         self._tick_pending = False
         self._alarm: Task | None = None
@@ -77,6 +78,7 @@ class Executor(Component):
 
     def on_activate(self) -> None:
         """Start the mission if it is to start by itself, or was running when the component stopped."""
+        self._is_active = True
         self._tick_pending = False
         self._alarm = None
         if self._start_again and self._mission.state is not MissionState.EMPTY:
@@ -89,15 +91,17 @@ class Executor(Component):
         self._start_again = self._start_again or self._mission.state is MissionState.RUNNING
         if self._mission.state in UNDER_WAY:
             self._mission.halt("the component was deactivated")
+        self._is_active = False
 
     def on_parameters(self, changed: frozenset[str]) -> None:
-        """Load another mission, and start it if one was running; raises Unloadable."""
-        if not changed & {"mission", "main"} or self._mission.tree is None:
+        """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
+        if not changed & {"mission", "main"} or not self.mission or self._registry is None:
             return
-        was_running = self._mission.state is MissionState.RUNNING
-        if self.mission:
-            self._load(Source(self.mission, main=self.main))
-            if was_running:
+        before = self._mission.state
+        self._load(Source(self.mission, main=self.main))
+        if before is MissionState.RUNNING or (before is MissionState.EMPTY and self.autostart):
+            self._start_again = not self._is_active
+            if self._is_active:
                 self._mission.start()
 
     # --- ticking ---
@@ -151,7 +155,7 @@ class Executor(Component):
     def _tell(self, kind: str, text: str, **details: Any) -> None:
         self.kit.event(kind, text, **details)
         self.kit.say(f"{self._mission.state.value}: {text}")
-        if self.status.key:
+        if self._is_active:
             self.report()
 
     @service("mission/status")
@@ -183,6 +187,8 @@ class Executor(Component):
         elif command.command is Command.PAUSE:
             self._mission.pause()
         elif command.command is Command.STEP:
+            if self._mission.tree:
+                self._reflection.update(self._mission.tree.blackboard)
             self._mission.step()
         else:
             self._mission.halt()
@@ -197,6 +203,7 @@ class Executor(Component):
 
     def _load(self, source: Source) -> None:
         """Take the tree of a source; raises Unloadable, and then the mission stays as it is."""
+        assert self._registry is not None
         board = Blackboard(clock=self.kit)
         self._reflection.declare(board)
         tree = source.load(self._registry, board)
@@ -206,10 +213,10 @@ class Executor(Component):
     # --- state ---
 
     def snapshot(self) -> PlainValue:
-        """Return where the tree came from, what was being done with it, and the plain part of its root blackboard."""
+        """Return where the tree came from, whether it is to run, and the plain part of its root blackboard."""
         tree = self._mission.tree
         return {
-            "state": self._mission.state.value,
+            "runs": self._start_again or self._mission.state is MissionState.RUNNING,
             "file": self._source.file,
             "text": self._source.text,
             "main": self._source.main,
@@ -220,9 +227,12 @@ class Executor(Component):
     def restore(self, state: PlainValue) -> None:
         """Have the same mission again; it starts anew if it was running, and otherwise waits for a command."""
         source = Source(state["file"], state["text"], state["main"], state["folder"])
+        self._start_again = state["runs"]
         if source.text:
-            self._load(source)
-        self._start_again = MissionState(state["state"]) is MissionState.RUNNING
+            try:
+                self._load(source)
+            except Unloadable as error:
+                self.kit.event("mission.lost", f"the commanded tree cannot be loaded again: {error}")
         tree = self._mission.tree
         if tree is None or source != self._source:
             return

@@ -19,7 +19,7 @@ REDDEST, WIDEST_RED = 8, 172
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """What counts as a hydrant: saturation and brightness (0 to 255) of its pixels, its height (px), its shape."""
+    """What counts as a hydrant: saturation and brightness (0 to 255) of its pixels, height (px), shape."""
 
     saturation: int = 110
     value: int = 45
@@ -32,8 +32,8 @@ class Thresholds:
 class Candidate:
     """Something red in a picture.
 
-    ``score`` from 0 to 1 is how much it looks like a hydrant; ``axis`` is the column (px, from the left edge) of its
-    axis, ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it.
+    ``score`` from 0 to 1 is how much it looks like a hydrant; ``axis`` is the column (px, from the left edge)
+    of its axis, ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it.
     """
 
     score: float
@@ -53,13 +53,14 @@ class Candidate:
 
 
 def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Candidate, ...]:
-    """Return what looks like a hydrant in an RGB picture (height, width, 3), the best first; none in the dark.
+    """Return what looks like a hydrant in an RGB picture (height, width, 3), the best first.
 
     What reaches the upper or lower edge is left out: how high it is, and so how far away, can't be told.
     """
     wanted = thresholds or Thresholds()
     red = _red(image, wanted)
-    # Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are tried.
+    # Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are
+    # tried.
     closed = np.asarray(cv2.morphologyEx(red, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
     found = [candidate for mask in (red, closed) for candidate in _candidates(mask, wanted)]
     best: list[Candidate] = []

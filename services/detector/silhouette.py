@@ -13,8 +13,8 @@ HEIGHT = 0.361
 FOOT_RADIUS = 0.085
 """m"""
 
-# Height (m) up to which a part reaches, and the half widths (m) that are seen at least and at most: the caps for the
-# hoses stick out to the side, more or less as the hydrant is turned.
+# Height (m) up to which a part reaches, and the half widths (m) that are seen at least and at most: the caps
+# for the hoses stick out to the side, more or less as the hydrant is turned.
 PARTS = (
     (0.024, 0.085, 0.085),
     (0.138, 0.062, 0.062),
@@ -40,8 +40,8 @@ def half_widths(heights: Floats) -> tuple[Floats, Floats]:
 def likeness(mask: Mask) -> tuple[float, float]:
     """Tell how much a mask (rows, columns), cut to its outline, looks like a hydrant that stands upright.
 
-    Returns the likeness, from 0 to 1: one minus the share of the hydrant's area that is missing or too much, half a
-    pixel at the edges forgiven; and the column of the hydrant's axis.
+    Returns the likeness, from 0 to 1: one minus the share of the hydrant's area that is missing or too much,
+    half a pixel at the edges forgiven; and the column of the hydrant's axis.
     """
     rows, columns = mask.shape
     axis = _axis(mask)
@@ -66,7 +66,7 @@ def narrows(mask: Mask) -> float:
 
 
 def _axis(mask: Mask) -> float:
-    """Return the column (px) of the axis: the median of the middles of the rows, for caps stick out in some only."""
+    """Return the column (px) of the axis: the median of the rows' middles; caps stick out in some."""
     first = mask.argmax(axis=1)
     last = mask.shape[1] - mask[:, ::-1].argmax(axis=1)
     filled = mask.any(axis=1)

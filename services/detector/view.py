@@ -14,8 +14,8 @@ from services.detector.silhouette import FOOT_RADIUS, HEIGHT
 class View:
     """A pinhole camera that looks along the floor.
 
-    ``focal`` is the focal length in px, ``centre`` the (column, row) of the optical axis in px, ``above_floor`` the
-    camera's height in m, ``pitch`` how far it looks down in rad.
+    ``focal`` is the focal length in px, ``centre`` the (column, row) of the optical axis in px,
+    ``above_floor`` the camera's height in m, ``pitch`` how far it looks down in rad.
     """
 
     focal: float
@@ -30,7 +30,9 @@ class View:
         ``base_height`` is how far (m) above the floor the frame of the pose is.
         """
         focal = width / 2.0 / math.tan(field_of_view / 2.0)
-        return cls(focal, (width / 2.0, height / 2.0), pose.position.z + base_height, _pitch(pose.orientation))
+        return cls(
+            focal, (width / 2.0, height / 2.0), pose.position.z + base_height, _pitch(pose.orientation)
+        )
 
     def bearing(self, column: float) -> float:
         """Return the angle (rad, left is positive) at which a column (px) is seen."""
@@ -48,7 +50,7 @@ class View:
         return depth
 
     def floor_error(self, candidate: Candidate) -> float:
-        """Return by how much of its own height a candidate hovers above, or sinks below, where it should stand."""
+        """Return how far a candidate is above or below where it should stand, as a share of its height."""
         near_edge = max(self.depth(candidate) - FOOT_RADIUS, FOOT_RADIUS)
         below_axis = math.atan2(self.above_floor, near_edge) - self.pitch
         floor_row = self.centre[1] + self.focal * math.tan(below_axis)

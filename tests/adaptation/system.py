@@ -188,11 +188,12 @@ def spec_of(name: str, cls: type[Component], **more: Any) -> ComponentSpec:
 
 
 def small_architecture(constraints: tuple[Constraint, ...] = ()) -> Architecture:
-    """Two talkers, a listener, a fragile component, and a scanner."""
+    """Two talkers with a listener each, a fragile component, and a scanner."""
     specs = [
         spec_of("talker", Talker, connections={"numbers": "numbers"}),
         spec_of("other", Talker, connections={"numbers": "others"}),
         spec_of("listener", Listener, connections={"heard": "numbers", "hint": "hints"}),
+        spec_of("second", Listener, connections={"heard": "others", "hint": "hints"}),
         spec_of("fragile", Fragile, connections={"heard": "numbers"}),
         spec_of("scanner", Scanner, connections={"scan": "scan"}, state=State.INACTIVE),
     ]

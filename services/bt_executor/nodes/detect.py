@@ -1,0 +1,46 @@
+"""The leaf that looks for something."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bus_schema.messages.perception import Detect, Sightings
+from services.bt_executor.engine import SUCCESS, Input, Output, Status
+from services.bt_executor.nodes.asking import Asking, write_if_connected
+from services.bt_executor.nodes.context import Asked
+
+
+class DetectObject(Asking):
+    """Looks for an object in the next pictures; succeeds when they were looked at, whether it was seen or not."""
+
+    label = Input(str, default="hydrant", description="what to look for")
+    pictures = Input(int, default=1, description="how many pictures")
+    service = Input(str, default="detect", description="the service that looks")
+    timeout = Input(float, default=10.0, description="seconds to wait for the answer")
+    looked = Output(int, description="how many pictures were looked at")
+    hits = Output(int, description="in how many of them it was seen")
+    found = Output(bool, description="whether it was seen at all")
+    confidence = Output(float, description="of the best sighting, 0 if it was not seen")
+    x = Output(float, description="where it is, in metres; written only if it was seen")
+    y = Output(float, description="where it is, in metres; written only if it was seen")
+    frame = Output(str, description="the frame of x and y; written only if it was seen")
+
+    def ask(self) -> Asked[Any]:
+        """Ask the detector."""
+        request = Detect(self.label, self.pictures)
+        return self.context.call(self.service, request, Sightings, timeout=self.timeout)
+
+    def answered(self, answer: Sightings) -> Status:
+        """Write what was seen."""
+        best = answer.best
+        outputs = {
+            "looked": answer.pictures,
+            "hits": answer.hits,
+            "found": answer.hits > 0,
+            "confidence": best.confidence if best else 0.0,
+        }
+        if best:
+            outputs |= {"x": best.position.x, "y": best.position.y, "frame": best.frame}
+        for port, value in outputs.items():
+            write_if_connected(self, port, value)
+        return SUCCESS

@@ -1,0 +1,72 @@
+"""Which node types a mission may use: the engine's, ours, and other people's."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, Final
+
+from services.bt_executor.engine import Node, Registry, RegistryError
+from services.bt_executor.nodes.context import LeafContext
+from services.bt_executor.nodes.detect import DetectObject
+from services.bt_executor.nodes.generic import CallAction, CallService
+from services.bt_executor.nodes.goals import GetGoals, NextGoal
+from services.bt_executor.nodes.navigate_to import NavigateToGoal
+from services.bt_executor.nodes.say import Say
+from services.bt_executor.nodes.wait_for_topic import WaitForTopic
+
+NODE_TYPES: Final[dict[str, type[Node]]] = {
+    "CallAction": CallAction,
+    "CallService": CallService,
+    "Detect": DetectObject,
+    "GetGoals": GetGoals,
+    "NavigateTo": NavigateToGoal,
+    "NextGoal": NextGoal,
+    "Say": Say,
+    "WaitForTopic": WaitForTopic,
+}
+"""Our leaves by their names in XML: a further one is a class and a line here."""
+
+ENTRY_POINTS: Final = "regraft.tree_nodes"
+"""The entry point group of node types from other packages: each is a class or a list of classes."""
+
+
+def node_types(context: LeafContext, places: Iterable[str] = ()) -> Registry:
+    """Return the engine's node types, ours, those of installed packages, and those at ``places`` (``module:name``).
+
+    A class whose constructor takes ``context`` gets it.
+
+    Raises:
+        RegistryError: a place leads nowhere or to no node type, or a name is taken.
+    """
+    registry = Registry()
+    for type_id, node_class in NODE_TYPES.items():
+        _register(registry, node_class, context, type_id)
+    for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name):
+        for node_class in _found_at(entry.value):
+            _register(registry, node_class, context)
+    for place in places:
+        for node_class in _found_at(place):
+            _register(registry, node_class, context)
+    return registry
+
+
+def _register(registry: Registry, node_class: type[Node], context: LeafContext, type_id: str = "") -> None:
+    wants_context = "context" in inspect.signature(node_class).parameters
+    arguments: dict[str, Any] = {"context": context} if wants_context else {}
+    registry.register(node_class, type_id, **arguments)
+
+
+def _found_at(place: str) -> list[type[Node]]:
+    module, _, name = place.partition(":")
+    try:
+        found = getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise RegistryError(f"node types at '{place}' (must be module:name): {error}") from error
+    classes = list(found) if isinstance(found, list | tuple) else [found]
+    for node_class in classes:
+        if not (isinstance(node_class, type) and issubclass(node_class, Node)):
+            raise RegistryError(f"'{place}' holds {node_class!r}, which is no node type")
+    return classes

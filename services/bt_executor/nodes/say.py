@@ -1,0 +1,40 @@
+"""The leaf that tells the world something."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from services.bt_executor.engine import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
+from services.bt_executor.nodes.asking import require_ports
+from services.bt_executor.nodes.context import LeafContext
+
+_PLACE: Final = re.compile(r"\{(@?\w+)\}")
+
+
+class Say(SyncAction):
+    """Puts an event on the bus; ``{key}`` within its text stands for the value of a blackboard entry."""
+
+    text = Input(str, description="what to say")
+    event = Input(str, default="mission.said", description="the kind of event, dotted")
+
+    def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
+        """Keep the context."""
+        super().__init__(setup)
+        self._context = context
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports; see `Node.adopt`."""
+        super().adopt(children)
+        require_ports(self, "text")
+
+    def tick(self) -> Status:
+        """Put the event; an entry that is empty is told as '?'."""
+        text = _PLACE.sub(lambda place: self._value(place.group(1)), self.text)
+        self._context.kit.event(self.event, text, node=self.path)
+        return SUCCESS
+
+    def _value(self, key: str) -> str:
+        entry = self.blackboard.find(key)
+        value = entry.value if entry else None
+        return "?" if value is None else str(value)

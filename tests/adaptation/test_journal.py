@@ -1,0 +1,138 @@
+"""The journal: who, why, what, and what became of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from adaptation_manager.journal import Journal
+from bus_schema.adaptation import Outcome, SetParameters
+from bus_schema.architecture import Architecture
+from bus_schema.messages.manager import ArchitectureRequest
+from regraft import CallFailed
+from tests.adaptation.system import System, wait_until
+
+
+def test_the_stacks_start_is_the_first_line(system: System) -> None:
+    (line,) = system.lines().entries
+    assert (line.id, line.outcome, line.revision_after, line.request.changes) == ("1", Outcome.APPLIED, 1, ())
+
+
+def test_lines_come_newest_first_and_in_pages(system: System) -> None:
+    for level in range(1, 6):
+        system.adapt(SetParameters("fragile", {"level": level}), who="tester", reason=f"level {level}")
+    page = system.lines(limit=4)
+    assert [line.id for line in page.entries] == ["6", "5", "4", "3"]
+    assert page.more
+    assert page.entries[0].request.reason == "level 5"
+    rest = system.lines(before="3")
+    assert [line.id for line in rest.entries] == ["2", "1"]
+    assert not rest.more
+    assert system.lines(id="77").entries == ()
+
+
+def test_the_same_key_is_the_same_adaptation(system: System) -> None:
+    first = system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1")
+    assert system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1") == first
+    assert system.view("listener").revision == 2
+    with pytest.raises(CallFailed, match="idempotency key"):
+        system.adapt(SetParameters("listener", {"gain": 0.2}), key="k1")
+
+
+def test_the_same_key_is_the_same_adaptation_across_a_restart_of_the_manager(system: System) -> None:
+    first = system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1")
+    system.running["manager"].kill()
+    system.start_manager()
+    assert system.adapt(SetParameters("listener", {"gain": 0.1}), key="k1") == first
+
+
+def test_every_revision_can_be_read_again(system: System) -> None:
+    for gain in (0.1, 0.2):
+        system.adapt(SetParameters("listener", {"gain": gain}))
+
+    def at(revision: int | None) -> Architecture:
+        return system.client.call(
+            "adaptation_manager/architecture", ArchitectureRequest(revision), Architecture
+        )
+
+    gains = [at(revision).components["listener"].parameters.get("gain") for revision in (1, 2, 3, None)]
+    assert gains == [None, 0.1, 0.2, 0.2]
+    assert at(2).revision == 2
+    with pytest.raises(CallFailed, match="no revision 9"):
+        at(9)
+
+
+def test_a_returning_manager_knows_the_architecture_of_its_run(system: System) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}))
+    system.running["manager"].kill()
+    system.start_manager()
+    report = system.adapt(SetParameters("listener", {"gain": 0.2}), revision=2)
+    assert (report.id, report.outcome, report.revision_after) == ("3", Outcome.APPLIED, 3)
+
+
+def test_a_new_run_begins_a_new_history_in_the_same_file(system: System) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}))
+    system.running["manager"].kill()
+    system.host.run = "run-2"
+    system.start_manager()
+    assert [line.id for line in system.lines().entries] == ["1"]
+
+
+def test_a_full_journal_rejects_and_recovers(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}))
+    before = system.views()
+    database = system.running["manager"].component._books.journal._database
+    system.running["manager"].runtime.post(
+        lambda: database.execute(
+            f"PRAGMA max_page_count = {database.execute('PRAGMA page_count').fetchone()[0]}"
+        )
+    )
+    reports = [system.adapt(SetParameters("listener", {"gain": 0.3}), reason="x" * 1000) for _ in range(20)]
+    assert reports[-1].outcome is Outcome.REJECTED
+    assert "full" in reports[-1].violations[0].problem
+    if all(report.outcome is Outcome.REJECTED for report in reports):
+        assert system.views() == before
+    system.running["manager"].runtime.post(lambda: database.execute("PRAGMA max_page_count = 1000000"))
+    assert system.adapt(SetParameters("listener", {"gain": 0.4})).outcome is Outcome.APPLIED
+    assert system.view("listener").parameters["gain"] == 0.4
+
+
+def test_a_disk_that_fills_up_half_way_rolls_back(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    from adaptation_manager.journal import JournalError
+
+    before = system.views()
+    real = Journal.end
+
+    def full(self: Journal, report: object) -> None:
+        raise JournalError("database or disk is full")
+
+    monkeypatch.setattr(Journal, "end", full)
+    report = system.adapt(SetParameters("listener", {"gain": 0.3}))
+    assert report.outcome is Outcome.ROLLED_BACK
+    assert "disk is full" in report.error
+    assert system.views() == before
+    assert system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.REJECTED
+    monkeypatch.setattr(Journal, "end", real)
+    assert system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED
+    assert system.lines(id=report.id).entries[0].outcome is Outcome.ROLLED_BACK
+
+
+def test_a_corrupt_journal_is_set_aside_and_said(bare_system: System) -> None:
+    bare_system.journal.write_bytes(b"this is no database at all, whatever its name says" * 100)
+    bare_system.start_manager()
+    assert bare_system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED
+    assert Path(f"{bare_system.journal}.corrupt-1").exists()
+    wait_until(lambda: [event for event in bare_system.events if event.kind == "journal.corrupt"])
+
+
+def test_a_journal_that_cannot_be_opened_rejects_and_recovers(bare_system: System) -> None:
+    place = bare_system.journal.parent / "taken"
+    place.write_text("a file where a folder should be")
+    bare_system.journal = place / "journal.sqlite"
+    bare_system.start_manager()
+    report = bare_system.adapt(SetParameters("listener", {"gain": 0.3}))
+    assert report.outcome is Outcome.REJECTED
+    assert "cannot be opened" in report.violations[0].problem
+    place.unlink()
+    assert bare_system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED

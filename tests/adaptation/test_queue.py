@@ -1,0 +1,96 @@
+"""One adaptation at a time; the others wait, and can be cancelled."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
+from regraft import CallFailed
+from tests.adaptation.parts import Fragile
+from tests.adaptation.system import System
+
+
+def _hold(system: System) -> AdaptationReport:
+    """Begin an adaptation that takes until ``Fragile.release`` is set."""
+    assert system.adapt(SetParameters("fragile", {"mood": "hangs"})).outcome is Outcome.APPLIED
+    return system.adapt(SetParameters("fragile", {"level": 1}), wait=False)
+
+
+def test_the_queue_is_bounded(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(queue_limit=2, answer_within=5.0)
+    _hold(system)
+    waiting = [system.adapt(SetParameters("listener", {"gain": g}), wait=False) for g in (0.1, 0.2)]
+    assert [report.outcome for report in waiting] == [Outcome.PENDING] * 2
+    with pytest.raises(CallFailed, match="queue is full"):
+        system.adapt(SetParameters("listener", {"gain": 0.3}), wait=False)
+    Fragile.release.set()
+    assert system.adapt(SetParameters("listener", {"gain": 0.4})).outcome is Outcome.APPLIED
+    assert [line.outcome for line in system.lines(limit=4).entries] == [Outcome.APPLIED] * 4
+
+
+def test_first_come_first_served(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    _hold(system)
+    ids = [system.adapt(SetParameters("listener", {"gain": g}), wait=False).id for g in (0.1, 0.2, 0.3)]
+    Fragile.release.set()
+    last = system.adapt(SetParameters("fragile", {"level": 2}))
+    assert [system.lines(id=i).entries[0].revision_after for i in (*ids, last.id)] == [4, 5, 6, 7]
+    assert system.view("listener").parameters["gain"] == 0.3
+
+
+def test_one_that_named_a_revision_that_became_stale_while_it_waited_is_rejected(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    _hold(system)
+    waiting = system.adapt(SetParameters("listener", {"gain": 0.1}), wait=False, revision=2)
+    Fragile.release.set()
+    system.adapt(SetParameters("talker", {"rate": 10.0}))
+    (line,) = system.lines(id=waiting.id).entries
+    assert line.outcome is Outcome.REJECTED
+
+
+def test_one_that_waits_can_be_cancelled(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    _hold(system)
+    waiting = system.adapt(SetParameters("listener", {"gain": 0.1}), wait=False)
+    cancelled = system.cancel(waiting.id)
+    assert (cancelled.id, cancelled.outcome) == (waiting.id, Outcome.CANCELLED)
+    Fragile.release.set()
+    system.adapt(SetParameters("fragile", {"level": 2}))
+    assert system.view("listener").parameters["gain"] == 0.5
+    assert system.lines(id=waiting.id).entries[0].outcome is Outcome.CANCELLED
+
+
+def test_one_under_way_is_cancelled_between_two_steps_and_undone(bare_system: System) -> None:
+    system = bare_system
+    system.start_manager(answer_within=5.0)
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    before = system.views()
+    running = system.adapt(
+        SetParameters("listener", {"gain": 0.1}),
+        SetParameters("fragile", {"level": 1}),
+        SetParameters("talker", {"rate": 10.0}),
+        wait=False,
+    )
+    cancelled: list[AdaptationReport] = []
+    asking = threading.Thread(target=lambda: cancelled.append(system.cancel(running.id)))
+    asking.start()
+    entry = system.running["manager"].component._line
+    while not (entry.serving and entry.serving.cancelled):
+        pass
+    Fragile.release.set()
+    asking.join(10.0)
+    assert cancelled[0].outcome is Outcome.CANCELLED, cancelled
+    assert system.views() == before
+
+
+def test_an_ended_adaptation_cannot_be_cancelled_and_says_how_it_ended(system: System) -> None:
+    report = system.adapt(SetParameters("listener", {"gain": 0.1}))
+    assert system.cancel(report.id) == report
+    with pytest.raises(CallFailed, match="no adaptation '99'"):
+        system.cancel("99")

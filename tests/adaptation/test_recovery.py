@@ -1,0 +1,115 @@
+"""A manager killed half-way leaves nothing half-done behind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from adaptation_manager import transaction
+from adaptation_manager.hosts import Hosts
+from adaptation_manager.journal import Journal
+from bus_schema.adaptation import AdaptationReport, Change, ChangeState, Connect, Outcome, SetParameters
+from bus_schema.lifecycle import Transition
+from tests.adaptation.system import System, wait_until
+
+CHANGES: tuple[Change, ...] = (
+    SetParameters("listener", {"gain": 0.9}),
+    Connect("listener", "heard", "others"),
+    ChangeState("fragile", Transition.DEACTIVATE),
+)
+POINTS = [
+    *[("begin", call, when) for call in (1,) for when in ("before", "after")],
+    *[("perform", call, when) for call in (1, 2, 3) for when in ("before", "after")],
+    *[("progress", call, when) for call in (1, 2) for when in ("before", "after")],
+    *[("give", call, when) for call in (1,) for when in ("before", "after")],
+    ("end", 1, "before"),
+]
+
+
+def _dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, when: str) -> None:
+    """Make the manager's process die before or after a call of a method, the ``call``-th time."""
+    real: Callable[..., Any] = getattr(owner, name)
+    count = 0
+
+    def is_time() -> bool:
+        nonlocal count
+        count += 1
+        return count == call
+
+    async def die_async(*arguments: Any) -> Any:
+        time_has_come = is_time()
+        if time_has_come and when == "before":
+            raise SystemExit
+        result = await real(*arguments)
+        if time_has_come:
+            raise SystemExit
+        return result
+
+    def die(*arguments: Any) -> Any:
+        time_has_come = is_time()
+        if time_has_come and when == "before":
+            raise SystemExit
+        result = real(*arguments)
+        if time_has_come:
+            raise SystemExit
+        return result
+
+    monkeypatch.setattr(owner, name, die_async if name in ("perform", "give") else die)
+
+
+@pytest.mark.parametrize(("name", "call", "when"), POINTS)
+def test_an_interrupted_adaptation_is_undone_on_return(
+    system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
+) -> None:
+    before = system.views()
+    owner = {"perform": transaction, "give": Hosts}.get(name, Journal)
+    with monkeypatch.context() as patch:
+        _dying(patch, owner, name, call, when)
+        pending = system.adapt(*CHANGES, wait=False)
+        wait_until(lambda: not system.running["manager"].thread.is_alive())
+    system.start_manager()
+    lines = system.lines().entries
+    assert system.views() == before
+    for component in ("listener", "fragile"):
+        assert system.host.specs[component] == system.architecture.components[component]
+    if (name, when) == ("begin", "before"):
+        assert len(lines) == 1
+    else:
+        assert (lines[0].id, lines[0].outcome) == (pending.id, Outcome.ROLLED_BACK)
+        assert lines[0].error == "interrupted: the manager was restarted"
+    assert system.adapt(*CHANGES).outcome is Outcome.APPLIED
+
+
+def test_an_adaptation_whose_end_was_written_stands(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        _dying(patch, Journal, "end", 1, "after")
+        pending = system.adapt(*CHANGES, wait=False)
+        wait_until(lambda: not system.running["manager"].thread.is_alive())
+    system.start_manager()
+    (line,) = system.lines(id=pending.id).entries
+    assert line.outcome is Outcome.APPLIED
+    assert system.view("listener").parameters["gain"] == 0.9
+    report: AdaptationReport = system.adapt(SetParameters("listener", {"gain": 0.8}))
+    assert report.revision_before == 2
+
+
+def test_an_old_manager_is_fenced(system: System) -> None:
+    services = {
+        name: name.replace("adaptation_manager", "old_manager")
+        for name in ("adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/cancel")
+    }
+    system.running["manager"].kill()
+    services |= {f"adaptation_manager/{name}": f"old_manager/{name}" for name in ("journal", "architecture")}
+    system.start_manager("old", services)
+    assert (
+        system.adapt(SetParameters("listener", {"gain": 0.1}), service="old_manager/adapt").outcome
+        is Outcome.APPLIED
+    )
+    system.start_manager("new")
+    assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
+    report = system.adapt(SetParameters("listener", {"gain": 0.3}), service="old_manager/adapt")
+    assert report.outcome is Outcome.REJECTED
+    assert "term" in report.violations[0].problem
+    assert system.view("listener").parameters["gain"] == 0.2

@@ -1,0 +1,120 @@
+"""What is wrong is found before anything moves, and all of it is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.adaptation import (
+    AdaptationReport,
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    EnterMode,
+    Move,
+    Outcome,
+    Remove,
+    SetParameters,
+    StepState,
+    Swap,
+)
+from bus_schema.lifecycle import Transition
+from bus_schema.messages.host import ProcessState
+from tests.adaptation.parts import Talker
+from tests.adaptation.system import System, spec_of
+
+
+def _fields(report: AdaptationReport) -> set[tuple[int | None, str, str]]:
+    assert report.outcome is Outcome.REJECTED, report
+    return {(v.change, v.component, v.field) for v in report.violations}
+
+
+def test_a_rejected_adaptation_touches_nothing(system: System) -> None:
+    before, updates = system.views(), len(system.host.updates)
+    report = system.adapt(SetParameters("listener", {"gain": 0.9}), SetParameters("talker", {"rate": -1.0}))
+    assert report.outcome is Outcome.REJECTED
+    assert (report.revision_before, report.revision_after) == (1, 1)
+    assert system.views() == before
+    assert system.view("listener").revision == 1
+    assert len(system.host.updates) == updates
+
+
+def test_every_violation_is_reported(system: System) -> None:
+    report = system.adapt(
+        SetParameters("listener", {"gain": 7.0, "label": "ugly", "volume": 1, "fixed": 2}),
+        SetParameters("nobody", {"gain": 0.1}),
+        Connect("listener", "heard", "nowhere"),
+        ChangeState("listener", Transition.CONFIGURE),
+        SetParameters("listener", {"gain": 0.2}),
+        revision=17,
+    )
+    assert _fields(report) >= {
+        (None, "", "revision"),
+        (0, "listener", "parameters.label"),
+        (0, "listener", "parameters.volume"),
+        (0, "listener", "parameters.fixed"),
+        (1, "nobody", "component"),
+        (2, "listener", "connections.heard"),
+        (3, "listener", "transition"),
+        (4, "listener", "parameters.gain"),
+    }
+
+
+def test_a_stale_revision_is_refused(system: System) -> None:
+    assert system.adapt(SetParameters("listener", {"gain": 0.1}), revision=1).outcome is Outcome.APPLIED
+    report = system.adapt(SetParameters("listener", {"gain": 0.2}), revision=1)
+    assert _fields(report) == {(None, "", "revision")}
+    assert "the architecture is at revision 2" in report.violations[0].problem
+    assert system.view("listener").parameters["gain"] == 0.1
+
+
+def test_a_component_that_does_not_run_is_named(system: System) -> None:
+    system.running["talker"].kill()
+    system.host.ended("talker", ProcessState.QUARANTINED)
+    report = system.adapt(SetParameters("talker", {"rate": 10.0}))
+    assert _fields(report) == {(0, "talker", "status")}
+    assert "quarantined" in report.violations[0].problem
+
+
+def test_a_component_that_hangs_already_is_named(system: System) -> None:
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    assert system.adapt(SetParameters("fragile", {"level": 1})).outcome is Outcome.ROLLED_BACK
+    report = system.adapt(SetParameters("fragile", {"mood": "well"}))
+    assert _fields(report) == {(0, "fragile", "status")}
+    assert "no answer within 0.5 s" in report.violations[0].problem
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        Add("third", spec_of("third", Talker)),
+        Remove("talker"),
+        Swap("talker", "somewhere:Else"),
+        Move("talker", "elsewhere"),
+        EnterMode("talker", "quiet"),
+    ],
+    ids=lambda change: change.change,
+)
+def test_changes_that_are_not_carried_out_yet_say_so(system: System, change: Change) -> None:
+    report = system.adapt(change)
+    assert report.outcome is Outcome.REJECTED
+    assert any(
+        f"{change.change} is not supported yet by this version" in v.problem for v in report.violations
+    )
+
+
+def test_an_empty_adaptation_is_rejected(system: System) -> None:
+    assert _fields(system.adapt()) == {(None, "", "changes")}
+
+
+def test_a_dry_run_shows_the_plan_and_the_architecture_and_touches_nothing(system: System) -> None:
+    before = system.views()
+    report = system.adapt(
+        Connect("listener", "heard", "others"), SetParameters("listener", {"gain": 0.1}), dry_run=True
+    )
+    assert report.outcome is Outcome.PENDING
+    assert [(step.component, step.state) for step in report.steps] == [("listener", StepState.PLANNED)] * 2
+    assert report.architecture is not None and report.architecture.revision == 2
+    assert report.architecture.components["listener"].connections["heard"] == "others"
+    assert system.views() == before
+    assert len(system.lines().entries) == 1

@@ -1,0 +1,94 @@
+"""Whatever fails after the check is undone."""
+
+from __future__ import annotations
+
+import time
+
+from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
+from bus_schema.lifecycle import Transition
+from bus_schema.messages.host import ProcessState
+from tests.adaptation.parts import Fragile
+from tests.adaptation.system import System, wait_until
+
+
+def test_a_hung_component_leads_to_rolled_back_within_its_bound(system: System) -> None:
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    began = time.monotonic()
+    report = system.adapt(
+        SetParameters("listener", {"gain": 0.9}),
+        Connect("listener", "heard", "others"),
+        SetParameters("fragile", {"level": 5}),
+    )
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "no answer within 0.5 s" in report.error
+    assert time.monotonic() - began < 8.0
+    assert system.view("listener").parameters["gain"] == 0.5
+    assert system.view("listener").connections["heard"] == "numbers"
+    Fragile.release.set()
+    wait_until(lambda: system.view("fragile").parameters["level"] == 0)
+
+
+def test_a_component_that_dies_half_way_leads_to_rolled_back(system: System) -> None:
+    before = system.views()
+    fragile = system.running["fragile"]
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+
+    def die() -> None:
+        Fragile.release.set()
+        fragile.kill()
+        system.host.ended("fragile")
+
+    wanted = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 5}))
+    pending = system.adapt(*wanted, wait=False)
+    wait_until(lambda: fragile.runtime.parameters.values["level"] == 5)
+    die()
+    wait_until(lambda: system.lines(id=pending.id).entries[0].outcome is not Outcome.PENDING)
+    (report,) = system.lines(id=pending.id).entries
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert system.view("listener").parameters == before["listener"][2]
+    assert "level" not in system.host.specs["fragile"].parameters
+
+
+def test_a_host_that_refuses_the_specs_leads_to_rolled_back_and_then_to_stuck(system: System) -> None:
+    before = system.views()
+    system.host.refuse = "not today"
+    report = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    assert report.outcome is Outcome.STUCK
+    assert "the former specs of listener" in report.error and "not today" in report.error
+    assert report.steps[0].state is StepState.UNDONE
+    assert system.views() == before
+
+
+def test_what_cannot_be_undone_is_said_to_be_stuck(system: System) -> None:
+    system.adapt(SetParameters("fragile", {"mood": "fails"}))
+    report = system.adapt(
+        ChangeState("fragile", Transition.DEACTIVATE), SetParameters("listener", {"gain": 0.9})
+    )
+    assert report.outcome is Outcome.APPLIED
+    # "fragile" can now be cleaned up, but not be brought back to active by any undo of later steps.
+    undone = system.undo(report.id)
+    assert undone.outcome is Outcome.ROLLED_BACK, undone
+    assert system.view("listener").parameters["gain"] == 0.9
+
+
+def test_a_new_source_that_hangs_leaves_the_input_on_its_topic(system: System) -> None:
+    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    # "other" never answers: its thread waits in a handler that nobody releases before the end of the test.
+    gate = Fragile.release
+    system.running["other"].runtime.post(lambda: gate.wait(10.0))
+    report = system.adapt(Connect("listener", "heard", "others"))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "other" in report.error
+    assert system.view("listener").connections["heard"] == "numbers"
+    heard = len(system.running["listener"].component.log)
+    wait_until(lambda: len(system.running["listener"].component.log) > heard)
+
+
+def test_a_component_restarted_with_the_new_values_counts_as_applied_to(system: System) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.9}))
+    restarted = system.restart("listener")
+    assert restarted.runtime.assignment.revision == 2
+    assert system.view("listener").parameters["gain"] == 0.9
+    assert system.adapt(SetParameters("listener", {"gain": 0.8})).outcome is Outcome.APPLIED
+    assert system.host.specs["listener"].parameters["gain"] == 0.8
+    assert system.host.processes["listener"].state is ProcessState.RUNNING

@@ -1,0 +1,58 @@
+"""Undoing an applied adaptation."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
+from bus_schema.lifecycle import State, Transition
+from regraft import CallFailed
+from tests.adaptation.system import System
+
+
+def test_undo_leads_back_to_where_it_was(system: System) -> None:
+    before = system.views()
+    done = system.adapt(
+        SetParameters("listener", {"gain": 0.9, "label": "fancy"}),
+        Connect("listener", "heard", "others"),
+        ChangeState("fragile", Transition.DEACTIVATE),
+        ChangeState("fragile", Transition.CLEANUP),
+    )
+    assert done.outcome is Outcome.APPLIED, done
+    assert system.view("fragile").state is State.UNCONFIGURED
+    undone = system.undo(done.id)
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert undone.request.undoes == done.id
+    assert system.views() == before
+    assert undone.revision_after == 3
+
+
+def test_an_undo_can_be_undone(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    undone = system.undo(done.id)
+    assert system.undo(undone.id).outcome is Outcome.APPLIED
+    assert system.view("listener").parameters["gain"] == 0.9
+
+
+def test_undo_is_rejected_when_a_later_adaptation_decided_otherwise(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9, "label": "fancy"}))
+    later = system.adapt(SetParameters("listener", {"gain": 0.8}))
+    undone = system.undo(done.id)
+    assert undone.outcome is Outcome.REJECTED
+    (violation,) = undone.violations
+    assert violation.field == "parameters.gain"
+    assert f"adaptation {later.id}" in violation.problem
+    assert system.undo(later.id).outcome is Outcome.APPLIED
+    assert system.undo(done.id).outcome is Outcome.APPLIED
+    assert system.view("listener").parameters["label"] == "plain"
+
+
+def test_only_an_applied_adaptation_can_be_undone(system: System) -> None:
+    rejected = system.adapt(SetParameters("listener", {"gain": 7.0}))
+    undone = system.undo(rejected.id)
+    assert undone.outcome is Outcome.REJECTED
+    assert "only an applied one can be undone" in undone.violations[0].problem
+    with pytest.raises(CallFailed, match="changed nothing"):
+        system.undo("1")
+    with pytest.raises(CallFailed, match="no ended adaptation"):
+        system.undo("99")

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+import pytest
+
+from dashboard_api.gateway import Gateway
+from tests.gateway.contract import Contract
+from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
+from tests.kit.site import Site, wait_until
+
+GATEWAY = {"port": 0, "answer_within": 1.0, "adaptation_within": 1.5}
+
+
+@dataclass
+class Running:
+    """A small robot with its gateway; ``http`` checks every answer against the API's own document."""
+
+    site: Site
+    manager: ScriptedManager
+    executor: ScriptedExecutor
+    url: str
+    http: httpx.Client
+
+    def post(self, path: str, body: Any = None, **more: Any) -> httpx.Response:
+        """Post JSON."""
+        return self.http.post(path, json=body, **more)
+
+    def connect(self) -> httpx.Client:
+        """Return another client, without checks."""
+        return httpx.Client(base_url=self.url, timeout=10.0)
+
+
+def start_gateway(site: Site, **parameters: Any) -> str:
+    """Start a gateway and return where it serves."""
+    site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
+    wait_until(lambda: site.runtimes["gateway"].herald.status.detail, "the gateway's URL")
+    return site.runtimes["gateway"].herald.status.detail
+
+
+@pytest.fixture
+def site() -> Iterator[Site]:
+    site = Site("memory")
+    yield site
+    site.close()
+
+
+@pytest.fixture
+def running(site: Site) -> Iterator[Running]:
+    manager = site.start(ScriptedManager, "adaptation_manager")
+    executor = site.start(ScriptedExecutor, "bt_executor")
+    site.start(Navigator, "navigator")
+    site.start(Drive, "drive")
+    host = HostStub(site.session(), site.keys)
+    url = start_gateway(site)
+    with httpx.Client(base_url=url, timeout=10.0) as http:
+        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+        yield Running(site, manager, executor, url, http)
+    host.close()

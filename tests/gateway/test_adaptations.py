@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bus_schema.adaptation import Outcome
+from tests.gateway.conftest import Running
+from tests.kit.site import wait_until
+
+SLOWER = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}}
+
+
+def adaptation(*changes: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"reason": "someone is near", "changes": list(changes or (SLOWER,)), **more}
+
+
+def test_an_applied_adaptation_answers_with_its_report(running: Running) -> None:
+    response = running.post("/adaptations", adaptation())
+    assert response.status_code == 200
+    report = response.json()
+    assert (report["outcome"], report["revision_after"]) == ("applied", 2)
+    assert response.headers["location"] == "/api/v1/adaptations/1"
+    assert running.http.get("/adaptations/1").json() == report
+    assert running.http.get("/architecture").headers["etag"] == '"2"'
+
+
+def test_who_asked_is_told_to_the_journal(running: Running) -> None:
+    running.post("/adaptations", adaptation())
+    running.post("/adaptations", adaptation(), headers={"X-Regraft-Actor": ("Åda\u200b\x85 " + "x" * 300).encode()})
+    first, second = running.manager.requests
+    assert first.who == "rest 127.0.0.1"
+    assert second.who.startswith("Åda x")
+    assert len(second.who) == 100
+
+
+def test_a_rejected_adaptation_names_every_violation(running: Running) -> None:
+    nobody = {"change": "connect", "component": "nobody", "port": "image", "topic": "scan"}
+    typo = {"change": "set_parameters", "component": "navigator", "parameters": {"max_speed": 1}}
+    response = running.post("/adaptations", adaptation(nobody, typo))
+    assert response.status_code == 409
+    problem = response.json()
+    assert problem["type"] == "urn:regraft:problem:rejected"
+    assert [(v["change"], v["component"], v["field"]) for v in problem["violations"]] == [
+        (0, "nobody", "component"),
+        (1, "navigator", "parameters.max_speed"),
+    ]
+    assert problem["report"]["outcome"] == "rejected"
+
+
+@pytest.mark.parametrize(
+    ("fate", "status", "slug"),
+    [
+        (Outcome.ROLLED_BACK, 409, "rolled-back"),
+        (Outcome.CANCELLED, 409, "cancelled"),
+        (Outcome.STUCK, 500, "stuck"),
+    ],
+)
+def test_what_went_wrong_comes_with_the_report(running: Running, fate: Outcome, status: int, slug: str) -> None:
+    running.manager.fate = fate
+    response = running.post("/adaptations", adaptation())
+    assert response.status_code == status
+    problem = response.json()
+    assert problem["type"] == f"urn:regraft:problem:{slug}"
+    assert problem["report"]["outcome"] == fate.value
+    assert "navigator did not answer" in problem["detail"]
+
+
+def test_a_dry_run_shows_plan_and_result_and_touches_nothing(running: Running) -> None:
+    response = running.post("/adaptations?dry_run=true", adaptation())
+    assert response.status_code == 200
+    report = response.json()
+    assert [step["state"] for step in report["steps"]] == ["planned"]
+    assert report["architecture"]["components"]["navigator"]["parameters"] == {"max_velocity": 0.18}
+    assert running.http.get("/architecture").headers["etag"] == '"1"'
+
+
+def test_a_stale_revision_fails_the_precondition(running: Running) -> None:
+    assert running.post("/adaptations", adaptation(), headers={"If-Match": '"1"'}).status_code == 200
+    stale = running.post("/adaptations", adaptation(), headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
+    assert stale.json()["violations"][0]["field"] == "revision"
+    assert running.post("/adaptations", adaptation(), headers={"If-Match": "*"}).status_code == 200
+    assert running.post("/adaptations", adaptation(revision=1)).status_code == 409
+    assert running.post("/adaptations", adaptation(), headers={"If-Match": "two"}).status_code == 422
+    assert running.post("/adaptations", adaptation(revision=2), headers={"If-Match": '"3"'}).status_code == 422
+
+
+def test_the_same_idempotency_key_is_the_same_adaptation(running: Running) -> None:
+    key = {"Idempotency-Key": "4f2a"}
+    first = running.post("/adaptations", adaptation(), headers=key).json()
+    again = running.post("/adaptations", adaptation(), headers=key).json()
+    assert first == again
+    other = running.post("/adaptations", {**adaptation(), "reason": "another"}, headers=key)
+    assert other.status_code == 422
+    assert other.json()["type"] == "urn:regraft:problem:idempotency-key-reused"
+    assert running.post("/adaptations", adaptation(), headers={"Idempotency-Key": "x" * 201}).status_code == 422
+
+
+def test_respond_async_answers_at_once_with_where_to_look(running: Running) -> None:
+    response = running.post("/adaptations", adaptation(), headers={"Prefer": "respond-async, wait=10"})
+    assert response.status_code == 202
+    assert response.json()["outcome"] == "pending"
+    path = response.headers["location"].removeprefix("/api/v1")
+    assert running.http.get(path).json()["outcome"] == "pending"
+
+
+def test_an_adaptation_is_cancelled_once(running: Running) -> None:
+    running.post("/adaptations", adaptation(), headers={"Prefer": "respond-async"})
+    response = running.http.delete("/adaptations/1")
+    assert response.status_code == 200
+    assert response.json()["outcome"] == "cancelled"
+    again = running.http.delete("/adaptations/1")
+    assert again.status_code == 409
+    assert "has ended" in again.json()["detail"]
+    assert running.http.delete("/adaptations/77").status_code == 404
+
+
+def test_undoing_is_an_adaptation(running: Running) -> None:
+    running.post("/adaptations", adaptation())
+    response = running.post("/adaptations/1/undo", {"reason": "it was better"}, headers={"X-Regraft-Actor": "ada"})
+    assert response.status_code == 200
+    request = response.json()["request"]
+    assert (request["undoes"], request["reason"], request["who"]) == ("1", "it was better", "ada")
+    assert running.http.post("/adaptations/1/undo").status_code == 200
+    assert running.http.post("/adaptations/77/undo").status_code == 404
+    assert running.post("/adaptations/1/undo", {"because": "it was better"}).status_code == 422
+
+
+def test_what_was_not_applied_cannot_be_undone(running: Running) -> None:
+    running.manager.fate = Outcome.ROLLED_BACK
+    running.post("/adaptations", adaptation())
+    assert running.http.post("/adaptations/1/undo").status_code == 409
+
+
+def test_the_journal_is_read_page_by_page(running: Running) -> None:
+    for _ in range(5):
+        running.post("/adaptations", adaptation())
+    first = running.http.get("/adaptations?limit=2").json()
+    second = running.http.get(f"/adaptations?limit=2&before={first['next']}").json()
+    third = running.http.get(f"/adaptations?limit=2&before={second['next']}").json()
+    pages = [[entry["id"] for entry in page["entries"]] for page in (first, second, third)]
+    assert pages == [["5", "4"], ["3", "2"], ["1"]]
+    assert third["next"] is None
+    assert running.http.get("/adaptations?limit=501").status_code == 422
+    assert running.http.get("/adaptations/77").status_code == 404
+
+
+def test_a_silent_manager_is_unavailable_within_the_bound(running: Running) -> None:
+    running.manager.silent = True
+    response = running.post("/adaptations", adaptation())
+    assert response.status_code == 503
+    assert response.headers["retry-after"]
+    assert "may still happen" in response.json()["detail"]
+    assert running.http.get("/adaptations").status_code == 503
+
+
+def test_a_manager_that_is_not_there_is_unavailable(running: Running) -> None:
+    running.site.stop("adaptation_manager")
+    wait_until(lambda: not running.site.bus.present(running.site.keys.alive("adaptation_manager", "*"), 1.0))
+    assert running.post("/adaptations", adaptation()).status_code == 503
+
+
+def test_a_full_queue_is_unavailable(running: Running) -> None:
+    running.manager.refusal = "the queue is full: 32 adaptations wait"
+    response = running.post("/adaptations", adaptation())
+    assert response.status_code == 503
+    assert "queue is full" in response.json()["detail"]
+
+
+def test_setting_parameters_is_an_adaptation(running: Running) -> None:
+    response = running.http.patch("/components/navigator/parameters?reason=near", json={"max_velocity": 0.1})
+    assert response.status_code == 200
+    request = response.json()["request"]
+    assert request["reason"] == "near"
+    assert request["changes"] == [
+        {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
+    ]
+    assert running.http.patch("/components/navigator/parameters", json={"max_speed": 1}).status_code == 409
+    stale = running.http.patch("/components/navigator/parameters", json={}, headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
+
+
+def test_a_transition_is_an_adaptation(running: Running) -> None:
+    response = running.post("/components/navigator/transition", {"transition": "deactivate", "reason": "dark"})
+    assert response.status_code == 200
+    assert running.http.get("/components/navigator").json()["spec"]["state"] == "inactive"
+    wrong = running.post("/components/navigator/transition", {"transition": "sleep"})
+    assert wrong.status_code == 422
+    assert "deactivate" in wrong.json()["detail"]
+    assert running.post("/components/navigator/transition", {}).status_code == 422
+
+
+@pytest.mark.parametrize("name", ["nobody", "not a name", "..", "a.b.c"])
+def test_what_is_not_there_cannot_be_changed(running: Running, name: str) -> None:
+    assert running.http.patch(f"/components/{name}/parameters", json={}).status_code in (404, 405)
+    assert running.post(f"/components/{name}/transition", {"transition": "configure"}).status_code in (404, 405)

@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.gateway.conftest import Running
+
+JSON = {"Content-Type": "application/json"}
+SLOWER: dict[str, Any] = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
+
+plain = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+    max_leaves=12,
+)
+few = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"{",
+        b"",
+        b"[]",
+        b"null",
+        b'"text"',
+        b"\xff\xfe",
+        b'{"changes": [], "changes": []}',
+        b'{"reason": NaN, "changes": []}',
+        b'{"reason": "\\ud800", "changes": []}',
+        b'{"reason": ' + b"[" * 100_000,
+        b'{"revision": ' + b"9" * 5000 + b', "changes": []}',
+        b'{"revision": 99999999999999999999999, "changes": []}',
+    ],
+)
+def test_what_is_no_json_object_is_a_problem(running: Running, body: bytes) -> None:
+    response = running.http.post("/adaptations", content=body, headers=JSON)
+    assert response.status_code == 422
+    assert response.json()["violations"]
+
+
+def test_a_body_that_is_not_json_is_not_read(running: Running) -> None:
+    for content_type in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""):
+        response = running.http.post("/adaptations", content=b"{}", headers={"Content-Type": content_type})
+        assert response.status_code == 415
+    assert running.http.post("/adaptations").status_code == 415
+
+
+def test_every_misfit_of_an_adaptation_is_told(running: Running) -> None:
+    body = {
+        "reason": 7,
+        "who": "me",
+        "revision": -1,
+        "changes": [
+            SLOWER,
+            {"change": "explode", "component": "navigator"},
+            {**SLOWER, "parameter": {}},
+            {"change": "transition", "component": "navigator"},
+        ],
+    }
+    response = running.post("/adaptations", body)
+    assert response.status_code == 422
+    fields = {(v["field"], v["change"]) for v in response.json()["violations"]}
+    assert fields == {
+        ("who", None),
+        ("reason", None),
+        ("revision", None),
+        ("changes.1.change", 1),
+        ("changes.2", 2),
+        ("changes.3.transition", 3),
+    }
+    assert running.manager.requests == []
+
+
+@pytest.mark.parametrize("changes", [None, [], {}, "set_parameters", [SLOWER] * 1001])
+def test_changes_are_a_bounded_list(running: Running, changes: Any) -> None:
+    assert running.post("/adaptations", {"changes": changes}).json()["violations"][0]["field"] == "changes"
+    assert running.post("/adaptations", {}).json()["violations"][0]["field"] == "changes"
+
+
+def test_values_too_deep_to_travel_are_refused(running: Running) -> None:
+    value: Any = 1.0
+    for _ in range(14):
+        value = [value]
+    change = {**SLOWER, "parameters": {"max_velocity": value}}
+    assert running.post("/adaptations", {"changes": [change]}).status_code == 422
+
+
+def test_unknown_routes_and_methods_are_problems(running: Running) -> None:
+    missing = running.http.get("/nothing")
+    assert missing.status_code == 404
+    assert missing.headers["content-type"] == "application/problem+json"
+    wrong = running.http.put("/adaptations", json={})
+    assert wrong.status_code == 405
+    assert "POST" in wrong.headers["allow"]
+    assert wrong.headers["content-type"] == "application/problem+json"
+
+
+@few
+@given(body=plain)
+def test_no_body_makes_the_gateway_fail(running: Running, body: Any) -> None:
+    assert running.post("/adaptations", body).status_code == 422
+    assert running.http.patch("/components/navigator/parameters", json=body).status_code in (200, 409, 422)
+    assert running.post("/components/navigator/transition", body).status_code == 422
+    assert running.post("/mission/load", body).status_code in (409, 422)
+
+
+@few
+@given(values=st.dictionaries(st.text(), plain, max_size=3), field=st.sampled_from(list(SLOWER)), value=plain)
+def test_no_change_makes_the_gateway_fail(running: Running, values: Any, field: str, value: Any) -> None:
+    for change in ({**SLOWER, "parameters": values}, {**SLOWER, field: value}):
+        assert running.post("/adaptations", {"changes": [change]}).status_code in (200, 409, 422)
+
+
+@few
+@given(
+    query=st.dictionaries(st.sampled_from(["before", "limit", "revision", "from", "to", "lines"]), st.text()),
+    header=st.text(st.characters(min_codepoint=32, max_codepoint=126)),
+)
+def test_no_query_or_header_makes_the_gateway_fail(running: Running, query: dict[str, str], header: str) -> None:
+    for path in ("/adaptations", "/architecture", "/architecture/diff", "/components/navigator/logs"):
+        assert running.http.get(path, params=query).status_code in (200, 404, 422)
+    names = ("If-Match", "Idempotency-Key", "Prefer", "X-Regraft-Actor", "If-None-Match", "Content-Type")
+    for name in names:
+        response = running.post("/adaptations", {"changes": [SLOWER]}, headers={name: header.strip()})
+        assert response.status_code in (200, 202, 409, 412, 415, 422)
+        assert running.http.get("/architecture", headers={name: header.strip()}).status_code in (200, 304)

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from fastapi.openapi.models import OpenAPI
+from jsonschema import Draft202012Validator
+
+from tests.gateway.conftest import Running
+
+METHODS = ("get", "post", "patch", "delete", "put")
+
+
+@pytest.fixture
+def document(running: Running) -> dict[str, Any]:
+    document: dict[str, Any] = running.http.get("/openapi.json").json()
+    return document
+
+
+def operations(document: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    for path, item in document["paths"].items():
+        for method in METHODS:
+            if method in item:
+                yield path, method, item[method]
+
+
+def references(node: Any) -> Iterator[str]:
+    if isinstance(node, dict):
+        if isinstance(node.get("$ref"), str):
+            yield node["$ref"]
+        node = list(node.values())
+    if isinstance(node, list):
+        for item in node:
+            yield from references(item)
+
+
+def test_the_document_is_valid(document: dict[str, Any]) -> None:
+    assert document["openapi"].startswith("3.1")
+    OpenAPI.model_validate(document)
+    for schema in document["components"]["schemas"].values():
+        Draft202012Validator.check_schema(schema)
+
+
+def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
+    known = {f"#/components/schemas/{name}" for name in document["components"]["schemas"]}
+    assert set(references(document)) == known
+
+
+def test_every_route_says_what_it_does_and_shows(document: dict[str, Any]) -> None:
+    for path, method, operation in operations(document):
+        assert operation["description"], f"{method} {path}"
+        assert operation["tags"]
+        for media_type in operation["responses"]["200"]["content"].values():
+            assert media_type["schema"], f"{method} {path}"
+
+
+def test_every_route_declares_its_problems(document: dict[str, Any]) -> None:
+    for path, method, operation in operations(document):
+        declared = operation["responses"]
+        wanted = {"403", "421", "500"}
+        if method in ("post", "patch"):
+            wanted |= {"409", "413", "415", "422", "503"}
+        if "{" in path:
+            wanted |= {"404", "422"}
+        if operation.get("parameters"):
+            wanted.add("422")
+        assert wanted <= declared.keys(), f"{method} {path}"
+        for status, answer in declared.items():
+            if status >= "400":
+                assert answer["content"].keys() == {"application/problem+json"}, f"{method} {path} {status}"
+
+
+def test_examples_are_valid_bodies(document: dict[str, Any]) -> None:
+    shown = 0
+    for path, method, operation in operations(document):
+        for body in operation.get("requestBody", {}).get("content", {}).values():
+            Draft202012Validator(body["schema"]).validate(body["example"])
+            shown += 1
+        assert (method == "get") or "requestBody" in operation or method == "delete", path
+    assert shown == 9
+
+
+def test_the_document_describes_every_change(document: dict[str, Any]) -> None:
+    body = document["paths"]["/api/v1/adaptations"]["post"]["requestBody"]["content"]["application/json"]
+    kinds = {member["properties"]["change"]["const"] for member in body["schema"]["properties"]["changes"]["items"]["oneOf"]}
+    assert kinds >= {"set_parameters", "connect", "transition", "add", "remove", "swap", "move", "mode"}

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import socket
+import threading
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+
+from bus_schema.lifecycle import State, Transition
+from dashboard_api.gateway import Gateway
+from dashboard_api.server import CannotServe, bind
+from tests.gateway.conftest import GATEWAY, Running, start_gateway
+from tests.kit.site import Site, wait_until
+
+
+def test_a_port_in_use_is_a_clear_error(site: Site) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        site.start(Gateway, "gateway", parameters={**GATEWAY, "port": port})
+    status = site.runtimes["gateway"].herald.status
+    assert status.state is State.UNCONFIGURED
+    assert f"127.0.0.1 port {port}" in status.error
+    assert "in use" in status.error
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "::", "192.0.2.7"])
+def test_only_loopback_is_served(address: str) -> None:
+    with pytest.raises(CannotServe, match=r"access tokens.*127\.0\.0\.1"):
+        bind(address, 0)
+
+
+def test_an_address_that_is_none_is_a_clear_error() -> None:
+    with pytest.raises(CannotServe, match="'not an address'"):
+        bind("not an address", 0)
+
+
+def test_the_url_is_told_in_status_and_event(site: Site) -> None:
+    told: list[str] = []
+    site.client.events(lambda event: told.append(event.details["url"]) if event.kind == "gateway.ready" else None)
+    url = start_gateway(site)
+    assert urlsplit(url).path == "/api/v1"
+    assert httpx.get(f"{url}/system", timeout=10.0).status_code == 200
+    wait_until(lambda: told == [url])
+
+
+def test_an_inactive_gateway_serves_nothing_and_comes_back(site: Site) -> None:
+    url = start_gateway(site)
+    gateway = site.runtimes["gateway"]
+    gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
+    wait_until(lambda: gateway.state is State.INACTIVE)
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(f"{url}/system")
+    gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
+    wait_until(lambda: gateway.state is State.ACTIVE)
+    assert httpx.get(f"{gateway.herald.status.detail}/system", timeout=10.0).status_code == 200
+
+
+def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running) -> None:
+    running.manager.silent = True
+    answers: list[int] = []
+
+    def ask() -> None:
+        with running.connect() as http:
+            answers.append(http.get("/architecture").status_code)
+
+    waiting = threading.Thread(target=ask)
+    with running.connect() as http, http.stream("GET", "/events") as stream:
+        lines = stream.iter_lines()
+        next(lines)
+        waiting.start()
+        gateway = running.site.runtimes["gateway"]
+        gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
+        assert "data: " not in "".join(lines)
+    waiting.join(10.0)
+    wait_until(lambda: gateway.state is State.INACTIVE)
+
+
+def test_clients_that_vanish_leave_nothing_behind(site: Site) -> None:
+    before = set(threading.enumerate())
+    url = urlsplit(start_gateway(site))
+    assert url.hostname
+    for path in ("/api/v1/events", "/api/v1/architecture", "/api/v1/system"):
+        for _ in range(5):
+            connection = socket.create_connection((url.hostname, url.port or 80))
+            connection.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            connection.close()
+    gateway = site.runtimes["gateway"]
+    gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
+    wait_until(lambda: gateway.state is State.INACTIVE)
+    left = {thread for thread in threading.enumerate() if thread.is_alive()} - before
+    assert {thread.name for thread in left} <= {"gateway"}

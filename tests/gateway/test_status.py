@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+from bus_schema.lifecycle import State
+from tests.gateway.conftest import Running
+from tests.kit.site import wait_until
+
+
+def test_the_system_is_shown_in_one_answer(running: Running) -> None:
+    system = running.http.get("/system").json()
+    assert system["system"] == "site"
+    assert system["revision"] == 1
+    assert system["simulated"] is False
+    assert system["components"] == {"active": 5}
+    assert system["hosts"] == ["local"]
+    assert system["problems"] == []
+
+
+def test_a_component_that_should_be_there_and_is_not_is_a_problem(running: Running) -> None:
+    running.site.stop("drive")
+    wait_until(lambda: running.site.runtimes["drive"].state is State.FINALIZED)
+    wait_until(lambda: running.http.get("/system").json()["problems"] == ["drive should be active, but is not there"])
+
+
+def test_components_are_shown_as_they_should_be_and_as_they_are(running: Running) -> None:
+    listed = running.http.get("/components").json()
+    assert listed["revision"] == 1
+    navigator = next(line for line in listed["components"] if line["name"] == "navigator")
+    assert (navigator["desired"], navigator["state"], navigator["alive"]) == ("active", "active", True)
+    assert (navigator["host"], navigator["pid"]) == ("local", 4711)
+    assert {line["name"] for line in listed["components"]} >= {"drive", "gateway", "adaptation_manager"}
+
+
+def test_a_component_is_shown_with_its_live_parameters_and_connections(running: Running) -> None:
+    details = running.http.get("/components/navigator").json()
+    assert details["spec"]["parameters"] == {"max_velocity": 0.26}
+    assert details["now"]["parameters"] == {"max_velocity": 0.26}
+    assert details["now"]["connections"] == {"velocity": "velocity"}
+    assert details["process"]["pid"] == 4711
+
+
+def test_an_unknown_component_is_not_found(running: Running) -> None:
+    response = running.http.get("/components/nobody")
+    assert response.status_code == 404
+    assert "nobody" in response.json()["detail"]
+
+
+def test_logs_come_from_the_components_host(running: Running) -> None:
+    assert running.http.get("/components/navigator/logs?lines=2").json()["lines"] == ["line 998", "line 999"]
+    assert running.http.get("/components/drive/logs").status_code == 404
+    assert running.http.get("/components/navigator/logs?lines=0").status_code == 422
+
+
+def test_topics_are_shown_with_their_writers_and_readers(running: Running) -> None:
+    (topic,) = running.http.get("/topics").json()["topics"]
+    assert topic["name"] == "velocity"
+    assert (topic["writers"], topic["readers"]) == (["navigator.velocity"], ["drive.velocity"])
+
+
+def test_hosts_are_shown_with_their_processes(running: Running) -> None:
+    (host,) = running.http.get("/hosts").json()["hosts"]
+    assert host["alive"]
+    assert host["status"]["processes"][0]["component"] == "navigator"
+
+
+def test_the_revision_is_the_etag_of_the_architecture(running: Running) -> None:
+    response = running.http.get("/architecture")
+    assert response.headers["etag"] == '"1"'
+    assert response.json()["revision"] == 1
+    assert running.http.get("/architecture", headers={"If-None-Match": '"1"'}).status_code == 304
+    assert running.http.get("/architecture", headers={"If-None-Match": '"0"'}).status_code == 200
+
+
+def test_former_revisions_can_be_read_and_compared(running: Running) -> None:
+    assert running.http.patch("/components/navigator/parameters", json={"max_velocity": 0.1}).status_code == 200
+    assert running.http.get("/architecture?revision=1").json()["revision"] == 1
+    assert running.http.get("/architecture?revision=9").status_code == 404
+    changed = running.http.get("/architecture/diff?from=1").json()
+    assert (changed["before"], changed["after"]) == (1, 2)
+    (difference,) = changed["differences"]
+    assert difference == {
+        "path": "/components/navigator/parameters/max_velocity",
+        "kind": "changed",
+        "before": 0.26,
+        "after": 0.1,
+    }
+    back = running.http.get("/architecture/diff?from=2&to=1").json()["differences"]
+    assert (back[0]["before"], back[0]["after"]) == (0.1, 0.26)
+
+
+def test_overviews_stand_while_the_manager_is_silent(running: Running) -> None:
+    running.http.get("/components")
+    running.manager.silent = True
+    assert running.http.get("/components/navigator").json()["spec"]["name"] == "navigator"
+    assert running.http.get("/system").status_code == 200
+    response = running.http.get("/architecture")
+    assert response.status_code == 503
+    assert int(response.headers["retry-after"]) >= 1

@@ -1,0 +1,1 @@
+"""Promises of the host, tried on real processes."""

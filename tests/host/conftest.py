@@ -1,0 +1,31 @@
+"""Systems in a home of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.host.system import System
+
+Start = Callable[..., System]
+
+
+@pytest.fixture
+def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+    """Return what starts a system of the given components (YAML); all are ended with the test."""
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    started: list[System] = []
+
+    def run(components: str, *options: str) -> System:
+        stack = tmp_path / "stack.yaml"
+        text = "system: tests\nclock: real\nimports: [tests.host.parts]\ntopics:\n  ticks: {type: host_tests/Tick}\ncomponents:\n"
+        stack.write_text(text + components)
+        system = System(stack, *options)
+        started.append(system)
+        return system
+
+    yield run
+    for system in started:
+        system.end()

@@ -1,0 +1,84 @@
+"""Components that hang, die and break."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+
+from bus_schema.annotations import Count
+from bus_schema.registry import message
+from regraft import Component, Output, Parameter, every, service
+
+
+@message("host_tests/Tick")
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """How often something has ticked."""
+
+    count: Count
+
+
+class Ticker(Component):
+    """Ticks, remembers its count over a crash, and says it in its log."""
+
+    ticks = Output(Tick)
+    step = Parameter(1, minimum=1, maximum=100)
+    checkpoint_every = 0.05
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def on_activate(self) -> None:
+        print("ticker begins at", self.count)
+
+    @every(hz=50)
+    def tick(self) -> None:
+        self.count += self.step
+        self.ticks.publish(Tick(self.count))
+
+    def snapshot(self) -> dict[str, int]:
+        return {"count": self.count}
+
+    def restore(self, state: dict[str, int]) -> None:
+        self.count = state["count"]
+
+
+class Moody(Component):
+    """Does what it is asked to, however bad."""
+
+    @service("hang")
+    def hang(self, tick: Tick) -> Tick:
+        time.sleep(3600)
+        return tick
+
+    @service("spin")
+    def spin(self, tick: Tick) -> Tick:
+        while True:
+            tick = Tick(tick.count)
+
+    @service("exit")
+    def exit(self, tick: Tick) -> Tick:
+        os._exit(tick.count)
+
+    @service("stop")
+    def stop(self, tick: Tick) -> Tick:
+        os.kill(os.getpid(), signal.SIGSTOP)
+        return tick
+
+
+class Stillborn(Component):
+    """Never gets up."""
+
+    def on_configure(self) -> None:
+        sys.stderr.write("no life in me\n")
+        os._exit(3)
+
+
+class Stubborn(Component):
+    """Does not want to leave."""
+
+    def on_shutdown(self) -> None:
+        time.sleep(3600)

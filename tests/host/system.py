@@ -1,0 +1,114 @@
+"""A system started with the project's own command, as a user starts it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from bus_schema.messages.health import Event
+from bus_schema.messages.host import ProcessState, ProcessStatus
+from regraft import rundir
+from regraft.client import Client
+from tests.kit.site import wait_until
+
+PATIENCE = 20.0
+ROOT = Path(__file__).parents[2]
+
+
+class System:
+    """``regraft up`` in a process of its own."""
+
+    def __init__(self, stack: Path, *options: str) -> None:
+        self.log = stack.parent / "up.log"
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
+                stdout=log,
+                stderr=log,
+                stdin=subprocess.DEVNULL,
+                cwd=ROOT,
+            )
+        self.events: list[Event] = []
+        wait_until(self._is_up, "the system to be up", PATIENCE)
+        self.info = rundir.find("tests")
+        self.client = Client.connect(self.info)
+        self.client.events(self.events.append)
+
+    def _is_up(self) -> bool:
+        if self.process.poll() is not None:
+            raise AssertionError(self.log.read_text())
+        return bool(rundir.running())
+
+    def processes(self) -> dict[str, ProcessStatus]:
+        """Return the host's view of its processes."""
+        hosts = self.client.hosts()
+        status = hosts["local"].status if "local" in hosts else None
+        return {process.component: process for process in status.processes} if status else {}
+
+    def wait_for(self, name: str, right: Callable[[ProcessStatus], Any], what: str) -> ProcessStatus:
+        """Wait until a component's process is as wanted."""
+
+        def holds() -> bool:
+            process = self.processes().get(name)
+            return process is not None and bool(right(process))
+
+        wait_until(holds, f"{name}: {what}", PATIENCE)
+        return self.processes()[name]
+
+    def wait_running(self, name: str, incarnation: int = 1) -> ProcessStatus:
+        """Wait until a run of a component is up."""
+        return self.wait_for(
+            name, lambda p: p.state is ProcessState.RUNNING and p.incarnation >= incarnation and p.pid, "running"
+        )
+
+    def said(self, kind: str, subject: str) -> list[Event]:
+        """Return the events of a kind about somebody."""
+        return [event for event in self.events if event.kind == kind and event.subject == subject]
+
+    def end(self) -> int:
+        """End it as Ctrl-C does; returns the exit code."""
+        self.client.close()
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        return self.process.wait(PATIENCE)
+
+
+def exists(pid: int) -> bool:
+    """Tell whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_gone(pids: list[int]) -> None:
+    """Wait until processes have ended."""
+    wait_until(lambda: not any(exists(pid) for pid in pids), "all processes to end", PATIENCE)
+
+
+def children_of(pid: int) -> list[int]:
+    """Return all descendants of a process."""
+    parents: dict[int, int] = {}
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                fields = Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            parents[int(entry)] = int(fields[1])
+    found, before = {pid}, 0
+    while len(found) != before:
+        before = len(found)
+        found |= {child for child, parent in parents.items() if parent in found}
+    return sorted(found - {pid})
+
+
+def now() -> float:
+    """Return monotonic seconds."""
+    return time.monotonic()

@@ -1,0 +1,120 @@
+"""What the host promises about the processes in its care."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+from bus_schema.messages.host import ProcessState
+from regraft import CallFailed
+from tests.host.conftest import Start
+from tests.host.parts import Tick
+from tests.host.system import System, children_of, exists, wait_gone
+from tests.kit.site import wait_until
+
+TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
+MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"
+
+
+def _ask(system: System, service: str, count: int = 0) -> None:
+    try:
+        system.client.call(service, Tick(count), Tick, 0.2)
+    except CallFailed:
+        return
+    raise AssertionError(f"{service} was answered")
+
+
+def test_a_killed_component_comes_back_with_its_state_and_it_is_said(start: Start) -> None:
+    system = start(TICKER)
+    pid = system.wait_running("ticker").pid
+    wait_until(lambda: _count(system) > 20)
+    before = _count(system)
+    os.kill(pid, signal.SIGKILL)
+    again = system.wait_running("ticker", 2)
+    assert again.pid != pid
+    assert again.last_end == "killed by SIGKILL"
+    wait_until(lambda: _count(system) > before)
+    assert len(system.said("component.restarted", "ticker")) == 1
+    begins = [line for line in system.client.logs("ticker") if line.startswith("ticker begins at")]
+    assert begins[0] == "ticker begins at 0"
+    assert int(begins[1].split()[-1]) >= before - 10
+
+
+def _count(system: System) -> int:
+    counts: list[int] = []
+    snapshot = system.client.control("ticker", "state")
+    counts.append(snapshot.state["count"])  # type: ignore[union-attr]
+    return counts[-1]
+
+
+def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
+    system = start(MOODY)
+    for incarnation, how in ((2, "hang"), (3, "spin"), (4, "stop")):
+        system.wait_running("moody", incarnation - 1)
+        _ask(system, how)
+        again = system.wait_running("moody", incarnation)
+        assert "hung" in again.last_end
+    assert len(system.said("component.hung", "moody")) == 3
+
+
+def test_a_component_that_keeps_dying_is_quarantined_and_the_others_go_on(start: Start) -> None:
+    dying = "  dying: {class: 'tests.host.parts:Stillborn', restart: {limit: 3, window: 30, backoff: 0.01}}\n"
+    system = start(dying + TICKER)
+    process = system.wait_for("dying", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    assert process.last_end == "exit code 3"
+    assert process.incarnation == 4
+    assert "left stopped" in system.said("component.quarantined", "dying")[0].text
+    assert any("no life in me" in line for line in system.client.logs("dying"))
+    system.wait_running("ticker")
+
+
+def test_the_restart_policy_is_kept(start: Start) -> None:
+    never = "  never: {class: 'tests.host.parts:Moody', services: {exit: exit_never}, restart: never}\n"
+    failing = (
+        "  failing: {class: 'tests.host.parts:Moody', restart: {when: on_failure},"
+        " services: {hang: h, spin: s, stop: t}}\n"
+    )
+    system = start(never.replace("exit: exit_never", "hang: a, spin: b, stop: c, exit: exit_never") + failing)
+    system.wait_running("never")
+    system.wait_running("failing")
+    _ask(system, "exit_never", 5)
+    assert system.wait_for("never", lambda p: p.state is ProcessState.STOPPED, "stopped").last_end == "exit code 5"
+    _ask(system, "exit", 5)
+    system.wait_running("failing", 2)
+    _ask(system, "exit", 0)
+    system.wait_for("failing", lambda p: p.state is ProcessState.STOPPED, "stopped")
+
+
+def test_nothing_is_left_when_the_system_ends(start: Start) -> None:
+    system = start(TICKER + MOODY + "  stubborn: {class: 'tests.host.parts:Stubborn'}\n")
+    for name in ("ticker", "moody", "stubborn"):
+        system.wait_running(name)
+    pids = children_of(system.process.pid)
+    assert len(pids) == 4
+    assert system.end() == 0
+    assert not [pid for pid in pids if exists(pid)]
+
+
+def test_nothing_is_left_when_the_host_is_killed(start: Start) -> None:
+    system = start(TICKER + MOODY)
+    pids = children_of(system.process.pid)
+    os.kill(system.wait_running("moody").pid, signal.SIGSTOP)
+    pids = children_of(system.process.pid)
+    system.process.kill()
+    wait_gone(pids)
+
+
+def test_any_program_can_be_a_component(start: Start) -> None:
+    program = "  beeper: {command: [sh, -c, 'echo $REGRAFT_ASSIGNMENT; exec sleep 1000'], managed: false}\n"
+    system = start(program + TICKER)
+    process = system.wait_running("beeper")
+    assert not process.managed
+    wait_until(lambda: any('"name": "beeper"' in line for line in system.client.logs("beeper")))
+    os.kill(process.pid, signal.SIGKILL)
+    system.wait_running("beeper", 2)
+
+
+def test_a_program_that_does_not_exist_is_quarantined_and_its_log_says_why(start: Start) -> None:
+    system = start("  ghost: {command: [no-such-program], managed: false, restart: {limit: 1, backoff: 0.01}}\n")
+    system.wait_for("ghost", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    assert any("cannot run 'no-such-program'" in line for line in system.client.logs("ghost"))

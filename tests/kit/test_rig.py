@@ -1,0 +1,70 @@
+"""What the rig for component tests promises."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.lifecycle import State, Transition
+from regraft import CallFailed
+from regraft.testing import Rig
+from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker
+
+
+def test_a_timer_ticks_when_the_test_moves_the_clock() -> None:
+    with Rig() as rig:
+        counter = rig.add(Counter, parameters={"rate": 10.0})
+        rig.advance(1.0)
+        assert counter.value == 10
+
+
+def test_messages_are_handled_at_once() -> None:
+    with Rig() as rig:
+        rig.add(Echo)
+        said = rig.collect("said", Number)
+        rig.publish("heard", Number(5))
+        assert said == [Number(5)]
+
+
+def test_calls_and_goals_take_the_time_they_take() -> None:
+    with Rig() as rig:
+        rig.add(Oracle)
+        walker = rig.add(Walker)
+        assert rig.call("double", Number(2), Number) == Number(4)
+        assert rig.call("slow", Number(200), Number) == Number(200)
+        goal = rig.goal("walk", Number(5), Number, Number)
+        rig.advance(0.1)
+        assert goal.result == Number(5)
+        assert walker.ended == ["arrived"]
+
+
+def test_components_talk_to_each_other() -> None:
+    with Rig() as rig:
+        rig.add(Oracle)
+        rig.add(Asker)
+        answers = rig.collect("answers", Number)
+        rig.publish("question", Number(8))
+        rig.advance(0.01)
+        assert answers == [Number(16)]
+
+
+def test_a_missing_service_fails_after_its_time() -> None:
+    with Rig() as rig, pytest.raises(CallFailed, match="nobody"):
+        rig.call("nothing", Number(1), Number, timeout=0.5)
+
+
+def test_states_can_be_walked_through() -> None:
+    with Rig() as rig:
+        counter = rig.add(Counter, state=State.INACTIVE)
+        rig.advance(1.0)
+        assert counter.value == 0
+        rig.transition("counter", Transition.ACTIVATE)
+        rig.advance(1.0)
+        assert counter.value == 50
+
+
+def test_author_faults_are_seen_as_events() -> None:
+    with Rig() as rig:
+        rig.add(Oracle)
+        with pytest.raises(CallFailed):
+            rig.call("break", Number(1), Number)
+        assert [event.kind for event in rig.events if event.kind == "component.fault"] == ["component.fault"]

@@ -1,0 +1,17 @@
+"""A message type of our own."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from bus_schema.annotations import Bounds, Seconds, Unit
+from bus_schema.registry import message
+
+
+@message("acme/Weather")
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """Temperature and rain outside."""
+
+    stamp: Seconds
+    temperature: Annotated[float, Unit("K"), Bounds(minimum=0.0)]
+    raining: bool = False

@@ -1,0 +1,83 @@
+"""Components and message types come in from other people's packages, by dotted path."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from regraft import rundir
+from tests.kit.site import wait_until
+
+PACKAGE = Path(__file__).parent / "package"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Install the package the ordinary way, into a folder of its own."""
+    source = tmp_path_factory.mktemp("source") / "package"
+    target = tmp_path_factory.mktemp("installed")
+    subprocess.run(["cp", "-r", str(PACKAGE), str(source)], check=True)
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
+    subprocess.run([*pip, "--target", str(target), str(source)], check=True, timeout=100)
+    return target
+
+
+def _environment(installed: Path, home: Path) -> dict[str, str]:
+    path = os.pathsep.join([str(installed), str(ROOT)])
+    return {**os.environ, "PYTHONPATH": path, "REGRAFT_HOME": str(home)}
+
+
+def _regraft(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "regraft.cli", *arguments],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+
+
+def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
+    installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    environment = _environment(installed, tmp_path)
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path))
+    command = [sys.executable, "-m", "regraft.cli", "run", "acme_weather.station:Station", "--name", "station"]
+    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: rundir.running(), "the component to be up", 20.0)
+        system = rundir.running()[0].system
+        assert process.poll() is None
+
+        def echo() -> subprocess.CompletedProcess[str]:
+            return _regraft(environment, "--system", system, "--json", "topic", "echo", "weather", "--count", "1")
+
+        seen = echo()
+        assert seen.returncode == 0, seen.stderr
+        assert "290.0" in seen.stdout
+        done = _regraft(environment, "--system", system, "param", "set", "station", "temperature=300")
+        assert done.returncode == 0, done.stderr
+        assert "300.0" in echo().stdout
+    finally:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) in (0, 130)
+
+
+def test_its_message_type_can_be_named_in_a_stack(installed: Path, tmp_path: Path) -> None:
+    stack = tmp_path / "stack.yaml"
+    stack.write_text(
+        "system: weather\nclock: real\nimports: [acme_weather.messages]\n"
+        "topics:\n  weather: {type: acme/Weather, rate: 20}\n"
+        "components:\n  station: {class: 'acme_weather.station:Station', parameters: {temperature: 280}}\n"
+    )
+    ended = _regraft(_environment(installed, tmp_path / "home"), "up", str(stack), "--for", "1", "--json", "--headless")
+    assert ended.returncode == 0, ended.stderr
+    assert json.loads(ended.stdout)["wall_s"] > 0
