@@ -22,6 +22,7 @@ class Books:
         self._tell = tell
         self._number = 0
         self._unwritten: list[AdaptationReport] = []
+        self._closed_because = "it has not been opened"
 
     # --- opening ---
 
@@ -30,9 +31,17 @@ class Books:
 
         On a run's first opening, the stack's start becomes its first line.
         """
-        run = views[0].run
         if self.architecture is None:
             self.architecture = in_force(views)
+        try:
+            self.journal, term = self._at_place(views[0].run, max(view.term for view in views), now)
+        except JournalError as error:
+            self._closed_because = str(error)
+            raise
+        return term
+
+    def _at_place(self, run: str, term: int, now: float) -> tuple[Journal, int]:
+        assert self.architecture is not None
         journal = self._opened()
         try:
             if journal.knows(run):
@@ -41,12 +50,11 @@ class Books:
             else:
                 journal.start_run(run, _start(self.architecture, now), self.architecture)
             self._number = max(self._number, journal.last_number())
-            term = journal.next_term(max(view.term for view in views))
+            term = journal.next_term(term)
         except JournalError:
             journal.close()
             raise
-        self.journal = journal
-        return term
+        return journal, term
 
     def _opened(self) -> Journal:
         try:
@@ -65,7 +73,7 @@ class Books:
     def ready(self) -> Journal:
         """Return the journal, with everything written that is to be; raises JournalError."""
         if self.journal is None:
-            raise JournalError(f"the journal {self.path} is not open")
+            raise JournalError(self._closed_because)
         while self._unwritten:
             self.journal.end(self._unwritten[0])
             del self._unwritten[0]
@@ -86,7 +94,7 @@ class Books:
     def ended(self, report: AdaptationReport) -> None:
         """Close an adaptation that was begun and changed nothing; written later if it cannot be now."""
         self._unwritten.append(report)
-        self._attempt(lambda: self.ready())
+        self._attempt(self.ready)
 
     def never_began(self, report: AdaptationReport) -> None:
         """Write the line of an adaptation that changed nothing; without space for it there is none."""

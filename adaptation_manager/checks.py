@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from adaptation_manager.controls import Asked, ControlFailed, Controls
+from adaptation_manager.hosts import Hosts
 from adaptation_manager.plan import Plan
 from adaptation_manager.steps import ON_NEW_COMPONENTS, PLANNERS
 from adaptation_manager.steps.draft import Draft
@@ -17,14 +18,14 @@ from bus_schema.messages.host import ProcessState
 
 
 async def check(
-    request: AdaptationRequest, architecture: Architecture, controls: Controls, manager: str
+    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts, manager: str
 ) -> tuple[tuple[Violation, ...], Plan]:
     """Judge all changes together against the architecture and the living components, which are only read.
 
-    Returns every violation, and the plan (to be used only if there is none).
+    Returns every violation, and the plan (to be used only if there is none). Raises ControlFailed if a host is silent.
     """
     found = [*_of_request(request, architecture), *_contradictions(request.changes)]
-    live, silent = await _read(request, architecture, controls)
+    live, silent = await _read(request, architecture, controls, hosts)
     found += silent
     draft = Draft(architecture, live, manager)
     for index, change in enumerate(request.changes):
@@ -76,7 +77,7 @@ def _contradictions(changes: Sequence[Change]) -> list[Violation]:
 
 
 async def _read(
-    request: AdaptationRequest, architecture: Architecture, controls: Controls
+    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts
 ) -> tuple[dict[str, ComponentView], list[Violation]]:
     """Read every component that is to be changed; returns their views, and those that are not well."""
     first_use: dict[str, int] = {}
@@ -84,13 +85,18 @@ async def _read(
         spec = architecture.components.get(change.component)
         if spec is not None and spec.managed:
             first_use.setdefault(change.component, index)
-    asked: dict[str, Asked] = {name: controls.read(name) for name in first_use}
+    # Components are asked where they ran last while the hosts say where they run now: most have not been restarted.
+    guessed: dict[str, Asked] = {name: controls.read(name) for name in first_use}
+    controls.processes = await hosts.processes(architecture.revision)
+    asked = {n: one if controls.is_of_living(one) else controls.read(n) for n, one in guessed.items()}
     live, silent = {}, []
     for name, index in first_use.items():
         try:
             live[name] = await asked[name].view()
         except ControlFailed as error:
-            silent.append(Violation(index, name, "status", _why_silent(controls, name, error)))
+            host = architecture.components[name].host
+            why = f"its host {host!r} does not answer" if host in hosts.silent else _why_silent(controls, name, error)
+            silent.append(Violation(index, name, "status", why))
     return live, silent
 
 

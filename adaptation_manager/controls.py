@@ -56,9 +56,10 @@ def refusal(who: str, what: str, answer: Answer) -> ControlFailed:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A control query under way; ``failure`` is why it could not even be sent."""
+    """A control query under way, to one run of a component; ``failure`` is why it could not even be sent."""
 
     component: str
+    incarnation: int
     what: str
     within: float
     sent: float
@@ -100,6 +101,11 @@ class Controls:
         self._kit = kit
         self._keys = Keys(kit.system)
 
+    def is_of_living(self, asked: Asked) -> bool:
+        """Tell whether a query went to the component's living run."""
+        process = self.living(asked.component)
+        return process is not None and process.incarnation == asked.incarnation
+
     def living(self, component: str) -> ProcessStatus | None:
         """Return the component's running process, None if there is none."""
         process = self.processes.get(component)
@@ -110,13 +116,13 @@ class Controls:
         sent = time.monotonic()
         process = self.living(component)
         if process is None:
-            return Asked(component, what, within, sent, None, "it is not running")
+            return Asked(component, 0, what, within, sent, None, "it is not running")
         key = self._keys.control(component, process.incarnation, verb)
         try:
             waiting = self._kit.ask(key, codec.encode(message), within)
         except BusError as error:
-            return Asked(component, what, within, sent, None, str(error))
-        return Asked(component, what, within, sent, waiting)
+            return Asked(component, process.incarnation, what, within, sent, None, str(error))
+        return Asked(component, process.incarnation, what, within, sent, waiting)
 
     def read(self, component: str, within: float | None = None) -> Asked:
         """Ask how a component is."""

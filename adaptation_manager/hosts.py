@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, TypeVar
 
@@ -21,11 +22,12 @@ M = TypeVar("M", HostStatus, HostView)
 
 
 class Hosts:
-    """The hosts of one system. ``names`` are all that the architecture knows."""
+    """The hosts of one system. ``names`` are all that are known; ``silent`` did not answer when last asked for processes."""
 
     def __init__(self, kit: Kit, within: float) -> None:
         """Know none yet; an answer may take ``within`` seconds."""
         self.names: tuple[str, ...] = ()
+        self.silent: frozenset[str] = frozenset()
         self.term = 0
         self._within = within
         self._kit = kit
@@ -38,34 +40,54 @@ class Hosts:
             raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
 
     async def views(self) -> list[HostView]:
-        """Ask every host what it was given: any first, which names the others. Raises ControlFailed."""
+        """Ask every host what it was given: any first, which names the others. Raises ControlFailed if there is none."""
         first = _read("any", "view", await self._ask("*", "view", b""), HostView)
-        others = [name for name in first.architecture.hosts if name != first.host]
-        asked = [(name, self._ask(name, "view", b"")) for name in others]
-        return [first, *[_read(name, "view", await waiting, HostView) for name, waiting in asked]]
+        self.names = tuple(sorted({first.host, *first.architecture.hosts}))
+        asked = [(name, self._ask(name, "view", b"")) for name in self.names if name != first.host]
+        views = [first]
+        for name, waiting in asked:
+            with contextlib.suppress(NoAnswer):
+                views.append(_read(name, "view", await waiting, HostView))
+        return views
 
     async def update(self, updates: dict[str, UpdateSpecs]) -> dict[str, ProcessStatus]:
         """Give hosts their new specs; returns the processes that they then run. Raises ControlFailed.
 
         All are asked even if one fails, so that a restoration reaches whom it can.
         """
+        processes, failures = await self._update(updates)
+        if failures:
+            raise ControlFailed("; ".join(map(str, failures.values())), next(iter(failures.values())).code)
+        return processes
+
+    async def _update(
+        self, updates: dict[str, UpdateSpecs]
+    ) -> tuple[dict[str, ProcessStatus], dict[str, ControlFailed]]:
         asked = [(host, self._ask(host, "specs", codec.encode(updates[host]))) for host in sorted(updates)]
         processes: dict[str, ProcessStatus] = {}
-        failures = []
+        failures: dict[str, ControlFailed] = {}
         for host, waiting in asked:
             try:
                 status = _read(host, "specs", await waiting, HostStatus)
             except ControlFailed as error:
-                failures.append(error)
+                failures[host] = error
                 continue
             processes |= {process.component: process for process in status.processes}
-        if failures:
-            raise ControlFailed("; ".join(map(str, failures)), failures[0].code)
-        return processes
+        return processes, failures
 
     async def processes(self, revision: int) -> dict[str, ProcessStatus]:
-        """Ask every host which processes it runs; an empty update asks that, and fences older managers."""
-        return await self.update({name: UpdateSpecs(revision, term=self.term) for name in self.names})
+        """Ask every host which processes it runs; an empty update asks that, and fences older managers.
+
+        A host that is silent concerns only its own components. Raises ControlFailed if one refuses.
+        """
+        processes, failures = await self._update(
+            {name: UpdateSpecs(revision, term=self.term) for name in self.names}
+        )
+        for error in failures.values():
+            if not isinstance(error, NoAnswer):
+                raise error
+        self.silent = frozenset(failures)
+        return processes
 
     async def give(self, specs: Iterable[ComponentSpec], revision: int) -> dict[str, ProcessStatus]:
         """Give each of ``specs`` to its host."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,8 +24,13 @@ class Entry:
     request: AdaptationRequest
     prepare: Prepare | None = None
     cancelled: bool = False
+    began: float = 0.0
     report: AdaptationReport | None = None
     _waiters: list[Waiting[AdaptationReport]] = field(default_factory=list)
+
+    def lasted(self) -> float:
+        """Return the wall-clock seconds since its turn came."""
+        return time.monotonic() - self.began
 
     def ended(self) -> Waiting[AdaptationReport]:
         """Return what its end resolves, to be awaited by one task."""

@@ -214,6 +214,10 @@ class AdaptationManager(Component):
             except ControlFailed as error:
                 self.kit.say(f"waiting for the hosts: {error}")
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
+            except Exception as error:
+                self.kit.log.exception("taking over failed")
+                self.kit.event("adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}")
+                await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
         while True:
             entry = await self._line.next()
             async with self.kit.exclusive() as slot:
@@ -230,7 +234,6 @@ class AdaptationManager(Component):
         With a journal that cannot be written, the architecture is only known, and adaptations are rejected.
         """
         views = await self._hosts.views()
-        self._hosts.names = tuple(sorted({view.host for view in views}))
         try:
             term = self._books.open(views, self.kit.now())
             self._hosts.term = self._controls.term = term
@@ -267,18 +270,17 @@ class AdaptationManager(Component):
         return Site(self.kit, self._controls, self._hosts, bounds, slot.touch, before, after, after.revision)
 
     async def _turn(self, entry: Entry, slot: Exclusive) -> AdaptationReport:
-        began = time.monotonic()
+        entry.began = time.monotonic()
         try:
-            report = await self._adapt(entry, slot)
+            return await self._adapt(entry, slot)
         except (ControlFailed, JournalError) as error:
             if isinstance(error, JournalCorrupt):
                 self._books.close()
-            report = self._rejected(entry, (Violation(None, "", "", str(error)),))
+            return self._rejected(entry, (Violation(None, "", "", str(error)),))
         except Exception as error:
             self.kit.log.exception("an adaptation could not be checked")
             problem = f"the adaptation manager failed to check it: {type(error).__name__}: {error}"
-            report = self._rejected(entry, (Violation(None, "", "", problem),))
-        return replace(report, duration=time.monotonic() - began)
+            return self._rejected(entry, (Violation(None, "", "", problem),))
 
     async def _adapt(self, entry: Entry, slot: Exclusive) -> AdaptationReport:
         """Check, then carry out. Whatever it raises was raised before anything was touched."""
@@ -288,13 +290,12 @@ class AdaptationManager(Component):
         if not entry.number and not entry.request.dry_run:
             entry.number = self._books.next_number()
         current = self._current()
-        self._controls.processes = await self._hosts.processes(current.revision)
         found: tuple[Violation, ...] = ()
         if entry.prepare is not None:
             entry.request, found = entry.prepare(entry.request)
         plan = Plan(current, current)
         if not found:
-            found, plan = await check(entry.request, current, self._controls, self.kit.name)
+            found, plan = await check(entry.request, current, self._controls, self._hosts, self.kit.name)
         if found:
             return self._rejected(entry, found)
         report = replace(self._pending(entry), steps=tuple(plan.reports()))
@@ -303,7 +304,9 @@ class AdaptationManager(Component):
         return await self._carry_out(entry, report, plan, slot)
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
-        report = replace(self._pending(entry), outcome=Outcome.REJECTED, violations=found)
+        report = replace(
+            self._pending(entry), outcome=Outcome.REJECTED, violations=found, duration=entry.lasted()
+        )
         if entry.number:
             self._books.never_began(report)
         return report
@@ -313,7 +316,6 @@ class AdaptationManager(Component):
     ) -> AdaptationReport:
         journal = self._journal()
         journal.begin(replace(report, revision_after=plan.after.revision), plan)
-        began = time.monotonic()
 
         def commit(steps: list[StepReport]) -> None:
             nonlocal report
@@ -322,7 +324,7 @@ class AdaptationManager(Component):
                 outcome=Outcome.APPLIED,
                 revision_after=plan.after.revision,
                 steps=tuple(steps),
-                duration=time.monotonic() - began,
+                duration=entry.lasted(),
             )
             self._books.applied(applied, plan.after)
             report = applied
@@ -340,7 +342,7 @@ class AdaptationManager(Component):
                 outcome=outcome,
                 steps=tuple(transaction.steps),
                 error=transaction.error,
-                duration=time.monotonic() - began,
+                duration=entry.lasted(),
             )
             self._books.ended(report)
         return report
@@ -364,9 +366,12 @@ class AdaptationManager(Component):
     # --- telling ---
 
     def _finish(self, entry: Entry, report: AdaptationReport) -> None:
+        """Answer whoever waits first, then tell everybody else."""
         entry.end(report)
-        if entry.request.dry_run:
-            return
+        if not entry.request.dry_run:
+            self.kit.spawn(self._tell_all(report), "telling")
+
+    async def _tell_all(self, report: AdaptationReport) -> None:
         self._tell(report)
         if report.outcome is Outcome.APPLIED:
             self.architecture.publish(self._current())

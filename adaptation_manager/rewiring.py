@@ -36,7 +36,7 @@ async def _move_input(site: Site, component: str, port: str, topic: str) -> None
     opened = await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     former = opened.connections[port]
     await _bind(site, (component,), port, topic, site.writers(topic))
-    cuts = {} if site.after.simulated else await _cuts(site, former)
+    cuts = await _cuts(site, former)
     switch = Rewire(RewireStep.SWITCH, port, topic, cuts=cuts, revision=site.revision)
     switched = await site.controls.rewire(component, switch).view()
     if switched.detail.get("complete") is False:

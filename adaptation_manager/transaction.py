@@ -12,13 +12,16 @@ from adaptation_manager.performing import perform
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import GiveValues, PlannedStep
-from adaptation_manager.verify import verify
+from adaptation_manager.verify import give_and_verify
 from bus_schema.adaptation import Outcome, StepReport, StepState
 from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.control import ControlCode
 
 UNDO_AGAIN_AFTER = 0.05
 """Seconds between two attempts at undoing a step whose component does not answer."""
+
+MAY_PASS = (None, ControlCode.TIMED_OUT)
+"""Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
 
 
 class CancelWanted(Exception):
@@ -49,8 +52,7 @@ class Transaction:
                 self._check_cancelled()
                 await self._do(index)
             self._check_cancelled()
-            await self.site.hosts.give(self.plan.changed(self.plan.after), self.plan.after.revision)
-            await verify(self.plan, self.site)
+            await give_and_verify(self.plan, self.site)
             self.commit(self.steps)
             return Outcome.APPLIED
         except CancelWanted:
@@ -133,7 +135,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
         except ControlFailed as error:
             if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
                 return ""
-            if error.code is ControlCode.FENCED or time.monotonic() > deadline:
+            if error.code not in MAY_PASS or time.monotonic() > deadline:
                 return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {error}"

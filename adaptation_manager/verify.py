@@ -1,32 +1,42 @@
-"""Phase 4: the components are read back, and must be as the plan says."""
+"""Phase 4: the hosts get the new specs, and the components are read back: they must be as the plan says."""
 
 from __future__ import annotations
 
-from adaptation_manager.controls import ControlFailed, NoAnswer
+from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
 from bus_schema.messages.control import ComponentView
 
 
-async def verify(plan: Plan, site: Site) -> None:
-    """Read every component of the plan back; raises ControlFailed with everything that is not as it should be.
+async def give_and_verify(plan: Plan, site: Site) -> None:
+    """Give the hosts the new specs and read every component of the plan back.
 
-    A component that was restarted meanwhile is as good as any other, if it came back with what it should have.
+    A component that was restarted meanwhile is as good as any other, if it came back with what it should have. It is
+    read while its host is told: a host that names the run that was read has the new specs for all later ones.
+
+    Raises:
+        ControlFailed: with everything that is not as it should be, or a host that did not take the specs.
     """
     names = sorted({step.component for step in plan.steps})
+    reading = {name: site.controls.read(name) for name in names}
+    site.controls.processes |= await site.hosts.give(plan.changed(plan.after), plan.after.revision)
     wrong = []
-    for name, asked in [(name, site.controls.read(name)) for name in names]:
+    for name, asked in reading.items():
+        wrong += _differences(plan, await _newest_view(site, name, asked))
+    if wrong:
+        raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
+
+
+async def _newest_view(site: Site, name: str, asked: Asked) -> ComponentView:
+    if site.controls.is_of_living(asked):
         try:
-            view = await asked.view()
+            return await asked.view()
         except NoAnswer as error:
             if not error.gone:
                 raise
             await site.refresh()
-            view = await site.controls.read(name).view()
-        wrong += _differences(plan, view)
-    if wrong:
-        raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
+    return await site.controls.read(name).view()
 
 
 def _differences(plan: Plan, view: ComponentView) -> list[str]:

@@ -1,6 +1,7 @@
 """The other side of the round trips: zenoh-python as one would use it without a kit, over the same links.
 
-A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked.
+A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked. Like the kit, it
+keeps freed memory: otherwise large messages measure glibc's page faults, which differ from run to run.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from itertools import pairwise
 
 import zenoh
 
+from regraft.memory import keep_freed_memory
 from regraft.zenoh_config import Endpoints, config
 
 PING, PONG, VOLLEY, READY = "raw/ping", "raw/pong", "raw/volley", "raw/ready"
@@ -22,7 +24,7 @@ VOLLEY_WITHIN = 60.0
 
 def echo(endpoint: str) -> None:
     """Send everything back, until terminated."""
-    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    session = _open(endpoint)
     pong = session.declare_publisher(PONG, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def there(sample: zenoh.Sample) -> None:
@@ -34,7 +36,7 @@ def echo(endpoint: str) -> None:
 
 def pinger(endpoint: str) -> None:
     """Play volleys as they are asked for at ``VOLLEY`` (count, size), replying with the seconds, until terminated."""
-    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    session = _open(endpoint)
     ping = session.declare_publisher(PING, congestion_control=zenoh.CongestionControl.BLOCK)
     stamps: list[int] = []
     wanted = 0
@@ -68,6 +70,11 @@ def pinger(endpoint: str) -> None:
         session.liveliness().declare_token(f"{READY}/pinger"),
     )
     _stay(declared)
+
+
+def _open(endpoint: str) -> zenoh.Session:
+    keep_freed_memory()
+    return zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
 
 
 def _stay(declared: tuple[object, ...]) -> None:

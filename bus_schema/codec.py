@@ -40,7 +40,7 @@ def decode(payload: bytes, cls: type[T]) -> T:
     kind = type_of(cls)
     if len(payload) > LARGEST_MESSAGE:
         raise BadMessage(f"is {len(payload)} bytes long, must be at most {LARGEST_MESSAGE}")
-    message: T = kind.shape.unpack(_plain_with_tail(payload) if kind.tail else unpack_plain(payload))
+    message: T = kind.shape.unpack(_plain_with_tail(payload) if kind.tail else _unpacked(payload, _array))
     return message
 
 

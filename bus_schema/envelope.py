@@ -7,8 +7,8 @@ stamp (i64, nanoseconds), then the source's name in UTF-8.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from bus_schema.errors import BadMessage
 
@@ -25,11 +25,14 @@ class Kind(IntEnum):
     MARKER = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Envelope:
+KINDS = tuple(Kind)
+
+
+class Envelope(NamedTuple):
     """Source, epoch (the incarnation that began the numbering), incarnation, sequence, and stamp in nanoseconds.
 
     A marker's sequence is that of the last data sample before it, 0 if there was none.
+    One is made per sample received, and a named tuple is made in half the time of a frozen dataclass.
     """
 
     source: str
@@ -58,10 +61,10 @@ class Envelope:
         version, kind, _, epoch, incarnation, sequence, stamp = LAYOUT.unpack_from(attachment)
         if version != VERSION:
             raise BadMessage(f"has an envelope of version {version}, must be {VERSION}")
-        if kind > Kind.MARKER:
+        if kind >= len(KINDS):
             raise BadMessage(f"has an envelope of the unknown kind {kind}")
         try:
             source = attachment[LAYOUT.size :].decode()
         except UnicodeDecodeError:
             raise BadMessage("has an envelope whose source is not UTF-8") from None
-        return cls(source, epoch, incarnation, sequence, stamp, Kind(kind))
+        return cls(source, epoch, incarnation, sequence, stamp, KINDS[kind])

@@ -51,7 +51,7 @@ def message(name: str, version: int = 1) -> Any:
     """Register the decorated dataclass as the message type ``name`` (``package/Name``).
 
     Raises:
-        BadType: the name is ill-formed or taken by another class, the class has another name, or a field cannot travel.
+        BadType: the name is ill-formed or another class's, the class has another name, or a field cannot travel.
     """
 
     def register(cls: type[T]) -> type[T]:
@@ -62,13 +62,14 @@ def message(name: str, version: int = 1) -> Any:
             raise BadType(f"{name!r} is already {taken.cls.__module__}.{taken.cls.__qualname__}")
         if cls in _by_class and _by_class[cls].name != name:
             raise BadType(f"{cls.__qualname__} is already registered as {_by_class[cls].name!r}")
-        shape = record_shape(cls)
+        described: Any = cls
+        shape = record_shape(described)
         tails = [field for field, s in shape.fields if isinstance(s, ArrayShape) and s.layout.tail]
         if len(tails) > 1:
             raise BadType(f"{cls.__qualname__} has {len(tails)} tail arrays, at most one can be a tail")
         inner = [field for field, s in shape.fields if not isinstance(s, ArrayShape) and holds_tail(s)]
         if inner:
-            raise BadType(f"{cls.__qualname__}.{inner[0]} holds a tail array; only a message's own field can be its tail")
+            raise BadType(f"{cls.__qualname__}.{inner[0]} holds a tail array, which only a message itself can have")
         registered = MessageType(name, version, cls, shape, tails[0] if tails else None)
         _types[name] = registered
         _by_class[cls] = registered

@@ -79,7 +79,8 @@ class FloatShape:
             raise BadMessage(f"is {value}, must be at least {self.minimum}")
         if self.maximum is not None and value > self.maximum:
             raise BadMessage(f"is {value}, must be at most {self.maximum}")
-        return value
+        number: float = value
+        return number
 
     unpack = pack
 
@@ -103,12 +104,13 @@ class IntShape:
                 raise BadMessage(f"is {_name(value)}, must be an integer")
             value = int(value)
         if value not in INT_RANGE:
-            raise BadMessage(f"is {value}, must fit 64 bits")
+            raise BadMessage("is an integer that does not fit 64 bits")
         if self.minimum is not None and value < self.minimum:
             raise BadMessage(f"is {value}, must be at least {self.minimum:g}")
         if self.maximum is not None and value > self.maximum:
             raise BadMessage(f"is {value}, must be at most {self.maximum:g}")
-        return value
+        number: int = value
+        return number
 
     unpack = pack
 

@@ -33,6 +33,9 @@ OVERVIEW_WITHIN = 1.0
 BACK_OFF = 5.0
 """Seconds before overviews ask again a manager that stayed silent."""
 
+PASSING = ("serves only while active", "the queue is full", "has not taken over yet")
+"""What services say who refuse now, but may not refuse soon."""
+
 
 class Refused(Exception):
     """A service refused; the text is its own."""
@@ -51,14 +54,14 @@ class Services:
         """Ask a service.
 
         Raises:
-            Refused: it refused.
+            Refused: it refused, for good.
             Problem: it failed, stayed silent, or the request cannot travel.
         """
         patience = self._answer_within if timeout is None else timeout
         try:
             return self.client.call(service, request, expected, patience)
         except CallFailed as error:
-            if error.answer is Answer.REFUSED and "serves only while active" not in error.why:
+            if error.answer is Answer.REFUSED and not any(reason in error.why for reason in PASSING):
                 raise Refused(error.why) from None
             if error.answer is Answer.FAILED:
                 raise Problem(FAILED, str(error)) from None
@@ -123,7 +126,7 @@ class Manager:
         try:
             return self._services.ask("adaptation_manager/journal", request, JournalPage)
         except Refused as refusal:
-            raise not_found(str(refusal)) from None
+            raise _missing(refusal) from None
 
     def entry(self, adaptation: str) -> AdaptationReport:
         """Return one line of the journal; raises Problem."""
@@ -138,7 +141,7 @@ class Manager:
         try:
             read = self._services.ask("adaptation_manager/architecture", request, Architecture, within)
         except Refused as refusal:
-            raise not_found(str(refusal)) from None
+            raise _missing(refusal) from None
         if revision is None:
             self._last_read, self._read_again_at = read, time.monotonic() + FRESH_FOR
         return read
@@ -155,3 +158,8 @@ class Manager:
                 except Problem:
                     self._read_again_at = time.monotonic() + BACK_OFF
             return self._last_read
+
+
+def _missing(refusal: Refused) -> Problem:
+    """Return why something could not be read: it is not there, or the journal cannot be read."""
+    return not_found(str(refusal)) if "there is no" in str(refusal) else unavailable(str(refusal))

@@ -29,7 +29,8 @@ def answer(report: AdaptationReport, prefix: str, *, if_match: bool = False) -> 
         return reply(report)
     if kind is None:
         status = 202 if report.outcome is Outcome.PENDING else 200
-        return reply(report, status, {"Location": f"{prefix}/adaptations/{quote(report.id, safe='')}"})
+        location = {"Location": f"{prefix}/adaptations/{quote(report.id, safe='')}"} if report.id else {}
+        return reply(report, status, location)
     if kind is REJECTED and if_match and any(v.field == "revision" for v in report.violations):
         kind = STALE
     raise Problem(kind, _detail(report), report.violations, report=report)
@@ -37,7 +38,7 @@ def answer(report: AdaptationReport, prefix: str, *, if_match: bool = False) -> 
 
 def _detail(report: AdaptationReport) -> str:
     if report.violations:
-        return "; ".join(f"{v.field}: {v.problem}" if v.field else v.problem for v in report.violations)
+        return "; ".join(": ".join(filter(None, (v.component, v.field, v.problem))) for v in report.violations)
     return report.error or f"the adaptation ended as {report.outcome.value}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -152,6 +153,13 @@ def schema() -> dict[str, Any]:
     return record_shape(ProblemDetails).json_schema()
 
 
+def _allowed(app: FastAPI, path: str) -> str:
+    """Return the methods that a path takes; Starlette knows only those of the first route that fits."""
+    paths: dict[str, dict[str, Any]] = app.openapi()["paths"]
+    templates = [template for template in paths if re.fullmatch(re.sub(r"\{[^}]+\}", "[^/]+", template), path)]
+    return ", ".join(sorted({method.upper() for template in templates for method in paths[template]})) or "GET"
+
+
 def install(app: FastAPI) -> None:
     """Turn every error of an application into a problem."""
 
@@ -171,7 +179,7 @@ def install(app: FastAPI) -> None:
             return not_found(f"there is nothing at {path}; see /api/v1/openapi.json").response(path)
         if error.status_code == BAD_METHOD.status:
             detail = f"{request.method} is not possible here"
-            return Problem(BAD_METHOD, detail, headers=error.headers).response(path)
+            return Problem(BAD_METHOD, detail, headers={"Allow": _allowed(app, path)}).response(path)
         return Problem(Kind("http", error.status_code, "HTTP error"), str(error.detail)).response(path)
 
     def unexpected(request: Request, error: Exception) -> Response:

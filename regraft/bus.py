@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 Sink = Callable[[Any], object]
 
@@ -17,9 +17,11 @@ class BusError(Exception):
     """The bus cannot do what was asked: not reachable, closed, refused."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """A message as it came: key, payload, attachment (the envelope) and encoding (the type)."""
+class Sample(NamedTuple):
+    """A message as it came: key, payload, attachment (the envelope) and encoding (the type).
+
+    One is made per message, and a named tuple is made in half the time of a frozen dataclass.
+    """
 
     key: str
     payload: bytes

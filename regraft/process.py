@@ -15,6 +15,7 @@ from regraft.assignment import Assignment
 from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component
+from regraft.memory import keep_freed_memory
 from regraft.parameters import ParameterError
 from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
@@ -54,6 +55,7 @@ def load_class(path: str) -> type[Component]:
 
 def run_component(assignment: Assignment) -> int:
     """Be the component of ``assignment`` until it is finalized; returns the exit code."""
+    keep_freed_memory()
     try:
         cls = load_class(assignment.cls)
         in_step = assignment.simulated and cls.in_step

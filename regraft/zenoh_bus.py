@@ -14,6 +14,7 @@ import zenoh
 
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
 from regraft.zenoh_config import Endpoints, config
+from regraft.zenoh_shared import SharedMemory
 
 CLOSE_WITHIN = 2.0
 """Seconds that closing a session may take; a lossy link can hold it for ten (eclipse-zenoh/zenoh #2675)."""
@@ -43,10 +44,11 @@ def _first_line(error: Exception) -> str:
 @dataclass(slots=True)
 class _ZenohPublisher:
     inner: Any
+    shared: SharedMemory
 
     def put(self, payload: bytes, attachment: bytes) -> None:
         try:
-            self.inner.put(payload, attachment=attachment)
+            self.inner.put(self.shared.place(payload), attachment=attachment)
         except zenoh.ZError as error:
             raise BusError(f"cannot put at {self.inner.key_expr}: {_first_line(error)}") from None
 
@@ -105,13 +107,15 @@ class ZenohBus:
         """Take over an open session; in step, sensor streams are reliable too."""
         self.session = session
         self._in_step = in_step
+        self._shared = SharedMemory()
         self._closed = False
 
     def publisher(self, key: str, encoding: str, *, reliable: bool) -> _ZenohPublisher:
         """Declare a publisher: a reliable one blocks within bounds, another drops."""
         block = reliable or self._in_step
         control = zenoh.CongestionControl.BLOCK if block else zenoh.CongestionControl.DROP
-        return _ZenohPublisher(self.session.declare_publisher(key, encoding=encoding, congestion_control=control))
+        inner = self.session.declare_publisher(key, encoding=encoding, congestion_control=control)
+        return _ZenohPublisher(inner, self._shared)
 
     def subscribe(self, key: str, sink: Sink) -> _Undeclared:
         """Hand raw samples to ``sink`` on the network thread: a queue's ``put`` costs no Python frame there."""

@@ -1,13 +1,18 @@
 """What all cameras have in common."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sim_service.random_streams import generator
 from sim_service.scene import Scene
+
+NOISE_STOCK = 2**20
+"""How many different stretches of noise a camera has."""
 
 Image = npt.NDArray[np.uint8]
 """A picture (height, width, 3) of RGB values, row 0 at the top."""
@@ -91,7 +96,19 @@ def expose(image: Image, settings: CameraSettings, step: int) -> Image:
     electrons = np.arange(256) / 255.0 * noise.full_well
     deviation_of_value = (np.sqrt(electrons + noise.read**2) * (255.0 / noise.full_well)).astype(np.float32)
     random = generator(settings.seed, f"camera {settings.name}", step)
-    noisy = random.standard_normal(image.shape, np.float32)
-    noisy *= deviation_of_value[image]
-    noisy += image
-    return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
+    first = int(random.integers(NOISE_STOCK))
+    deviations = cv2.LUT(image, deviation_of_value)
+    deviations *= _normal_numbers(settings.seed, settings.name, image.size)[
+        first : first + image.size
+    ].reshape(image.shape)
+    return np.asarray(cv2.add(image, deviations, dtype=cv2.CV_8U), np.uint8)
+
+
+@cache
+def _normal_numbers(seed: int, camera: str, largest: int) -> npt.NDArray[np.float32]:
+    """Return a stock of standard normal numbers, from which every picture takes a stretch of its own.
+
+    Drawing as many anew for every picture would take as long as rendering it.
+    """
+    random = generator(seed, f"noise of camera {camera}")
+    return random.standard_normal(NOISE_STOCK + largest, np.float32)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
+import cv2
+
 from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.sensors import Image
@@ -75,6 +77,7 @@ class Camera(Component):
         """Load the world and get the renderer ready; raises SceneError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
+        cv2.setNumThreads(1)  # the other cores are for the other components
         scene = load_scene(self.file)
         placement = draw_placement(scene, self.kit.seed)
         renderer = self._choose_renderer()

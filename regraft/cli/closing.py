@@ -20,7 +20,7 @@ DIGITS_SHOWN = 12
 
 
 class SummaryAsked:
-    """A question for the run's summary, on its way: whoever asked goes on meanwhile, and looks now and then."""
+    """A question for the run's summary, on its way; whoever asked goes on, and looks now and then."""
 
     def __init__(self, running: Running, service: str) -> None:
         """Ask, on a thread."""
@@ -50,7 +50,7 @@ def summary_service(architecture: Architecture) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """What became of a run. ``wall_s`` counts from the moment that everything was up; a digest needs a recorder."""
+    """What became of a run. ``wall_s`` leaves starting apart; a digest needs a recorder in the stack."""
 
     system: str
     simulated_s: float | None
@@ -103,7 +103,9 @@ class Closing:
             parts.append(f"dropped from simulated time: {', '.join(self.dropped)}")
         if self.restarts:
             parts.append(f"{self.restarts} restart{'' if self.restarts == 1 else 's'}")
-        parts += [f"{name} {_shown(value)}" for name, value in self.summary.items() if name != "stamp" and value]
+        parts += [
+            f"{name} {_shown(value)}" for name, value in self.summary.items() if name != "stamp" and value
+        ]
         return ", ".join((*parts, *self.problems))
 
 

@@ -55,7 +55,7 @@ class Lines(Quiet):
 
 
 class Terminal:
-    """Shows a live line on a terminal. It starts no thread: the system's processes are forked from this one."""
+    """Shows a live line on a terminal, without a thread: the system's processes are forked from this one."""
 
     def __init__(self) -> None:
         """Start with an empty live line."""
@@ -98,7 +98,7 @@ def status_line(
     if clock and clock.waiting_for:
         parts.append(f"waiting for {', '.join(clock.waiting_for)}")
     if mission:
-        node = mission.running[-1].rsplit("/", 1)[-1] if mission.running else ""
+        node = mission.running[-1].rsplit("/", 1)[-1].partition("::")[0] if mission.running else ""
         parts.append(f"mission {mission.state.value}{': ' if node else ''}{node[:MISSION_MARKS]}")
     if battery:
         parts.append(f"battery {battery.charge:.0%}")

@@ -1,4 +1,4 @@
-"""Exit codes, and how what goes wrong becomes one: an error meant for people is a line of text, never a traceback."""
+"""Exit codes, and how what goes wrong becomes one, with a line of text and no traceback."""
 
 from __future__ import annotations
 

@@ -6,24 +6,34 @@ from typing import Annotated
 
 import typer
 
+from regraft.cli.adapt import adapt, journal, undo
+from regraft.cli.connect import connect
+from regraft.cli.doctor import doctor
+from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
+from regraft.cli.host import events, host, logs
+from regraft.cli.lifecycle import lifecycle
+from regraft.cli.mission import mission
+from regraft.cli.param import param
 from regraft.cli.ps import down, ps
 from regraft.cli.run import run
+from regraft.cli.service import action, goal, service
+from regraft.cli.topic import topic
+from regraft.cli.types import types
 from regraft.cli.up import up
 
-app = typer.Typer(
-    name="regraft",
-    cls=Commands,
-    help="Runs and adapts robot systems.",
-    epilog=EXIT_CODES,
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, host, logs, events, doctor, types)
+GROUPS = {
+    "param": param,
+    "lifecycle": lifecycle,
+    "topic": topic,
+    "service": service,
+    "action": action,
+    "goal": goal,
+    "mission": mission,
+}
 
 
-@app.callback()
 def common(
     system: Annotated[
         str | None,
@@ -35,13 +45,30 @@ def common(
         ),
     ] = None,
 ) -> None:
-    """Runs and adapts robot systems: every command has its own --help."""
+    """Run and adapt robot systems; every command has a --help of its own."""
 
 
-for command in (up, down, ps, run):
-    app.command()(command)
+def build() -> typer.Typer:
+    """Return the command line without what other packages add."""
+    made = typer.Typer(
+        name="regraft",
+        cls=Commands,
+        epilog=EXIT_CODES,
+        no_args_is_help=True,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    made.callback()(common)
+    for command in COMMANDS:
+        made.command()(command)
+    for name, group in GROUPS.items():
+        made.add_typer(group, name=name)
+    return made
 
 
 def main() -> None:
     """Run the command line of this process."""
-    app()
+    app = build()
+    add_extensions(app)
+    app(prog_name="regraft")

@@ -7,11 +7,14 @@ from typing import Annotated
 import typer
 
 SystemOption = Annotated[
-    str | None, typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run.")
+    str | None,
+    typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
-TimeoutOption = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")]
+TimeoutOption = Annotated[
+    float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")
+]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]
 
 

@@ -1,4 +1,4 @@
-"""Sees to it, before anything is started, that the addresses that a stack's components will listen on are free."""
+"""Sees to it, before anything is started, that the ports that components will listen on are free."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check_ports(architecture: Architecture) -> None:
 
 
 def listeners(architecture: Architecture) -> Iterator[tuple[str, str, int]]:
-    """Yield component, address and port of whoever has parameters ``address`` and ``port``, any free one apart."""
+    """Yield component, address and port of whoever has such parameters; port 0, any free one, is left out."""
     for name, spec in sorted(architecture.components.items()):
         if spec.description is None:
             continue

@@ -46,7 +46,10 @@ def _components(info: RunInfo) -> dict[str, Any]:
     try:
         with joined(info) as there:
             seen = there.client.components()
-            return {"problem": None, "components": [plain_component(component) for component in seen.values()]}
+            return {
+                "problem": None,
+                "components": [plain_component(component) for component in seen.values()],
+            }
     except BusError as error:
         return {"problem": str(error), "components": []}
 
@@ -108,7 +111,9 @@ def remark(component: dict[str, Any]) -> str:
 
 def down(
     ctx: typer.Context,
-    system: Annotated[str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")] = None,
+    system: Annotated[
+        str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """End a running system, and wait until all its processes have ended."""

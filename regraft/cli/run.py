@@ -6,8 +6,12 @@ import logging
 import os
 import re
 import secrets
+import signal
 import sys
-from contextlib import ExitStack
+import threading
+import time
+from contextlib import ExitStack, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +36,8 @@ from regraft.stack.classes import look_in
 from regraft.stack.components import with_absolute_paths
 from regraft.stepped.source import TimeSource
 
+LOOK_EVERY = 0.25
+
 
 def run(
     ctx: typer.Context,
@@ -41,31 +47,37 @@ def run(
         typer.Option("--set", metavar="PARAMETER=VALUE", help="Set a parameter; may be repeated."),
     ] = None,
     name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="The component's name; by default its class's.")
+        str | None,
+        typer.Option("--name", metavar="NAME", help="The component's name; by default its class's."),
     ] = None,
     connections: Annotated[
         list[str] | None,
         typer.Option("--connect", metavar="PORT=TOPIC", help="Connect a port to a topic; may be repeated."),
     ] = None,
     join: Annotated[
-        str | None, typer.Option("--join", metavar="SYSTEM", help="Join a running system instead of being one.")
+        str | None,
+        typer.Option("--join", metavar="SYSTEM", help="Join a running system instead of being one."),
     ] = None,
     system: Annotated[
-        str | None, typer.Option("--system", metavar="NAME", help="The system's name; by default the component's.")
+        str | None,
+        typer.Option("--system", metavar="NAME", help="The system's name; by default the component's."),
     ] = None,
 ) -> None:
     """Run one component without a stack, until Ctrl-C; whoever asks may set its parameters and states."""
     look_in(Path.cwd())
     cls = load_class(component)
     called = component_name(name or name_of(cls))
-    parameters = _parameters(cls, settings or [])
-    topics = _connections(cls, connections or [])
+    there = rundir.find(join) if join is not None else None
+    usual = called.replace(".", "-")
+    own = Assignment(
+        there.system if there else system_name(chosen_system(ctx, system) or usual),
+        called,
+        component,
+        parameters=_parameters(cls, settings or []),
+        connections=_connections(cls, connections or []),
+    )
     _log_to_terminal()
-    if join is not None:
-        code = _run_joined(rundir.find(join), cls, component, called, parameters, topics)
-    else:
-        own = system_name(chosen_system(ctx, system) or called.replace(".", "-"))
-        code = _run_alone(own, cls, component, called, parameters, topics)
+    code = _run_joined(own, cls, there) if there else _run_alone(own, cls)
     raise typer.Exit(code)
 
 
@@ -103,60 +115,37 @@ def _log_to_terminal() -> None:
     logging.basicConfig(level=logging.INFO, format=form, stream=sys.stderr)
 
 
-def _run_alone(
-    system: str,
-    cls: type[Component],
-    path: str,
-    name: str,
-    parameters: dict[str, PlainValue],
-    topics: dict[str, str],
-) -> int:
+def _run_alone(own: Assignment, cls: type[Component]) -> int:
     """Be a system of one component, with a hub of its own."""
-    simulated = issubclass(cls, TimeSource)
-    endpoint = free_endpoint()
+    alone = replace(own, simulated=issubclass(cls, TimeSource), listen=(free_endpoint(),))
+    system = own.system
     with ExitStack() as undone:
         undone.enter_context(rundir.lock(system))
         undone.callback(rundir.forget_info, system)
         cls.preload()
-        rundir.write_info(RunInfo(system, secrets.token_hex(8), os.getpid(), endpoint, path, simulated))
-        say(f"{name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it")
+        run_id = secrets.token_hex(8)
+        rundir.write_info(RunInfo(system, run_id, os.getpid(), alone.listen[0], own.cls, alone.simulated))
+        say(f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it")
         sys.stdout.flush()
-        return run_component(
-            Assignment(
-                system,
-                name,
-                path,
-                parameters=parameters,
-                connections=topics,
-                simulated=simulated,
-                listen=(endpoint,),
-            )
-        )
+        return run_component(alone)
 
 
-def _run_joined(
-    info: RunInfo,
-    cls: type[Component],
-    path: str,
-    name: str,
-    parameters: dict[str, PlainValue],
-    topics: dict[str, str],
-) -> int:
+def _run_joined(own: Assignment, cls: type[Component], info: RunInfo) -> int:
     """Be one more component of a running system, which no host and no manager looks after."""
     with joined(info) as there:
-        if name in there.client.components():
-            raise BadInput(f"{info.system} has a component {name!r} already: choose another --name")
+        if own.name in there.client.components():
+            raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
     cls.preload()
-    say(f"{name} joins system {info.system}; Ctrl-C ends it")
+    say(f"{own.name} joins system {info.system}; Ctrl-C ends it")
     sys.stdout.flush()
-    return run_component(
-        Assignment(
-            info.system,
-            name,
-            path,
-            parameters=parameters,
-            connections=topics,
-            simulated=info.simulated,
-            connect=(info.endpoint,),
-        )
-    )
+    threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
+    return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,)))
+
+
+def _end_after(pid: int) -> None:
+    """End this process once the one that runs the system has ended: its hub does not come back."""
+    with suppress(OSError):
+        while True:
+            os.kill(pid, 0)
+            time.sleep(LOOK_EVERY)
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""What ``up`` does while the system runs: shows how it starts and what happens, and ends it when its time is over."""
+"""What ``up`` does while the system runs: shows what happens, and ends it when its time is over."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from regraft.cli.output import seconds
 from regraft.cli.watch import Readiness, Watch
 from regraft.launch import Running
 
+TRANSITION = "component.transition"
+SETTLED_AFTER = 0.5
+"""Seconds after which transitions are no longer those of the start."""
 SHOW_EVERY = 0.25
 PROGRESS_EVERY = 1.0
 SAY_WHY_AFTER = 10.0
@@ -25,7 +28,7 @@ class Run:
     """One run of a system from the side of whoever started it; ``step`` is called again and again."""
 
     def __init__(self, display: Display, duration: float | None) -> None:
-        """Show it on ``display``; end it after ``duration`` seconds of the system's time, if it is limited."""
+        """Show it on ``display``; end it after ``duration`` seconds of the system's time, None for never."""
         self.closing: Closing | None = None
         self.healthy = False
         self._display = display
@@ -48,7 +51,9 @@ class Run:
             watch = self._watch = Watch(running)
             self._say_where(running)
         for event in watch.take():
-            self._display.line(event_line(event, watch.clock()))
+            # While the system starts, everybody's transitions are what the progress sums up.
+            if event.kind != TRANSITION or self._has_settled():
+                self._display.line(event_line(event, watch.clock()))
         now = time.monotonic()
         if self._up_at is None:
             self._show_start(watch, now)
@@ -61,6 +66,9 @@ class Run:
         self.healthy = not running.host.ended and not self.closing.problems
         if running.stopping:
             self._say_ending()
+
+    def _has_settled(self) -> bool:
+        return self._up_at is not None and time.monotonic() - self._up_at > SETTLED_AFTER
 
     def end(self) -> None:
         """Show nothing any more."""

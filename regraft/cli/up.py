@@ -32,7 +32,9 @@ class Speed(Enum):
 
 def up(
     ctx: typer.Context,
-    stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],
+    stack: Annotated[
+        Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")
+    ],
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
@@ -44,10 +46,12 @@ def up(
             "--for",
             metavar="SECONDS",
             min=0.001,
-            help="End after so many seconds: simulated ones under simulated time, else counted from when all is up.",
+            help="End after so many seconds: of simulated time, or under the real clock once all is up.",
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")
+    ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live display, plain lines only.")] = False,
     system: Annotated[
         str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
@@ -57,8 +61,8 @@ def up(
 ) -> None:
     """Start the system of a stack file, show what happens, and end it with Ctrl-C or when its time is over.
 
-    Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component quarantined or
-    was never up within its time.
+    Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
+    quarantined or was never up within its time.
     """
     wanted = _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system))
     # That it runs already is the better reason than that its gateway's port is in use.
@@ -82,7 +86,9 @@ def up(
         raise typer.Exit(FAILED)
 
 
-def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None) -> Stack:
+def _wanted(
+    path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None
+) -> Stack:
     """Return the stack as file and options want it; raises StackError."""
     wanted = load(path / STACK_FILE if path.is_dir() else path)
     if system is not None:
@@ -95,7 +101,7 @@ def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | N
 
 
 def _log_to_file(system: str) -> None:
-    """Send the host's own log to a file beside its components' logs: what matters in it is shown as events."""
+    """Send the host's own log to a file beside the others: what matters in it is shown as events."""
     folder = rundir.folder(system) / "logs"
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -103,4 +109,6 @@ def _log_to_file(system: str) -> None:
             filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
         )
     except OSError as error:
-        raise BadInput(f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place") from None
+        raise BadInput(
+            f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place"
+        ) from None

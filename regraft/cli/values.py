@@ -15,7 +15,7 @@ LARGEST = 1024 * 1024
 
 
 def value_of(text: str) -> PlainValue:
-    """Return what a typed value means: as in a stack file, a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
+    """Return what a typed value means: a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
     text = text.strip()
     if text[:1] not in ("[", "{", "'", '"'):
         return scalar(text)

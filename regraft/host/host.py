@@ -13,9 +13,10 @@ from typing import Any
 
 from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
+from bus_schema.envelope import Envelope
 from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode, ControlError, Snapshot
+from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.health import ComponentStatus, Event
 from bus_schema.messages.host import HostStatus, HostView, ProcessState, StartComponent, StopComponent, UpdateSpecs
 from bus_schema.registry import type_of
@@ -228,9 +229,8 @@ class Host:
             return
         try:
             if parts[3] == "checkpoint":
-                checkpoint = codec.decode(sample.payload, Snapshot) if sample.payload else None
-                if checkpoint is not None and checkpoint.incarnation == ward.incarnation:
-                    ward.checkpoint = checkpoint
+                if Envelope.from_bytes(sample.attachment).incarnation == ward.incarnation:
+                    ward.checkpoint = sample.payload
             elif parts[3] == "status":
                 self._take_status(ward, codec.decode(sample.payload, ComponentStatus))
         except SchemaError as error:

@@ -1,26 +1,30 @@
-"""Tells the hung from the slow: a component is hung when its loop is silent although it had the processor to itself.
+"""Tells the hung from the slow: a component is hung when its loop is silent although the machine had time for it.
 
 A lease cannot see a Python loop that hangs, so every component's own loop keeps a heartbeat. On a loaded machine a
-heartbeat may be late because the process waits for a processor; that wait (Linux's ``schedstat``) does not count.
+heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of
+the host's own. Such waits (Linux's ``schedstat``) do not count as silence.
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-HUNG_AFTER = 0.5
-"""Seconds of silence, processor waits apart, after which a loop counts as hung, unless its class declares more."""
-LOOK_CLOSER_AFTER = 0.25
+HUNG_AFTER = 0.45
+"""Seconds of silence, waits for a processor apart, after which a loop counts as hung, unless its class declares more."""
+LOOK_CLOSER_AFTER = 0.2
 
 
 def processor_wait(pid: int) -> float:
-    """Return the seconds that a process's main thread has waited for a processor so far, 0 if unknown."""
+    """Return the seconds that the threads of a process have waited for a processor, summed; 0 if unknown."""
+    waited = 0
     try:
-        fields = Path(f"/proc/{pid}/schedstat").read_text().split()
-        return int(fields[1]) / 1e9
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            waited += int(Path(f"/proc/{pid}/task/{thread}/schedstat").read_text().split()[1])
     except (OSError, IndexError, ValueError):
-        return 0.0
+        return waited / 1e9
+    return waited / 1e9
 
 
 @dataclass(slots=True)
@@ -55,8 +59,8 @@ class Silence:
     def hung(self, now: float, hub: str | None) -> list[str]:
         """Return who is hung. While the hub on everybody's way is silent, nobody else can be judged."""
         self._forgive_own_absence(now)
-        silent = [name for name, watched in self.watched.items() if self._silent_for(watched, now) > watched.allowance]
-        if hub is not None and hub in self.watched and self._is_suspect(self.watched[hub], now):
+        silent = [name for name, watched in self.watched.items() if self._silent_for(watched, now, hub) > watched.allowance]
+        if hub is not None and hub in self.watched and now - self.watched[hub].last_beat > LOOK_CLOSER_AFTER:
             for name, watched in self.watched.items():
                 if name != hub:
                     watched.last_beat, watched.waited_at = now, None
@@ -71,16 +75,14 @@ class Silence:
                 watched.last_beat += absent
         self._last_look = now
 
-    @staticmethod
-    def _is_suspect(watched: _Watched, now: float) -> bool:
-        return now - watched.last_beat > LOOK_CLOSER_AFTER
-
-    @staticmethod
-    def _silent_for(watched: _Watched, now: float) -> float:
+    def _silent_for(self, watched: _Watched, now: float, hub: str | None) -> float:
         silence = now - watched.last_beat
         if silence < LOOK_CLOSER_AFTER:
             return silence
-        waited = processor_wait(watched.pid)
+        on_the_way = {watched.pid, os.getpid()}
+        if hub is not None and hub in self.watched:
+            on_the_way.add(self.watched[hub].pid)
+        waited = sum(processor_wait(pid) for pid in on_the_way)
         if watched.waited_at is None:
             watched.waited_at = waited
         return silence - (waited - watched.waited_at)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
+from bus_schema.errors import BadMessage
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState, ProcessStatus
 from bus_schema.registry import type_of
@@ -15,7 +17,10 @@ from regraft.host.restarts import RestartHistory
 
 @dataclass(slots=True)
 class Ward:
-    """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds."""
+    """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds.
+
+    ``checkpoint`` is the payload of the last Snapshot that it put, empty before the first.
+    """
 
     spec: ComponentSpec
     history: RestartHistory
@@ -28,7 +33,7 @@ class Ward:
     last_end: str = ""
     stopping: bool = False
     seen: bool = False
-    checkpoint: Snapshot | None = None
+    checkpoint: bytes = b""
     why_killed: str = ""
 
     def status(self) -> ProcessStatus:
@@ -62,12 +67,19 @@ class Ward:
             simulated=plan.architecture.simulated,
             seed=plan.seed,
             sensor_streams=plan.sensor_streams(),
-            checkpoint=self.checkpoint,
+            checkpoint=self._checkpoint(),
             listen=(plan.source_endpoint,) if is_source else (),
             connect=connect,
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
         )
+
+    def _checkpoint(self) -> Snapshot | None:
+        """Return the last checkpoint, opened only now: one comes in every tick."""
+        try:
+            return codec.decode(self.checkpoint, Snapshot) if self.checkpoint else None
+        except BadMessage:
+            return None
 
     def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:
         """Return the assignment as plain data."""

@@ -91,7 +91,7 @@ class Inbound:
         except BadMessage as error:
             consumer.refuse("", str(error))
             return
-        stream = self.stream(sample.key, envelope.source)
+        stream = self.streams.get((sample.key, envelope.source)) or self.stream(sample.key, envelope.source)
         if not stream.admit(envelope):
             consumer.refuse(envelope.source, f"comes from incarnation {envelope.incarnation}, which has been replaced")
         elif envelope.kind is Kind.MARKER:
@@ -102,6 +102,8 @@ class Inbound:
             stream.pass_by(envelope)
         elif self.stepped:
             stream.hold(envelope, sample)
+        elif stream.follows(envelope.sequence):
+            self.ready.append((consumer, envelope, sample))
         else:
             self._give_out(sample.key, stream, consumer, envelope, sample, now)
 

@@ -61,6 +61,7 @@ class InputPort(Generic[M]):
         self._handle = handle
         self._reporter = reporter
         self._kind = type_of(declared.message)
+        self._encoding = self._kind.encoding
         self._newest: tuple[Envelope, Sample] | None = None
         self._latest: M | None = None
         self._kept: deque[M] = deque(maxlen=declared.keep or 1)
@@ -120,15 +121,16 @@ class InputPort(Generic[M]):
         self._latest, self.envelope = message, envelope
         if self.declared.keep:
             self._kept.append(message)
-        waiters, self._waiters = self._waiters, []
-        for waiting in waiters:
-            waiting.resolve(message)
+        if self._waiters:
+            waiters, self._waiters = self._waiters, []
+            for waiting in waiters:
+                waiting.resolve(message)
         if self._handle is not None:
             self._handle(message)
 
     def _decoded(self, envelope: Envelope, sample: Sample) -> M | None:
-        if sample.encoding != self._kind.encoding:
-            self.refuse(envelope.source, f"has the encoding {sample.encoding!r}, must be {self._kind.encoding!r}")
+        if sample.encoding != self._encoding:
+            self.refuse(envelope.source, f"has the encoding {sample.encoding!r}, must be {self._encoding!r}")
             return None
         try:
             return codec.decode(sample.payload, self.declared.message)
@@ -163,7 +165,10 @@ class TopicReader:
     @property
     def paused(self) -> bool:
         """Whether nobody reads now."""
-        return all(port.paused and port.move is None for port in self.ports)
+        for port in self.ports:  # asked for every sample: a plain loop costs a third of all(...)
+            if not port.paused or port.move is not None:
+                return False
+        return True
 
     @property
     def wakes(self) -> bool:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bus_schema.keys import topic_name
 from bus_schema.messages.control import Peer, Rewire, RewireStep
+from regraft.runtime.inbound import Frontier
 from regraft.runtime.inputs import InputPort, Move
 from regraft.runtime.stream import Stream
 
@@ -134,6 +135,8 @@ class Rewiring:
         if port.move is None or port.move.key != self._key(step):
             raise RewiringRefused(f"input {step.port!r} has not been opened towards {step.topic!r}")
         old = port.key
+        if self._runtime.stepped:
+            return self._switch_in_step(port, {old: {source: cut for source, cut in step.cuts.items() if cut > 0}})
 
         def handled() -> bool:
             streams = self._runtime.inbound.streams
@@ -144,6 +147,18 @@ class Rewiring:
             )
 
         return Pending(handled, lambda: self._finish_switch(port, handled()))
+
+    def _switch_in_step(self, port: InputPort[object], frontier: Frontier) -> Pending:
+        """Switch in a slot: what wakes nobody still waits for the component's next step, and is delivered now."""
+        inbound = self._runtime.inbound
+
+        def finish() -> dict[str, object]:
+            complete = inbound.reaches(frontier)
+            inbound.release(frontier)
+            self._runtime.work()
+            return self._finish_switch(port, complete)
+
+        return Pending(lambda: inbound.reaches(frontier), finish)
 
     def _finish_switch(self, port: InputPort[object], complete: bool) -> dict[str, object]:
         move = port.move

@@ -32,6 +32,9 @@ from regraft.runtime.timers import Timers
 from regraft.runtime.writers import Identity, Writers
 
 
+MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
+
+
 class Runtime:
     """The one place that knows all parts of a running component. Everything here happens on one thread."""
 
@@ -88,15 +91,16 @@ class Runtime:
         return InputPort(port, self._handling(name, method) if method else None, self.herald, reliable=reliable)
 
     def _handling(self, name: str, method: Callable[[Any], Any]) -> Callable[[Any], None]:
-        is_async = inspect.iscoroutinefunction(method)
-
         def handle(message: Any) -> None:
-            if is_async:
-                self.spawn(name, method(message))
-            else:
-                self.guarded(name, lambda: method(message))
+            try:
+                method(message)
+            except Exception as error:
+                self.herald.fault(name, error)
 
-        return handle
+        def handle_async(message: Any) -> None:
+            self.spawn(name, method(message))
+
+        return handle_async if inspect.iscoroutinefunction(method) else handle
 
     def _server(self, name: str) -> Server:
         offered = self.declared.services[name]
@@ -118,7 +122,7 @@ class Runtime:
         return f"{self.assignment.name} is {self.state.value}, it serves only while active"
 
     def _may_publish(self) -> bool:
-        return self.state in (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
+        return self.herald.status.state in MAY_PUBLISH
 
     @property
     def state(self) -> State:
@@ -181,7 +185,10 @@ class Runtime:
         while True:
             if self.inbound.ready:
                 consumer, envelope, sample = self.inbound.ready.popleft()
-                self.guarded("delivery", lambda: consumer.deliver(envelope, sample))
+                try:
+                    consumer.deliver(envelope, sample)
+                except Exception as error:
+                    self.herald.fault("delivery", error)
             elif not self.tasks.run():
                 return
 

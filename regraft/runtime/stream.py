@@ -54,6 +54,13 @@ class Stream:
 
     # --- under the real clock: give out as soon as the sequence allows ---
 
+    def follows(self, sequence: int) -> bool:
+        """Take the sequence's next if nothing is held back: the usual case, which ``accept`` would decide alike."""
+        if self.waiting or self.handled is None or sequence != self.handled + 1:
+            return False
+        self.handled = sequence
+        return True
+
     def accept(self, envelope: Envelope, sample: Sample, now: int, *, reliable: bool) -> list[Arrival]:
         """Take a sample and return what can be handled now, in sequence. A sensor stream waits for no hole."""
         sequence = envelope.sequence

@@ -38,10 +38,12 @@ class Writer:
         self._head = (writers.identity.epoch, writers.identity.incarnation)
 
     def put(self, payload: bytes) -> None:
-        """Put the next sample."""
-        self._writers.check_thread()
+        """Put the next sample; from any thread but the component's own it would break the numbering."""
+        writers = self._writers
+        if threading.get_ident() != writers.thread:
+            raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
         self.sequence += 1
-        self._writers.advanced[self.key] = self.sequence
+        writers.advanced[self.key] = self.sequence
         self._publisher.put(payload, self._attachment(Kind.DATA))
 
     def mark(self) -> None:
@@ -82,7 +84,7 @@ class Writers:
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
-        self._thread = threading.get_ident()
+        self.thread = threading.get_ident()
 
     def open(self, key: str, encoding: str, *, reliable: bool = True) -> Writer:
         """Declare a key to write, going on with its numbering if it had one."""
@@ -103,11 +105,6 @@ class Writers:
     def sequences(self) -> dict[str, int]:
         """Return the last sequence of every key."""
         return {key: writer.sequence for key, writer in self.open_keys.items()}
-
-    def check_thread(self) -> None:
-        """Refuse to write from any thread but the component's own: the numbering would break."""
-        if threading.get_ident() != self._thread:
-            raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
 
     def close_all(self) -> None:
         """Undeclare every key."""

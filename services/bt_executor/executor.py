@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.maps import Goals
@@ -17,12 +18,13 @@ from bus_schema.messages.mission import (
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
-from regraft.runtime.tasks import Task
+from regraft.runtime.outputs import NotActive
+from regraft.runtime.tasks import Task, Waiting
 from services.bt_executor.engine import Blackboard, BlackboardError, Registry
 from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
 from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.nodes.registry import node_types
-from services.bt_executor.reflection import SystemReflection
+from services.bt_executor.reflection import REFLECTED, Reflected, SystemReflection
 from services.bt_executor.report import kept_blackboard, mission_status
 from services.bt_executor.source import Source, Unloadable
 
@@ -33,13 +35,15 @@ SHORTEST_WAIT = 0.001
 class Executor(Component):
     """Runs a mission: a behaviour tree in the XML of BehaviorTree.CPP 4.
 
-    The tree is ticked ``rate`` times a second, and besides when a leaf has got its answer or a timing node's time
-    has come. An exception in a leaf fails the mission, not the component. After a crash the mission starts again
-    from its root, with the plain values of its root blackboard.
+    The tree is ticked ``rate`` times a second, and besides when a leaf has got its answer or a timing node's
+    time has come. An exception in a leaf fails the mission, not the component. After a crash the mission
+    starts again from its root, with the plain values of its root blackboard.
     """
 
     state_version = 1
     checkpoint_every = 1.0
+    reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
+    """What the root blackboard gets from the inputs; a subclass with further inputs adds to it."""
 
     mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path")
     main = Parameter("", "ID of the tree to run, by default what the file says")
@@ -58,11 +62,11 @@ class Executor(Component):
         """Begin without a mission."""
         self._mission = Mission(self._tell)
         self._source = Source()
-        self._reflection = SystemReflection(self.kit.inputs)
+        self._reflection = SystemReflection(self.kit.inputs, self.reflected)
         self._registry: Registry | None = None
         self._is_active = False
         self._start_again = False
-        self._tick_pending = False
+        self._tick_wanted: Waiting[None] = Waiting()
         self._alarm: Task | None = None
         self._alarm_at = 0.0
 
@@ -79,8 +83,9 @@ class Executor(Component):
     def on_activate(self) -> None:
         """Start the mission if it is to start by itself, or was running when the component stopped."""
         self._is_active = True
-        self._tick_pending = False
+        self._tick_wanted = Waiting()
         self._alarm = None
+        self.kit.spawn(self._tick_on_demand(), "ticks on demand")
         if self._start_again and self._mission.state is not MissionState.EMPTY:
             self._start_again = False
             self._mission.start()
@@ -118,13 +123,13 @@ class Executor(Component):
 
     def _tick_soon(self) -> None:
         """Have the tree ticked when what is being handled now is done."""
-        if not self._tick_pending:
-            self._tick_pending = True
-            self.kit.spawn(self._tick_now(), "tick")
+        self._tick_wanted.resolve(None)
 
-    async def _tick_now(self) -> None:
-        self._tick_pending = False
-        self.tick()
+    async def _tick_on_demand(self) -> None:
+        while True:
+            await self._tick_wanted
+            self._tick_wanted = Waiting()
+            self.tick()
 
     def _set_alarm(self) -> None:
         """Have the tree ticked when its next timer comes due."""
@@ -155,7 +160,8 @@ class Executor(Component):
     def _tell(self, kind: str, text: str, **details: Any) -> None:
         self.kit.event(kind, text, **details)
         self.kit.say(f"{self._mission.state.value}: {text}")
-        if self._is_active:
+        # A mission is also loaded before the component is active, and halted while it shuts down.
+        with suppress(NotActive):
             self.report()
 
     @service("mission/status")
@@ -202,7 +208,7 @@ class Executor(Component):
         raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
 
     def _load(self, source: Source) -> None:
-        """Take the tree of a source; raises Unloadable, and then the mission stays as it is."""
+        """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""
         assert self._registry is not None
         board = Blackboard(clock=self.kit)
         self._reflection.declare(board)
@@ -213,7 +219,7 @@ class Executor(Component):
     # --- state ---
 
     def snapshot(self) -> PlainValue:
-        """Return where the tree came from, whether it is to run, and the plain part of its root blackboard."""
+        """Return where the tree came from, whether it runs, and the plain part of its root blackboard."""
         tree = self._mission.tree
         return {
             "runs": self._start_again or self._mission.state is MissionState.RUNNING,
@@ -225,7 +231,7 @@ class Executor(Component):
         }
 
     def restore(self, state: PlainValue) -> None:
-        """Have the same mission again; it starts anew if it was running, and otherwise waits for a command."""
+        """Have the same mission again; it starts anew if it was running, else it waits for a command."""
         source = Source(state["file"], state["text"], state["main"], state["folder"])
         self._start_again = state["runs"]
         if source.text:

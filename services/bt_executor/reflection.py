@@ -43,7 +43,7 @@ REFLECTED: Final = (
 class SystemReflection:
     """Writes each new message once, so that a node that waits for an update sees none that is not one."""
 
-    def __init__(self, inputs: Inputs, reflected: Sequence[Reflected] = REFLECTED) -> None:
+    def __init__(self, inputs: Inputs, reflected: Sequence[Reflected]) -> None:
         """Read from a component's inputs."""
         self._inputs = inputs
         self._reflected = reflected

@@ -67,7 +67,7 @@ def _shown(value: Any, depth: int) -> PlainValue:
             return _shown(codec.to_plain(value), depth + 1)
         except SchemaError:
             pass
-    return str(value)[:LONGEST_TEXT]
+    return str(value)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
 def kept_blackboard(board: Blackboard) -> dict[str, PlainValue]:
@@ -82,7 +82,18 @@ def is_plain(value: Any, depth: int = 0) -> bool:
     if isinstance(value, list) and depth < DEEPEST:
         return all(is_plain(item, depth + 1) for item in value)
     if isinstance(value, dict) and depth < DEEPEST:
-        return all(isinstance(key, str) and is_plain(item, depth + 1) for key, item in value.items())
+        return all(is_plain(key) and isinstance(key, str) and is_plain(item, depth + 1) for key, item in value.items())
     if isinstance(value, int) and not isinstance(value, bool):
         return -(2**63) <= value < 2**63
-    return value is None or isinstance(value, bool | str)
+    if isinstance(value, str):
+        return len(value) <= LONGEST_TEXT and _is_unicode(value)
+    return value is None or isinstance(value, bool)
+
+
+def _is_unicode(text: str) -> bool:
+    """Tell whether text can be encoded; JSON may hold halves of characters."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -37,9 +37,7 @@ class Source:
         try:
             if self.file:
                 return load_file(self.file, registry, main=self.main, blackboard=board)
-            return load_text(
-                self.text, registry, main=self.main, blackboard=board, folder=Path(self.folder or ".")
-            )
+            return load_text(self.text, registry, main=self.main, blackboard=board, folder=Path(self.folder or "."))
         except TreeError as error:
             node = f" (node '{error.node}')" if error.node and error.node not in str(error) else ""
             raise Unloadable(f"{error}{node}") from error

@@ -23,7 +23,7 @@ NEAR_ENOUGH = 0.08
 """How far a hydrant may seem off the floor, as a share of its height: rendered ones were at most 0.06 off."""
 
 
-class NoPicture(Exception):
+class NoPictureError(Exception):
     """No picture came in time."""
 
 
@@ -74,7 +74,7 @@ class Detector(Component):
                 await self.kit.sleep(self.interval)
             try:
                 image = await self._next_picture()
-            except NoPicture as error:
+            except NoPictureError as error:
                 if looked == 0:
                     raise RequestRefused(str(error)) from None
                 break
@@ -90,7 +90,9 @@ class Detector(Component):
         async def expire() -> None:
             await self.kit.sleep(within)
             coming.fail(
-                NoPicture(f"no picture within {within:g} s: is the camera active that 'image' is fed by?")
+                NoPictureError(
+                    f"no picture within {within:g} s: is the camera active that 'image' is fed by?"
+                )
             )
 
         expiry = self.kit.spawn(expire(), "wait for a picture")

@@ -33,7 +33,7 @@ class Navigator(Component):
     """
 
     state_version = STATE_VERSION
-    checkpoint_every = 1.0
+    checkpoint_every = 2.0
 
     max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")

@@ -40,6 +40,10 @@ class HostStub:
         """Note a process that does not run any more."""
         self.processes[component] = replace(self.processes[component], state=state, pid=0, last_end="killed")
 
+    def close(self) -> None:
+        """Be gone."""
+        self._bus.close()
+
     def _view(self, query: MemoryQuery) -> None:
         view = HostView("local", self.run, self.term, self.architecture, tuple(self.specs.values()))
         query.reply(codec.encode(view))

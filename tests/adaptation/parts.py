@@ -5,9 +5,11 @@ from __future__ import annotations
 import threading
 from typing import ClassVar
 
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Connect
 from bus_schema.messages.geometry import Twist, Vector3
 from bus_schema.messages.sensors import LaserScan
 from regraft import Component, Input, Output, Parameter, every
+from regraft.stepped.source import TimeSource
 
 
 class Talker(Component):
@@ -70,3 +72,66 @@ class Scanner(Component):
     """Writes a topic of another type."""
 
     scan = Output(LaserScan)
+
+
+class Ticker(TimeSource):
+    """A world in which a number is counted up."""
+
+    count = Output(Twist)
+    echo = Output(Twist)
+    number: int = 0
+
+    def advance(self, tick: int, seconds: float) -> None:
+        """Say the next number, twice."""
+        self.number += 1
+        self.count.publish(Twist(Vector3(float(self.number))))
+        self.echo.publish(Twist(Vector3(float(self.number))))
+
+
+class Keeper(Component):
+    """Collects numbers without being woken by them, and looks at them now and then."""
+
+    quiet = Input(Twist, topic="count", keep=1000)
+
+    def on_configure(self) -> None:
+        """Forget everything."""
+        self.collected: list[int] = []
+
+    @every(seconds=0.35)
+    def look(self) -> None:
+        """Take what has come."""
+        self.collected += [int(message.linear.x) for message in self.quiet.take()]
+
+
+class Collector(Component):
+    """Collects numbers as they come."""
+
+    loud = Input(Twist, topic="echo")
+
+    def on_configure(self) -> None:
+        """Forget everything."""
+        self.collected: list[int] = []
+
+    @loud.handler
+    def hear(self, message: Twist) -> None:
+        """Remember a number."""
+        self.collected.append(int(message.linear.x))
+
+
+class Planner(Component):
+    """Adapts the collector at certain times, and remembers what became of it."""
+
+    def on_activate(self) -> None:
+        """Begin to adapt."""
+        self.reports: list[AdaptationReport] = []
+        self.kit.spawn(self.adapt(), "adapting")
+
+    async def adapt(self) -> None:
+        """Let two inputs change places, again and again."""
+        for topic, other in (("echo", "count"), ("count", "echo")) * 3:
+            await self.kit.sleep(0.4)
+            changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
+            request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
+            self.reports.append(
+                await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0)
+            )

@@ -20,11 +20,14 @@ from bus_schema.messages.health import Event
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
 from regraft.assignment import Assignment
 from regraft.client import Client
-from regraft.clock import RealClock
+from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component, class_path, describe
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
+from regraft.stepped.member import Member
+from regraft.stepped.source import SourceLoop, TimeSource
+from tests.adaptation import parts
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Scanner, Talker
 
@@ -53,10 +56,16 @@ class Running:
         assert self._ready.wait(5.0)
 
     def _run(self) -> None:
-        self.runtime = Runtime(self._cls, self._assignment, self.bus, RealClock())
+        clock = SteppedClock() if self._assignment.simulated else RealClock()
+        self.runtime = Runtime(self._cls, self._assignment, self.bus, clock)
         self.runtime.post(self._ready.set)
         try:
-            loop.run(self.runtime)
+            if isinstance(clock, RealClock):
+                loop.run(self.runtime)
+            elif isinstance(self.runtime.component, TimeSource):
+                SourceLoop(self.runtime, clock, self.runtime.component).run()
+            else:
+                Member(self.runtime, clock).run()
         except SystemExit:
             self.bus.close()
         self.runtime.leave()
@@ -102,9 +111,7 @@ class System:
     def start(self, name: str, incarnation: int = 1) -> Running:
         """Start a component as its spec says."""
         spec = self.host.specs[name]
-        cls = {"Talker": Talker, "Listener": Listener, "Fragile": Fragile, "Scanner": Scanner}[
-            spec.cls.split(":")[1]
-        ]
+        cls = getattr(parts, spec.cls.split(":")[1])
         assignment = Assignment(
             SYSTEM,
             name,
@@ -115,6 +122,8 @@ class System:
             state=spec.state,
             revision=self.host.revision,
             term=self.host.term,
+            simulated=self.architecture.simulated,
+            members=tuple(other for other in self.architecture.components if other != name),
         )
         self.running[name] = Running(self.hub, cls, assignment)
         self.host.started(name, incarnation)
@@ -126,7 +135,12 @@ class System:
         """Start an adaptation manager on the journal."""
         values = {"journal": str(self.journal), "answer_within": 0.5, "undo_within": 1.0, **parameters}
         assignment = Assignment(
-            SYSTEM, name, class_path(AdaptationManager), parameters=values, services=services or {}
+            SYSTEM,
+            name,
+            class_path(AdaptationManager),
+            parameters=values,
+            services=services or {},
+            simulated=self.architecture.simulated,
         )
         self.running[name] = Running(self.hub, AdaptationManager, assignment)
         return self.running[name]
@@ -147,7 +161,9 @@ class System:
 
     # --- asking ---
 
-    def adapt(self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any) -> AdaptationReport:
+    def adapt(
+        self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any
+    ) -> AdaptationReport:
         """Ask for an adaptation and wait for its end."""
         return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, 15.0)
 
@@ -157,7 +173,9 @@ class System:
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Ask for an adaptation to be cancelled."""
-        return self.client.call("adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0)
+        return self.client.call(
+            "adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0
+        )
 
     def lines(self, **how: Any) -> JournalPage:
         """Read the journal."""
@@ -199,4 +217,6 @@ def small_architecture(constraints: tuple[Constraint, ...] = ()) -> Architecture
     ]
     twists = {name: TopicSpec(name, "regraft/Twist") for name in ("numbers", "others", "hints", "spare")}
     topics = {**twists, "scan": TopicSpec("scan", "regraft/LaserScan")}
-    return Architecture(SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints)
+    return Architecture(
+        SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints
+    )

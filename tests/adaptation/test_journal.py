@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptation_manager.journal import Journal
+from adaptation_manager.journal import Journal, JournalError
 from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
@@ -99,8 +99,6 @@ def test_a_full_journal_rejects_and_recovers(system: System, monkeypatch: pytest
 
 
 def test_a_disk_that_fills_up_half_way_rolls_back(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
-    from adaptation_manager.journal import JournalError
-
     before = system.views()
     real = Journal.end
 

@@ -9,7 +9,7 @@ import pytest
 from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft import CallFailed
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import System
+from tests.adaptation.system import System, wait_until
 
 
 def _hold(system: System) -> AdaptationReport:
@@ -27,6 +27,7 @@ def test_the_queue_is_bounded(bare_system: System) -> None:
     with pytest.raises(CallFailed, match="queue is full"):
         system.adapt(SetParameters("listener", {"gain": 0.3}), wait=False)
     Fragile.release.set()
+    wait_until(lambda: system.lines(id=waiting[-1].id).entries[0].outcome is Outcome.APPLIED)
     assert system.adapt(SetParameters("listener", {"gain": 0.4})).outcome is Outcome.APPLIED
     assert [line.outcome for line in system.lines(limit=4).entries] == [Outcome.APPLIED] * 4
 
@@ -80,9 +81,8 @@ def test_one_under_way_is_cancelled_between_two_steps_and_undone(bare_system: Sy
     cancelled: list[AdaptationReport] = []
     asking = threading.Thread(target=lambda: cancelled.append(system.cancel(running.id)))
     asking.start()
-    entry = system.running["manager"].component._line
-    while not (entry.serving and entry.serving.cancelled):
-        pass
+    line = system.running["manager"].component._line
+    wait_until(lambda: line.serving and line.serving.cancelled)
     Fragile.release.set()
     asking.join(10.0)
     assert cancelled[0].outcome is Outcome.CANCELLED, cancelled

@@ -118,3 +118,11 @@ def test_a_dry_run_shows_the_plan_and_the_architecture_and_touches_nothing(syste
     assert report.architecture.components["listener"].connections["heard"] == "others"
     assert system.views() == before
     assert len(system.lines().entries) == 1
+
+
+def test_a_host_that_does_not_answer_is_named(system: System) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}))
+    system.host.close()
+    report = system.adapt(SetParameters("listener", {"gain": 0.2}))
+    assert _fields(report) == {(0, "listener", "status")}
+    assert "its host 'local' does not answer" in report.violations[0].problem

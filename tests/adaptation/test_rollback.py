@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
-from bus_schema.lifecycle import Transition
+from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System, wait_until
@@ -61,14 +61,29 @@ def test_a_host_that_refuses_the_specs_leads_to_rolled_back_and_then_to_stuck(sy
 
 def test_what_cannot_be_undone_is_said_to_be_stuck(system: System) -> None:
     system.adapt(SetParameters("fragile", {"mood": "fails"}))
+    system.host.refuse = "not today"
     report = system.adapt(
-        ChangeState("fragile", Transition.DEACTIVATE), SetParameters("listener", {"gain": 0.9})
+        SetParameters("listener", {"gain": 0.9}), ChangeState("fragile", Transition.DEACTIVATE)
     )
-    assert report.outcome is Outcome.APPLIED
-    # "fragile" can now be cleaned up, but not be brought back to active by any undo of later steps.
-    undone = system.undo(report.id)
-    assert undone.outcome is Outcome.ROLLED_BACK, undone
-    assert system.view("listener").parameters["gain"] == 0.9
+    assert report.outcome is Outcome.STUCK
+    assert "cannot be activated in this mood" in report.error
+    assert [step.state for step in report.steps] == [StepState.UNDONE, StepState.UNDO_FAILED]
+    assert system.view("listener").parameters["gain"] == 0.5
+    system.host.refuse = ""
+    assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
+
+
+def test_a_failing_activation_of_a_working_component_is_undone_by_way_of_unconfigured(system: System) -> None:
+    assert system.adapt(ChangeState("fragile", Transition.DEACTIVATE)).outcome is Outcome.APPLIED
+    report = system.adapt(
+        Connect("fragile", "heard", "others"),
+        SetParameters("fragile", {"mood": "fails"}),
+        ChangeState("fragile", Transition.ACTIVATE),
+    )
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    view = system.view("fragile")
+    assert (view.state, view.connections["heard"]) == (State.INACTIVE, "numbers")
+    assert view.parameters["mood"] == "well"
 
 
 def test_a_new_source_that_hangs_leaves_the_input_on_its_topic(system: System) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from adaptation_manager.manager import AdaptationManager
 from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
 from bus_schema.lifecycle import State, Transition
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import System, spec_of, wait_until
 
 
 def test_a_component_is_deactivated_and_its_spec_says_so(system: System) -> None:
@@ -38,7 +39,9 @@ def test_a_failing_activation_leads_back_to_where_it_was(system: System) -> None
     assert system.adapt(ChangeState("fragile", Transition.DEACTIVATE)).outcome is Outcome.APPLIED
     assert system.adapt(SetParameters("fragile", {"mood": "fails"})).outcome is Outcome.APPLIED
     before = system.views()
-    report = system.adapt(SetParameters("listener", {"gain": 0.1}), ChangeState("fragile", Transition.ACTIVATE))
+    report = system.adapt(
+        SetParameters("listener", {"gain": 0.1}), ChangeState("fragile", Transition.ACTIVATE)
+    )
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert "cannot be activated in this mood" in report.error
     assert system.views() == before
@@ -73,9 +76,6 @@ def test_shutdown_is_refused_honestly(system: System) -> None:
 
 
 def test_the_manager_does_not_change_its_own_state(bare_system: System) -> None:
-    from adaptation_manager.manager import AdaptationManager
-    from tests.adaptation.system import spec_of
-
     manager = spec_of("manager", AdaptationManager)
     for topic in ("adaptations", "architecture"):
         assert manager.connections[topic] == topic

@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from bare_member import Member
-from bare_rewiring import Refused, Rewiring
-from bare_wire import Bad, Held, Plain, Stream, Streams, Writer, packed, unpacked
+
+from .bare_member import Member
+from .bare_rewiring import Refused, Rewiring
+from .bare_wire import Bad, Held, Plain, Stream, Streams, Writer, open_session, unpacked
 
 LIGHT, VECTOR, REQUEST, REPLY = "regraft/LightLevel", "regraft/Vector3", "regraft/Request", "regraft/Reply"
 TRANSITIONS = {
@@ -369,22 +370,6 @@ def light_level(held: Plain) -> Plain:
     return level
 
 
-def open_session(endpoints: list[str], *, stepped: bool) -> zenoh.Session:
-    """Join the system as a client of its hub."""
-    config = zenoh.Config()
-    settings = {
-        "mode": "client",
-        "connect/endpoints": endpoints,
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "transport/link/tx/lease": 1000,
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 200_000,
-    }
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
-
-
 def main() -> int:
     """Be the component that ``REGRAFT_ASSIGNMENT`` says."""
     assignment = json.loads(os.environ["REGRAFT_ASSIGNMENT"])
@@ -396,7 +381,8 @@ def main() -> int:
         Member(component).run()
     else:
         component.run()
-    session.close()
+    closing: Any = session
+    closing.close()
     return 0
 
 

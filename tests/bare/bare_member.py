@@ -6,10 +6,11 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import zenoh
-from bare_wire import PLAIN_ENCODING, Bad, Plain, Stream, packed, unpacked
+
+from .bare_wire import PLAIN_ENCODING, Bad, Plain, Stream, packed, unpacked
 
 if TYPE_CHECKING:
-    from bare_component import BareComponent
+    from .bare_component import BareComponent
 
 JOIN_AGAIN_AFTER = 0.5
 IDLE_JOIN_AFTER = 2.0
@@ -25,6 +26,7 @@ class Member:
         self._component = component
         self._step: Plain | None = None
         self._last_ack: Plain | None = None
+        self._begun = 0
         self._told: tuple[dict[str, bool], set[str]] | None = None
         self._started = False
         self._next_join = 0.0
@@ -40,7 +42,7 @@ class Member:
             component.reach("inactive")
         step_key = component.key("clock", "step", component.name)
         component.takers[step_key] = self._take_step
-        declared = [
+        declared: list[Any] = [
             component.session.declare_subscriber(step_key, component.inbox.put),
             component.session.liveliness().declare_subscriber(
                 component.key("clock", "alive", "*"), self._coordinator, history=True
@@ -98,7 +100,10 @@ class Member:
         inputs = {component.request_key: True}
         if not rewiring.lets_pass:
             inputs |= {key: True for key in (rewiring.keys.get("light"), rewiring.move) if key}
-        return {"inputs": inputs, "outputs": {key: writer.sequence for key, writer in component.writers.items()}}
+        return {
+            "inputs": inputs,
+            "outputs": {key: writer.sequence for key, writer in component.writers.items()},
+        }
 
     def _next_wake(self) -> int | None:
         return self._component.count_due if self._started else 0
@@ -126,11 +131,12 @@ class Member:
             return
         if self._last_ack is not None and step["number"] == self._last_ack["number"]:
             self._put("ack", "regraft/Ack", self._last_ack)
-        else:
+        elif step["number"] != self._begun:
             self._step = step
 
     def _perform(self, step: Plain) -> None:
         component = self._component
+        self._begun = step["number"]
         self._next_join = time.monotonic() + IDLE_JOIN_AFTER
         error = ""
         if step["kind"] == "welcome":

@@ -9,13 +9,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import zenoh
-from bare_wire import Bad, Held, Plain, Stream, packed, unpacked
+
+from .bare_wire import Bad, Held, Plain, Stream, packed, unpacked
 
 if TYPE_CHECKING:
-    from bare_component import BareComponent
+    from .bare_component import BareComponent
 
 AWAIT_AT_MOST = 0.1
-TOPIC = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}(\.[A-Za-z0-9_][A-Za-z0-9_-]{0,63})?(/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}){0,7}")
+TOPIC = re.compile(
+    r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}(\.[A-Za-z0-9_][A-Za-z0-9_-]{0,63})?(/[A-Za-z0-9_][A-Za-z0-9_-]{0,63}){0,7}"
+)
 OUTPUTS = {"echo": "regraft/LightLevel", "count": "regraft/Vector3"}
 INPUT = "light"
 
@@ -37,6 +40,14 @@ class Parked:
     ready: Callable[[], bool]
     finish: Callable[[], Plain]
     deadline: float
+
+
+def _reply(query: Any, message: Plain, *, error: bool = False) -> None:
+    if error:
+        query.reply_err(packed(message))
+    else:
+        query.reply(query.key_expr, packed(message))
+    query.drop()
 
 
 class Rewiring:
@@ -121,21 +132,18 @@ class Rewiring:
             self._say_no(query, "malformed", f"{verb}: {type(error).__name__}: {error}")
         else:
             if reply is not None:
-                query.reply(query.key_expr, packed(reply))
-                query.drop()
+                _reply(query, reply)
 
     @staticmethod
     def _say_no(query: zenoh.Query, code: str, problem: str) -> None:
-        query.reply_err(packed({"code": code, "problems": [problem]}))
-        query.drop()
+        _reply(query, {"code": code, "problems": [problem]}, error=True)
 
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""
         for parked in list(self._parked):
             if parked.ready() or time.monotonic() >= parked.deadline:
                 self._parked.remove(parked)
-                parked.query.reply(parked.query.key_expr, packed(self.view(parked.finish())))
-                parked.query.drop()
+                _reply(parked.query, self.view(parked.finish()))
 
     def view(self, detail: Plain | None = None) -> Plain:
         """Return the component as it is now."""
@@ -250,7 +258,8 @@ class Rewiring:
 
     def _await(self, name: str, key: str, wanted: Plain, query: zenoh.Query) -> None:
         def seen(peer: Plain) -> bool:
-            source, incarnation = peer["component"], peer["incarnation"]
+            source: str = peer["component"]
+            incarnation: int = peer["incarnation"]
             if name == INPUT and self.move == key:
                 return self._marks.get(source, (0, 0))[0] == incarnation
             return self._seen.get((key, source)) == incarnation
@@ -288,8 +297,18 @@ class Rewiring:
             streams = component.streams.by_pair
             return all((old, s) in streams and (streams[old, s].handled or 0) >= cut for s, cut in cuts.items() if cut)
 
+        def arrived() -> bool:
+            streams = component.streams.by_pair
+            return all((old, s) in streams and streams[old, s].reaches(cut) for s, cut in cuts.items() if cut)
+
         def finish() -> Plain:
-            complete = handled()
+            if component.stepped:
+                complete = arrived()
+                for source in sorted(s for s, cut in cuts.items() if cut and (old, s) in component.streams.by_pair):
+                    component.ready += component.streams.by_pair[old, source].release(cuts[source])
+                component.work()
+            else:
+                complete = handled()
             held = [h for h in self._held if h[1]["sequence"] > self._marks.get(h[1]["source"], (0, 0))[1]]
             self.keys[INPUT], self.move, self._held = self.move, "", []
             component.unsubscribe(old)
@@ -297,7 +316,7 @@ class Rewiring:
             component.work()
             return {"complete": complete}
 
-        self._park(query, handled, finish)
+        self._park(query, arrived if component.stepped else handled, finish)
 
     def _abandon(self, name: str, _: str, __: Plain, ___: Any) -> Plain:
         if name == INPUT and self.move:

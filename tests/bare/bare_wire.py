@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 import time
 from collections.abc import Callable
@@ -41,10 +42,28 @@ def unpacked(payload: bytes) -> Plain:
     return message
 
 
+def open_session(endpoints: list[str], *, stepped: bool) -> zenoh.Session:
+    """Join the system as a client of its hub."""
+    config = zenoh.Config()
+    settings = {
+        "mode": "client",
+        "connect/endpoints": endpoints,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/link/tx/lease": 1000,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 200_000,
+    }
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
 class Writer:
     """One key that this process writes: its publisher and its numbering."""
 
-    def __init__(self, session: zenoh.Session, key: str, type_name: str, source: str, epoch: int, incarnation: int) -> None:
+    def __init__(
+        self, session: zenoh.Session, key: str, type_name: str, source: str, epoch: int, incarnation: int
+    ) -> None:
         """Start behind sequence 0."""
         self.key = key
         self.sequence = 0

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from bus_schema import codec
+from bus_schema.keys import Keys
+from bus_schema.messages.control import ComponentView, Peer, Rewire, RewireStep
 from bus_schema.messages.geometry import Vector3
 from bus_schema.messages.sensors import LightLevel
-from regraft import Component, Input, Output, every
+from regraft import Component, Input, Output, Parameter, every
 from regraft.stepped.source import TimeSource
 
 
@@ -14,10 +17,11 @@ class Lamp(Component):
     """Tells numbered light levels, a hundred times a second."""
 
     level = Output(LightLevel)
+    first = Parameter(1, "the first number", read_only=True)
 
     def on_configure(self) -> None:
-        """Begin with number 1."""
-        self.number = 0
+        """Begin before the first number."""
+        self.number = self.first - 1
 
     @every(hz=100)
     def tell(self) -> None:
@@ -79,7 +83,43 @@ class Sun(TimeSource):
     """A world in which nothing happens but light."""
 
     level = Output(LightLevel)
+    other = Output(LightLevel)
 
     def advance(self, tick: int, seconds: float) -> None:
-        """Publish a level per tick."""
-        self.level.publish(LightLevel(self.kit.now(), tick % 8 / 8))
+        """Publish two levels per tick, the other one with 1000 s on its stamp."""
+        now, darkness = self.kit.now(), tick % 8 / 8
+        self.level.publish(LightLevel(now, darkness))
+        self.other.publish(LightLevel(now + 1000.0, darkness))
+
+
+class Mover(Component):
+    """Moves the bare component's input from ``level`` to ``other`` after a second, as an adaptation manager would."""
+
+    def on_configure(self) -> None:
+        """Not yet moved."""
+        self.details: list[Any] = []
+
+    @every(seconds=1.0)
+    async def move(self) -> None:
+        """Move it once, within a slot."""
+        if self.details:
+            return
+        async with self.kit.exclusive() as slot:
+            slot.touch("bare")
+            await self.rewire("bare", Rewire(RewireStep.OPEN, "light", "other"))
+            await self.rewire("sun", Rewire(RewireStep.MARK, topic="other"))
+            await self.rewire("bare", Rewire(RewireStep.AWAIT, "light", "other", (Peer("sun", 1),)))
+            cut = (await self.rewire("sun", Rewire(RewireStep.MARK, topic="level")))["sequence"]
+            await self.rewire("bare", Rewire(RewireStep.SWITCH, "light", "other", cuts={"sun": cut}))
+
+    async def rewire(self, component: str, step: Rewire) -> dict[str, Any]:
+        """Ask one step, and remember its detail."""
+        key = Keys(self.kit.system).control(component, 1, "connections")
+        (answer,) = await self.kit.ask(key, codec.encode(step), 2.0)
+        self.details.append(codec.decode(answer.payload, ComponentView).detail)
+        last: dict[str, Any] = self.details[-1]
+        return last
+
+    def snapshot(self) -> Any:
+        """Return the details of all steps."""
+        return {"details": self.details}

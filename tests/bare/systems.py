@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -23,7 +24,7 @@ from regraft.assignment import Assignment
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
-HERE = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 WITHIN = 20.0
 RUN_KIT_COMPONENT = (
     "import sys; from bus_schema import codec; from regraft.assignment import Assignment;"
@@ -102,7 +103,7 @@ class System:
         return replace(made, **more)
 
     def _start(self, name: str, command: list[str], environment: dict[str, str], given: bytes) -> None:
-        paths = os.pathsep.join((str(HERE), str(HERE.parent.parent)))
+        paths = os.pathsep.join((str(TESTS), str(TESTS.parent)))
         process = subprocess.Popen(
             command, stdin=subprocess.PIPE, env={**os.environ, "PYTHONPATH": paths, **environment}
         )
@@ -113,13 +114,13 @@ class System:
 
     def kit(self, name: str, cls: type, **more: Any) -> None:
         """Start a component of the kit."""
-        assignment = self._assignment(name, f"kit_side:{cls.__name__}", **more)
+        assignment = self._assignment(name, f"bare.kit_side:{cls.__name__}", **more)
         self._start(name, [sys.executable, "-c", RUN_KIT_COMPONENT], {}, codec.encode(assignment))
 
     def bare(self, name: str = "bare", checkpoint_file: str = "", **more: Any) -> None:
         """Start a bare component, as a host starts any program."""
         plain = {**codec.to_plain(self._assignment(name, "", **more)), "checkpoint_file": checkpoint_file}
-        command = [sys.executable, str(HERE / "bare_component.py")]
+        command = [sys.executable, "-m", "bare.bare_component"]
         self._start(name, command, {"REGRAFT_ASSIGNMENT": json.dumps(plain)}, b"")
 
     def status(self, name: str) -> ComponentStatus | None:
@@ -135,7 +136,7 @@ class System:
     def wait_for(self, state: str, *names: str) -> None:
         """Wait until all of these are in ``state``."""
         for name in names:
-            eventually(lambda n=name: self.is_in(n, state), f"{name} is {state}")
+            eventually(partial(self.is_in, name, state), f"{name} is {state}")
 
     def control(self, name: str, verb: str, message: object | None, reply: type[T]) -> T:
         """Ask a control query; raises ControlRefused."""

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
-from kit_side import Asker, Recorder, Sun
-from systems import System, eventually
 
 from bus_schema import codec
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import ComponentView, ParameterValues
+from bus_schema.messages.requests import Answer, Request, Verb
+from bus_schema.messages.sensors import LightLevel
+
+from .kit_side import Asker, Mover, Recorder, Sun
+from .systems import System, eventually
+from .test_bare_component import Client
+
+Runs = list[tuple[dict[str, Any], list[list[float]], ClockTime]]
 
 MEMBERS = ("asker", "bare", "recorder")
 DURATION = 2.0
@@ -37,11 +43,8 @@ def clock_time(system: System, item: Any) -> ClockTime:
 
 
 @pytest.fixture(scope="module")
-def runs() -> Iterator[list[tuple[dict[str, Any], list[list[float]], ClockTime]]]:
-    yield [run_to_the_end() for _ in range(2)]
-
-
-Runs = list[tuple[dict[str, Any], list[list[float]], ClockTime]]
+def runs() -> Runs:
+    return [run_to_the_end() for _ in range(2)]
 
 
 def test_every_tick_passes_through_it_in_no_simulated_time(runs: Runs) -> None:
@@ -53,7 +56,7 @@ def test_every_tick_passes_through_it_in_no_simulated_time(runs: Runs) -> None:
 def test_its_timer_follows_simulated_time(runs: Runs) -> None:
     times = [came for _, came in runs[0][0]["counts"]]
     assert len(times) >= round(DURATION * 10) - 1
-    assert all(abs(later - earlier - 0.1) < 1e-6 for earlier, later in zip(times, times[1:], strict=False))
+    assert all(abs(later - earlier - 0.1) < 1e-6 for earlier, later in pairwise(times))
 
 
 def test_a_call_to_it_takes_no_simulated_time(runs: Runs) -> None:
@@ -68,12 +71,25 @@ def test_the_run_is_reproducible_with_it(runs: Runs) -> None:
     assert all("bare" in last.members for _, _, last in runs)
 
 
+def test_its_input_moves_in_a_slot_and_every_tick_still_passes_through_it_once() -> None:
+    with System(simulated=True) as system:
+        told: list[ClockTime] = []
+        system.bus.subscribe(system.keys.clock("time"), lambda item: told.append(clock_time(system, item)))
+        system.kit("recorder", Recorder)
+        system.kit("mover", Mover)
+        system.bare(connections={"light": "level"})
+        members = ("bare", "mover", "recorder")
+        system.kit("sun", Sun, members=members, parameters={"speed": "max"}, duration=DURATION)
+        eventually(lambda: told and told[-1].finished, "the run ends")
+        details = system.state_of("mover")["details"]
+        echoes = system.state_of("recorder")["echoes"]
+        assert (details[2], details[4]) == ({"missing": []}, {"complete": True})
+        assert [came for _, _, came in echoes] == pytest.approx([0.05 * (1 + i) for i in range(40)])
+        assert [stamp - came for stamp, _, came in echoes] == pytest.approx([0.0] * 20 + [1000.0] * 20)
+        assert told[-1].reproducible
+
+
 def test_requests_from_outside_reach_it_in_a_slot() -> None:
-    from test_bare_component import Client  # noqa: PLC0415
-
-    from bus_schema.messages.requests import Answer, Request, Verb  # noqa: PLC0415
-    from bus_schema.messages.sensors import LightLevel  # noqa: PLC0415
-
     with System(simulated=True) as system:
         system.bare(connections={"light": "level"})
         system.kit("sun", Sun, members=("bare",))

@@ -76,6 +76,7 @@ class ScriptedManager(Component):
         self.fate: Outcome | None = None
         self.refusal = ""
         self.silent = False
+        self.kept_waiting = threading.Event()
 
     @property
     def current(self) -> Architecture:
@@ -117,7 +118,9 @@ class ScriptedManager(Component):
     def _violations(self, request: AdaptationRequest) -> list[Violation]:
         found = []
         if request.revision not in (None, self.current.revision):
-            found.append(Violation(None, "", "revision", f"is {request.revision}, the current is {max(self.revisions)}"))
+            found.append(
+                Violation(None, "", "revision", f"is {request.revision}, the current is {max(self.revisions)}")
+            )
         for index, change in enumerate(request.changes):
             component = self.current.components.get(change.component)
             if component is None:
@@ -166,6 +169,8 @@ class ScriptedManager(Component):
         """Show the journal."""
         if self.silent:
             await self.kit.sleep(3600.0)
+        if request.before and not (request.before.isascii() and request.before.isdecimal()):
+            raise RequestRefused(f"there is no adaptation {request.before!r}")
         lines = self.journal_lines[::-1]
         if request.id:
             return JournalPage(tuple(line for line in lines if line.id == request.id))
@@ -176,6 +181,7 @@ class ScriptedManager(Component):
     async def architecture(self, request: ArchitectureRequest) -> Architecture:
         """Show the architecture."""
         if self.silent:
+            self.kept_waiting.set()
             await self.kit.sleep(3600.0)
         revision = max(self.revisions) if request.revision is None else request.revision
         if revision not in self.revisions:
@@ -206,7 +212,7 @@ class ScriptedExecutor(Component):
             self.state = MissionState.RUNNING
         else:
             raise RequestRefused(f"{request.command.value} is not possible while {self.state.value}")
-        return self.status(MissionRequest())
+        return MissionStatus(1.0, self.state, self.tree, 0)
 
 
 class HostStub:

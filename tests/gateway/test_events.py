@@ -110,7 +110,7 @@ def test_the_identifier_of_another_run_is_not_mistaken_for_this_ones(running: Ru
     tell(running, "count", "kept")
     kept = buffer_of(running)
     wait_until(lambda: any(event.kind == "count" for event in kept.after(0)[0]))
-    headers = {"Last-Event-ID": foreign.encode()}
+    headers = [(b"Last-Event-ID", foreign.encode())]
     with running.connect() as http, http.stream("GET", "/events", headers=headers) as response:
         events = parse(response.iter_lines())
         next(events)

@@ -8,9 +8,7 @@ import pytest
 
 from tests.gateway.conftest import Running
 
-ADAPTATION = {
-    "changes": [{"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}]
-}
+ADAPTATION = {"changes": [{"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}]}
 
 
 def raw(url: str, request: bytes) -> bytes:

@@ -83,5 +83,7 @@ def test_examples_are_valid_bodies(document: dict[str, Any]) -> None:
 
 def test_the_document_describes_every_change(document: dict[str, Any]) -> None:
     body = document["paths"]["/api/v1/adaptations"]["post"]["requestBody"]["content"]["application/json"]
-    kinds = {member["properties"]["change"]["const"] for member in body["schema"]["properties"]["changes"]["items"]["oneOf"]}
+    kinds = {
+        member["properties"]["change"]["const"] for member in body["schema"]["properties"]["changes"]["items"]["oneOf"]
+    }
     assert kinds >= {"set_parameters", "connect", "transition", "add", "remove", "swap", "move", "mode"}

@@ -42,7 +42,7 @@ def test_the_url_is_told_in_status_and_event(site: Site) -> None:
     site.client.events(lambda event: told.append(event.details["url"]) if event.kind == "gateway.ready" else None)
     url = start_gateway(site)
     assert urlsplit(url).path == "/api/v1"
-    assert httpx.get(f"{url}/system", timeout=10.0).status_code == 200
+    assert httpx.get(f"{url}/hosts", timeout=10.0).status_code == 200
     wait_until(lambda: told == [url])
 
 
@@ -52,10 +52,10 @@ def test_an_inactive_gateway_serves_nothing_and_comes_back(site: Site) -> None:
     gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
     wait_until(lambda: gateway.state is State.INACTIVE)
     with pytest.raises(httpx.ConnectError):
-        httpx.get(f"{url}/system")
+        httpx.get(f"{url}/hosts")
     gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
     wait_until(lambda: gateway.state is State.ACTIVE)
-    assert httpx.get(f"{gateway.herald.status.detail}/system", timeout=10.0).status_code == 200
+    assert httpx.get(f"{gateway.herald.status.detail}/hosts", timeout=10.0).status_code == 200
 
 
 def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running) -> None:
@@ -71,11 +71,13 @@ def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running)
         lines = stream.iter_lines()
         next(lines)
         waiting.start()
+        assert running.manager.kept_waiting.wait(10.0)
         gateway = running.site.runtimes["gateway"]
         gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
         assert "data: " not in "".join(lines)
     waiting.join(10.0)
     wait_until(lambda: gateway.state is State.INACTIVE)
+    assert answers == [503]
 
 
 def test_clients_that_vanish_leave_nothing_behind(site: Site) -> None:

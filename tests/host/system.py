@@ -24,13 +24,13 @@ ROOT = Path(__file__).parents[2]
 class System:
     """``regraft up`` in a process of its own."""
 
-    def __init__(self, stack: Path, *options: str) -> None:
-        self.log = stack.parent / "up.log"
-        with self.log.open("wb") as log:
+    def __init__(self, stack: Path, *options: str, log: Path | None = None) -> None:
+        self.log = log or stack.parent / "up.log"
+        with self.log.open("wb") as output:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
-                stdout=log,
-                stderr=log,
+                stdout=output,
+                stderr=output,
                 stdin=subprocess.DEVNULL,
                 cwd=ROOT,
             )

@@ -66,7 +66,14 @@ def _not_lists(shape: TupleShape) -> list[Any]:
 
 
 def _not_maps(shape: MapShape) -> list[Any]:
-    return [None, [], "a", 1, NAMELESS_MAP, *({"k": value} for value in BUILDERS[type(shape.item)](shape.item))]
+    return [
+        None,
+        [],
+        "a",
+        1,
+        NAMELESS_MAP,
+        *({"k": value} for value in BUILDERS[type(shape.item)](shape.item)),
+    ]
 
 
 def _not_plain(_: PlainShape) -> list[Any]:
@@ -106,7 +113,11 @@ def wrong_arrays(shape: ArrayShape) -> list[np.ndarray[Any, Any]]:
     dimensions = [2 if length is None else length for length in shape.layout.shape]
     dtype = np.dtype(shape.layout.dtype)
     other = np.dtype("<f8") if dtype.itemsize != 8 else np.dtype("<f4")
-    wrong = [np.zeros(dimensions, other), np.zeros([*dimensions, 1], dtype), np.zeros(dimensions, dtype.newbyteorder(">"))]
+    wrong = [
+        np.zeros(dimensions, other),
+        np.zeros([*dimensions, 1], dtype),
+        np.zeros(dimensions, dtype.newbyteorder(">")),
+    ]
     if any(length is not None for length in shape.layout.shape):
         wrong.append(np.zeros([length + 1 for length in dimensions], dtype))
     return [array for array in wrong if array.dtype != dtype or list(array.shape) != dimensions]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import struct
+from contextlib import suppress
 from typing import Any
 
 import msgpack
@@ -15,7 +16,8 @@ from jsonschema import Draft202012Validator
 
 from bus_schema import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Twist
+from bus_schema.messages.geometry import Pose, Twist
+from bus_schema.messages.health import Event, SystemStatus
 from bus_schema.messages.maps import OccupancyGrid
 from bus_schema.messages.sensors import Image
 from bus_schema.records import RecordShape, UnionShape
@@ -38,7 +40,8 @@ def packed(kind: MessageType, message: object, plain: Any) -> bytes:
     head: bytes = msgpack.packb(plain)
     if kind.tail is None:
         return head
-    return struct.pack("<I", len(head)) + head + getattr(message, kind.tail).tobytes()
+    tail: bytes = getattr(message, kind.tail).tobytes()
+    return struct.pack("<I", len(head)) + head + tail
 
 
 @every_type
@@ -59,7 +62,7 @@ def test_optional_fields_may_be_left_out_and_take_their_defaults(kind: MessageTy
     plain = codec.to_plain(message)
     left_out = data.draw(st.sets(st.sampled_from(sorted(kind.shape.optional)))) if kind.shape.optional else set()
     kept = {name: value for name, value in plain.items() if name not in left_out}
-    arrived = codec.decode(packed(kind, message, kept), kind.cls)
+    arrived: Any = codec.decode(packed(kind, message, kept), kind.cls)
     assert all(same(getattr(arrived, name), getattr(message, name)) for name in kept)
 
 
@@ -101,7 +104,7 @@ def test_a_missing_field_is_refused_by_name(kind: MessageType, data: st.DataObje
     plain = codec.to_plain(message)
     missing = data.draw(st.sampled_from(required))
     del plain[missing]
-    with pytest.raises(BadMessage, match="missing|describes its tail 0 times"):
+    with pytest.raises(BadMessage, match=r"missing|describes its tail 0 times"):
         codec.decode(packed(kind, message, plain), kind.cls)
 
 
@@ -152,9 +155,8 @@ def test_an_array_of_another_dtype_or_shape_is_refused_by_both_sides(kind: Messa
 @given(st.binary(max_size=200))
 @settings(max_examples=20, deadline=None)
 def test_random_bytes_raise_nothing_but_bad_message(kind: MessageType, payload: bytes) -> None:
-    with pytest.raises(BadMessage):
-        codec.decode(payload, kind.cls)
-        raise BadMessage("happened to be well formed")
+    with suppress(BadMessage):
+        assert same(codec.decode(payload, kind.cls), codec.decode(payload, kind.cls))
 
 
 @many
@@ -173,8 +175,6 @@ def test_bytes_behind_a_payload_raise_bad_message(drawn: tuple[MessageType, Any]
     kind, message = drawn
     with pytest.raises(BadMessage):
         codec.decode(codec.encode(message) + behind, kind.cls)
-        assert kind.tail and 0 in getattr(message, kind.tail).shape
-        raise BadMessage("an empty tail has no size to compare")
 
 
 @many
@@ -186,7 +186,7 @@ def test_flipped_bits_raise_bad_message_or_give_a_message(drawn: tuple[MessageTy
         bit = data.draw(st.integers(0, 8 * len(payload) - 1))
         payload[bit // 8] ^= 1 << bit % 8
     try:
-        arrived = codec.decode(bytes(payload), kind.cls)
+        arrived: Any = codec.decode(bytes(payload), kind.cls)
     except BadMessage:
         return
     assert same(codec.decode(codec.encode(arrived), kind.cls), arrived)
@@ -211,21 +211,15 @@ def test_the_json_schema_refuses_an_unknown_field(kind: MessageType, data: st.Da
 
 
 def test_a_tail_is_read_in_place_and_cannot_be_written() -> None:
-    grid = OccupancyGrid(1.0, "map", 0.05, codec.from_plain({}, _pose()), np.zeros((3, 5), np.int8))
+    grid = OccupancyGrid(1.0, "map", 0.05, Pose(), np.zeros((3, 5), np.int8))
     payload = codec.encode(grid)
     cells = codec.decode(payload, OccupancyGrid).cells
     assert np.shares_memory(cells, np.frombuffer(payload, np.uint8))
     assert not cells.flags.writeable
 
 
-def _pose() -> type:
-    from bus_schema.messages.geometry import Pose
-
-    return Pose
-
-
 def test_a_tail_that_no_field_describes_is_refused() -> None:
-    image = Image(1.0, "camera", "base_link", codec.from_plain({}, _pose()), 1.2, np.zeros((2, 2, 3), np.uint8))
+    image = Image(1.0, "camera", "base_link", Pose(), 1.2, np.zeros((2, 2, 3), np.uint8))
     plain = codec.to_plain(image)
     layout = plain["pixels"].data
     plain["pixels"] = msgpack.ExtType(1, layout + image.pixels.tobytes())
@@ -236,14 +230,12 @@ def test_a_tail_that_no_field_describes_is_refused() -> None:
 
 def test_an_array_with_a_gap_between_its_rows_is_sent_without_the_gap() -> None:
     wide = np.arange(24, dtype=np.int8).reshape(4, 6)
-    grid = OccupancyGrid(1.0, "map", 0.05, codec.from_plain({}, _pose()), wide[:, ::2])
+    grid = OccupancyGrid(1.0, "map", 0.05, Pose(), wide[:, ::2])
     assert same(codec.decode(codec.encode(grid), OccupancyGrid).cells, wide[:, ::2].copy())
 
 
 @pytest.mark.parametrize("text", ["\ud800", "a\udfff"])
 def test_text_that_no_encoding_carries_is_refused_wherever_it_stands(text: str) -> None:
-    from bus_schema.messages.health import Event, SystemStatus
-
     for message in (
         Event(0.0, text, "navigator", ""),
         Event(0.0, "fault", "navigator", "", {text: 1}),
@@ -257,6 +249,12 @@ def test_text_that_no_encoding_carries_is_refused_wherever_it_stands(text: str) 
 def test_an_integer_too_large_for_a_float_is_refused() -> None:
     with pytest.raises(BadMessage, match="too large"):
         codec.encode(Twist.planar(10**400, 0.0))
+
+
+@pytest.mark.parametrize("number", [2**64, -(2**63) - 1, 10**5000], ids=["above", "below", "huge"])
+def test_an_integer_beyond_64_bits_is_refused(number: int) -> None:
+    with pytest.raises(BadMessage, match="64 bits"):
+        codec.encode(Event(0.0, "fault", "navigator", "", {"count": number}))
 
 
 def test_a_payload_above_the_limit_is_refused_unread() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -21,10 +20,9 @@ Tail = Annotated[NDArray[np.uint8], Array("|u1", (None,), tail=True)]
 
 
 @pytest.fixture(autouse=True)
-def forget_types_of_the_test(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def forget_types_of_the_test(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_types", dict(registry._types))
     monkeypatch.setattr(registry, "_by_class", dict(registry._by_class))
-    yield
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,9 @@ class Bare:
 
 
 def registered(hint: Any, name: str = "tests/Holder") -> Any:
-    holder = dataclass(frozen=True)(type("Holder", (), {"__annotations__": {"field": hint}, "__module__": __name__}))
+    holder: Any = dataclass(frozen=True)(
+        type("Holder", (), {"__annotations__": {"field": hint}, "__module__": __name__})
+    )
     return message(name)(holder)
 
 
@@ -83,7 +83,17 @@ def test_a_module_that_is_loaded_again_may_register_its_types_again() -> None:
 
 @pytest.mark.parametrize(
     "hint",
-    [complex, set[int], list[float], dict[int, str], tuple[int, str], int | str, NDArray[np.uint8], object, Bare | Vector3],
+    [
+        complex,
+        set[int],
+        list[float],
+        dict[int, str],
+        tuple[int, str],
+        int | str,
+        NDArray[np.uint8],
+        object,
+        Bare | Vector3,
+    ],
 )
 def test_a_field_that_cannot_travel_is_refused_by_name(hint: Any) -> None:
     with pytest.raises(BadType, match=r"Holder\.field"):

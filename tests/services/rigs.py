@@ -1,12 +1,30 @@
 """What the tests of components share: a simulated world on a rig, moved on tick by tick."""
 
+import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from bus_schema import codec
+from bus_schema.messages.control import ParameterValues
+from bus_schema.messages.sensors import Image
+from regraft.runtime.calling import Goal
 from regraft.testing import Rig
+from sim_service.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.camera_mount import camera_mount
+from sim_service.placement import Placement
+from sim_service.poses import Pose2D
+from sim_service.renderers import RendererName, make_camera, probe
+from sim_service.scene import load_scene
 from sim_service.world import World
 
 FROG = str(Path(__file__).parents[2] / "stacks" / "frog" / "world.xml")
 TICK = 0.05
+BEST = probe().renderer
+RENDERERS: list[RendererName] = ["ray"] if BEST == "ray" else ["ray", BEST]
+SIZES = {"ray": (160, 120), "egl": (320, 240), "osmesa": (320, 240)}
 
 
 def world_on(rig: Rig, **parameters: object) -> World:
@@ -20,3 +38,68 @@ def run(rig: Rig, world: World, seconds: float) -> None:
         rig.clock.advance_to(rig.clock.now() + round(TICK * 1e9))
         world.advance(world.ticks, TICK)
         rig.settle()
+
+
+def run_until(rig: Rig, world: World, done: Callable[[], bool], within: float) -> None:
+    """Let time pass until something is done, for some seconds at the most."""
+    end = rig.clock.now() + round(within * 1e9)
+    while not done() and rig.clock.now() < end:
+        run(rig, world, TICK)
+
+
+def finish(rig: Rig, world: World, goal: Goal[Any, Any], within: float = 120.0) -> Goal[Any, Any]:
+    """Let time pass until a goal has ended."""
+    run_until(rig, world, lambda: goal.done, within)
+    assert goal.done
+    return goal
+
+
+def set_parameters(rig: Rig, component: str, **values: object) -> None:
+    """Set parameters as the adaptation manager does."""
+    answers: list[Any] = []
+    key = rig.keys.control(component, 1, "parameters")
+    rig.bus.ask(key, codec.encode(ParameterValues(values)), 5.0, answers.extend)
+    while not answers:
+        rig.settle()
+    assert not answers[0].error
+
+
+class Studio:
+    """Takes pictures of FROG's objects, placed at will, as the cameras of the world do."""
+
+    def __init__(self, renderer: RendererName, camera: str = "camera", **poses: Pose2D) -> None:
+        """Place the objects; those that are not named stand in the corners, out of the way."""
+        corners = {
+            "hydrant": Pose2D(1.9, 2.0, 0.0),
+            "red_box": Pose2D(1.9, -1.9, 0.0),
+            "orange_ball": Pose2D(-1.9, 2.0, 0.0),
+            "base": Pose2D(0.0, 0.0, 0.0),
+        }
+        self.scene = load_scene(FROG)
+        self.placement = Placement({**corners, **poses})
+        self.camera = camera
+        self.size = SIZES[renderer]
+        self.mount = camera_mount(self.scene, self.placement, camera)
+        settings = CameraSettings(camera, *self.size, camera == "corner_camera", SensorNoise(), 1)
+        self._eye = make_camera(renderer, self.scene, self.placement, settings)
+        self._qpos = self.scene.model.qpos0.copy()
+        self.placement.apply(self.scene, self.scene.new_model(), self._qpos)
+        self._taken = 0
+
+    def put_robot(self, x: float, y: float, yaw: float) -> None:
+        """Put the robot, and so its camera, somewhere."""
+        first = self.scene.free_joint_position("base")
+        self._qpos[first : first + 2] = (x, y)
+        self._qpos[first + 3 : first + 7] = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
+
+    def picture(self, light: float = 1.0, stamp: float = 0.0) -> Image:
+        """Take a picture; each has its own noise."""
+        self._taken += 1
+        pixels = self._eye.render(RenderState(np.array(self._qpos), light, self._taken))
+        frame = "base_link" if self.mount.on_board else "map"
+        opening = self.mount.horizontal_field_of_view(*self.size)
+        return Image(stamp, f"{self.camera}_optical", frame, self.mount.pose, opening, pixels)
+
+    def close(self) -> None:
+        """Give the renderer back."""
+        self._eye.close()

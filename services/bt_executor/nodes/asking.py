@@ -64,6 +64,7 @@ class Asking(StatefulAction):
     def on_start(self) -> Status:
         """Ask."""
         self._feedback = None
+        write_if_connected(self, "reason", "")
         self._asked = self.ask()
         return RUNNING
 
@@ -83,6 +84,7 @@ class Asking(StatefulAction):
 
     def on_halted(self) -> None:
         """Give up; a goal is cancelled."""
+        write_if_connected(self, "reason", "it was halted before it was done")
         if self._asked is not None:
             self._asked.give_up()
             self._asked = None

@@ -38,7 +38,7 @@ class Asked(Generic[A]):
         """Have ``wake`` called when the answer comes."""
         self._waiting = waiting
         self._goal = goal
-        # A task that awaits a goal's outcome would, when it is cancelled, keep the kit from cancelling the goal.
+        # No task waits here: one that is cancelled while it awaits a goal leaves the goal uncancelled.
         waiting.task = _Bell(wake)  # type: ignore[assignment]
 
     @property
@@ -98,6 +98,10 @@ class LeafContext:
             raise NoSuchInput(f"the executor has no input '{name}'; it has: {', '.join(self.kit.inputs)}")
 
     def latest(self, name: str) -> Any:
-        """Return the newest message of one of the executor's inputs, None before the first; raises NoSuchInput."""
+        """Return the newest message of one of the executor's inputs, None before the first.
+
+        Raises:
+            NoSuchInput: the executor has no such input.
+        """
         self.check_input(name)
         return self.kit.inputs[name].latest

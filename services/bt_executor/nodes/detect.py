@@ -11,10 +11,10 @@ from services.bt_executor.nodes.context import Asked
 
 
 class DetectObject(Asking):
-    """Looks for an object in the next pictures; succeeds when they were looked at, whether it was seen or not."""
+    """Looks for an object in the next pictures; succeeds when they were looked at, seen or not."""
 
     label = Input(str, default="hydrant", description="what to look for")
-    pictures = Input(int, default=1, description="how many pictures")
+    pictures = Input(int, description="how many pictures; by default as many as the detector thinks fit")
     service = Input(str, default="detect", description="the service that looks")
     timeout = Input(float, default=10.0, description="seconds to wait for the answer")
     looked = Output(int, description="how many pictures were looked at")
@@ -27,13 +27,13 @@ class DetectObject(Asking):
 
     def ask(self) -> Asked[Any]:
         """Ask the detector."""
-        request = Detect(self.label, self.pictures)
-        return self.context.call(self.service, request, Sightings, timeout=self.timeout)
+        pictures = self.pictures if "pictures" in self.setup.attributes else None
+        return self.context.call(self.service, Detect(self.label, pictures), Sightings, timeout=self.timeout)
 
     def answered(self, answer: Sightings) -> Status:
         """Write what was seen."""
         best = answer.best
-        outputs = {
+        outputs: dict[str, int | float | str] = {
             "looked": answer.pictures,
             "hits": answer.hits,
             "found": answer.hits > 0,

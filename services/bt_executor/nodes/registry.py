@@ -34,7 +34,7 @@ ENTRY_POINTS: Final = "regraft.tree_nodes"
 
 
 def node_types(context: LeafContext, places: Iterable[str] = ()) -> Registry:
-    """Return the engine's node types, ours, those of installed packages, and those at ``places`` (``module:name``).
+    """Return the engine's node types, ours, installed packages', and those at ``places`` (``module:name``).
 
     A class whose constructor takes ``context`` gets it.
 

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.bt_executor.engine import RUNNING, SUCCESS, Input, Node, NodeSetup, Output, StatefulAction, Status
+from services.bt_executor.engine import (
+    RUNNING,
+    SUCCESS,
+    Input,
+    Node,
+    NodeSetup,
+    Output,
+    StatefulAction,
+    Status,
+)
 from services.bt_executor.nodes.asking import require_ports, write_if_connected
 from services.bt_executor.nodes.context import LeafContext
 

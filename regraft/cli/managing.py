@@ -1,0 +1,77 @@
+"""Changing a system: through its adaptation manager, or directly where a component runs alone."""
+
+from __future__ import annotations
+
+import typer
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
+from regraft.cli.group import FAILED, Unreachable
+from regraft.cli.output import complain, say, seconds, show_json
+from regraft.cli.reach import Reached, user
+from regraft.cli.topology import Topology, topology
+
+ADAPT, UNDO, JOURNAL = "adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/journal"
+ADAPTATION_WITHIN = 60.0
+GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING)
+
+
+def require_manager(known: Topology) -> None:
+    """Raise Unreachable if the system has no adaptation manager."""
+    if ADAPT not in known.offers():
+        raise Unreachable(
+            "this system has no adaptation manager, so nothing can change it: add a component of the class "
+            "adaptation_manager.manager:AdaptationManager to its stack"
+        )
+
+
+def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_WITHIN) -> AdaptationReport:
+    """Have an adaptation carried out; raises CallFailed, Unreachable."""
+    require_manager(topology(there))
+    return there.client.call(ADAPT, request, AdaptationReport, timeout)
+
+
+def change(there: Reached, one: Change, reason: str) -> AdaptationReport:
+    """Have one change carried out; raises CallFailed, Unreachable."""
+    return adapt(there, AdaptationRequest((one,), reason, user()))
+
+
+def show_report(report: AdaptationReport, *, as_json: bool) -> None:
+    """Print what became of an adaptation, and exit with 1 if it came to nothing."""
+    if as_json:
+        show_json(report)
+    else:
+        say(headline(report))
+        for violation in report.violations:
+            complain(violation_line(violation))
+        if report.request.dry_run or report.outcome not in GOOD:
+            for step in report.steps:
+                say(f"  {step_line(step)}")
+    if report.outcome not in GOOD:
+        raise typer.Exit(FAILED)
+
+
+def headline(report: AdaptationReport) -> str:
+    """Return an adaptation's outcome as one line."""
+    what = "dry run, " if report.request.dry_run else f"adaptation {report.id} " if report.id else ""
+    parts = [f"{what}{report.outcome.value.replace('_', ' ')}"]
+    if report.revision_after != report.revision_before:
+        parts.append(f"revision {report.revision_before} to {report.revision_after}")
+    if report.duration:
+        parts.append(f"in {seconds(report.duration)}")
+    return ", ".join(parts) + (f": {report.error}" if report.error else "")
+
+
+def violation_line(violation: Violation) -> str:
+    """Return a violation as one line."""
+    where = ".".join(filter(None, (violation.component, violation.field)))
+    number = "" if violation.change is None else f"change {violation.change}: "
+    return f"{number}{where}: {violation.problem}" if where else f"{number}{violation.problem}"
+
+
+def step_line(step: StepReport) -> str:
+    """Return a step as one line."""
+    error = f": {step.error}" if step.error else ""
+    took = f" in {seconds(step.duration)}" if step.duration else ""
+    return (
+        f"{step.number}. {step.component}: {step.action}: {step.state.value.replace('_', ' ')}{took}{error}"
+    )

@@ -1,0 +1,154 @@
+"""``regraft service``, ``action`` and ``goal``: asking what components offer."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+
+from regraft.cli import message_types
+from regraft.cli.group import INTERRUPTED
+from regraft.cli.options import JsonOption, SystemOption, TimeoutOption
+from regraft.cli.output import complain, say, show_json, show_table
+from regraft.cli.reach import reached
+from regraft.cli.topology import Offer, Topology, topology
+from regraft.cli.values import document
+from regraft.client import ClientGoal, as_json
+from regraft.runtime.calling import CallFailed
+
+service = typer.Typer(help="List and call services.", no_args_is_help=True, rich_markup_mode=None)
+action = typer.Typer(help="List actions, and send them goals.", no_args_is_help=True, rich_markup_mode=None)
+goal = typer.Typer(help="Send goals to actions.", no_args_is_help=True, rich_markup_mode=None)
+
+CANCEL_WITHIN = 5.0
+LOOK_EVERY = 0.2
+
+BodyArgument = Annotated[
+    str, typer.Argument(metavar="[BODY]", help="The fields in JSON or YAML; none by default.")
+]
+
+
+@service.command("list")
+def list_services(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List services with their types and who offers them."""
+    with reached(ctx, system) as there:
+        _list(list(topology(there).offers("service").values()), "services", json=as_json)
+
+
+@action.command("list")
+def list_actions(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List actions with their types and who offers them."""
+    with reached(ctx, system) as there:
+        _list(list(topology(there).offers("action").values()), "actions", json=as_json)
+
+
+def _list(offers: list[Offer], kind: str, *, json: bool) -> None:
+    if json:
+        show_json({kind: [offer.plain() for offer in offers]})
+        return
+    rows = (
+        (
+            offer.name,
+            offer.component,
+            offer.description.request,
+            offer.description.reply,
+            offer.description.text,
+        )
+        for offer in offers
+    )
+    show_table((kind[:-1], "component", "request", "reply", ""), rows, empty=f"no {kind}")
+
+
+@service.command("call")
+def call(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="SERVICE")],
+    body: BodyArgument = "",
+    timeout: TimeoutOption = 5.0,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Call a service and print its reply."""
+    with reached(ctx, system) as there:
+        known = topology(there)
+        offer = known.offer(name, "service")
+        request, reply = _request(known, offer, body), _type(known, offer, offer.description.reply)
+        show_reply(there.client.call(name, request, reply, timeout), as_json=as_json)
+
+
+@action.command("send")
+@goal.command("send")
+def send(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="ACTION")],
+    body: BodyArgument = "",
+    feedback: Annotated[bool, typer.Option("--feedback", help="Print feedback as it comes.")] = False,
+    timeout: TimeoutOption = 3600.0,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Send an action a goal, wait for its result and print it; Ctrl-C cancels the goal."""
+    with reached(ctx, system) as there:
+        known = topology(there)
+        offer = known.offer(name, "action")
+        request, reply = _request(known, offer, body), _type(known, offer, offer.description.reply)
+        told = (
+            _type(known, offer, offer.description.feedback)
+            if feedback and offer.description.feedback
+            else None
+        )
+
+        def show(message: object) -> None:
+            show_reply(message, as_json=as_json, compact=True)
+
+        pursued = there.client.goal(name, request, reply, told, on_feedback=show if told else None)
+        show_reply(_result(pursued, timeout), as_json=as_json, compact=feedback)
+
+
+def _result(pursued: ClientGoal[object, object], timeout: float) -> object:
+    """Wait for a goal's end; if nobody waits for it any more, it is cancelled."""
+    deadline = time.monotonic() + timeout
+    try:
+        # Waiting in short steps lets Ctrl-C through.
+        while not pursued.done and time.monotonic() < deadline:
+            time.sleep(min(LOOK_EVERY, max(0.0, deadline - time.monotonic())))
+        if pursued.done:
+            return pursued.result(CANCEL_WITHIN)
+        _cancel(pursued)
+        raise CallFailed("goal", None, f"had not ended after {timeout:g} s, and was cancelled")
+    except KeyboardInterrupt:
+        complain("cancelling the goal ...")
+        _cancel(pursued)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _cancel(pursued: ClientGoal[object, object]) -> None:
+    pursued.cancel()
+    try:
+        pursued.result(CANCEL_WITHIN)
+    except CallFailed as error:
+        complain(str(error))
+
+
+def _request(known: Topology, offer: Offer, body: str) -> object:
+    kind = message_types.named(offer.description.request, known.classes(offer.component), known.folder)
+    return message_types.message_of(kind, document(body, "the body") if body.strip() else None)
+
+
+def _type(known: Topology, offer: Offer, name: str) -> type[object]:
+    return message_types.named(name, known.classes(offer.component), known.folder).cls
+
+
+def show_reply(message: object, *, as_json: bool, compact: bool = False) -> None:
+    """Print a message, as JSON or one field per line."""
+    if as_json:
+        show_json(message, compact=compact)
+        return
+    for field, value in _fields(message).items():
+        say(f"{field}: {value}")
+
+
+def _fields(message: object) -> dict[str, object]:
+    fields: dict[str, object] = as_json(message)
+    return fields

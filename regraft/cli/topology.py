@@ -1,0 +1,172 @@
+"""Who is connected to what: from the hosts' specs, and of components that no host runs, from themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.description import PortDescription, ServiceDescription
+from bus_schema.suggestions import instead_of
+from regraft.cli.group import BadInput
+from regraft.cli.reach import Reached
+from regraft.client import NoSuchComponent
+
+LISTEN_FOR = 1.0
+
+
+@dataclass(slots=True)
+class TopicUse:
+    """A topic: its type, who writes and who reads it as (component, port), and what the stack says of it."""
+
+    name: str
+    type: str
+    spec: TopicSpec | None = None
+    writers: list[tuple[str, str]] = field(default_factory=list)
+    readers: list[tuple[str, str]] = field(default_factory=list)
+
+    def plain(self) -> dict[str, object]:
+        """Return it as plain data."""
+        return {
+            "name": self.name,
+            "type": self.type,
+            "reliable": self.spec.reliable if self.spec else None,
+            "rate": self.spec.rate if self.spec else None,
+            "writers": [ends(*end) for end in self.writers],
+            "readers": [ends(*end) for end in self.readers],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A service or action that a component offers under a name."""
+
+    name: str
+    component: str
+    cls: str
+    description: ServiceDescription
+
+    def plain(self) -> dict[str, object]:
+        """Return it as plain data."""
+        said = self.description
+        return {
+            "name": self.name,
+            "kind": said.kind,
+            "component": self.component,
+            "request": said.request,
+            "reply": said.reply,
+            "feedback": said.feedback,
+            "text": said.text,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Topology:
+    """The components of a system as specs, those that hosts run and the others, and the stack's topics."""
+
+    hosted: dict[str, ComponentSpec]
+    unhosted: dict[str, ComponentSpec]
+    topics: dict[str, TopicSpec]
+    folder: Path
+    """Where the stack's own modules may be."""
+
+    @property
+    def components(self) -> dict[str, ComponentSpec]:
+        """All components by name."""
+        return dict(sorted((self.unhosted | self.hosted).items()))
+
+    def classes(self, *first: str) -> list[str]:
+        """Return the classes of all components, those of the components ``first`` named leading."""
+        components = self.components
+        ordered = dict.fromkeys((*first, *components))
+        return [components[name].cls for name in ordered if components[name].cls]
+
+    def component(self, name: str) -> ComponentSpec:
+        """Return a component; raises BadInput for an unknown one."""
+        found = self.components.get(name)
+        if found is None:
+            raise BadInput(f"there is no component {name!r}; {instead_of(name, self.components)}")
+        return found
+
+    def uses(self) -> dict[str, TopicUse]:
+        """Return all topics by name."""
+        uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
+        for component, port, topic in self._ports():
+            use = uses.setdefault(topic, TopicUse(topic, port.type))
+            (use.writers if port.direction == "output" else use.readers).append((component, port.name))
+        return dict(sorted(uses.items()))
+
+    def use(self, topic: str) -> TopicUse:
+        """Return one topic; raises BadInput for an unknown one."""
+        uses = self.uses()
+        if topic not in uses:
+            raise BadInput(f"there is no topic {topic!r}; {instead_of(topic, uses)}")
+        return uses[topic]
+
+    def _ports(self) -> Iterator[tuple[str, PortDescription, str]]:
+        for name, spec in self.components.items():
+            for port in spec.description.ports if spec.description else ():
+                topic = spec.connections.get(port.name)
+                if topic:
+                    yield name, port, topic
+
+    def offers(self, kind: str | None = None) -> dict[str, Offer]:
+        """Return what is offered, by name: all, or only each ``service`` or ``action``."""
+        offers = (
+            Offer(spec.services.get(said.name, said.name), name, spec.cls, said)
+            for name, spec in self.components.items()
+            for said in (spec.description.services if spec.description else ())
+            if kind in (None, said.kind)
+        )
+        return {offer.name: offer for offer in sorted(offers, key=lambda offer: offer.name)}
+
+    def offer(self, name: str, kind: str) -> Offer:
+        """Return one service or action; raises BadInput for an unknown one."""
+        offers = self.offers(kind)
+        if name not in offers:
+            raise BadInput(f"there is no {kind} {name!r}; {instead_of(name, offers)}")
+        return offers[name]
+
+
+def ends(component: str, port: str) -> str:
+    """Return a port as it is shown: ``component.port``."""
+    return f"{component}.{port}"
+
+
+def topology(there: Reached) -> Topology:
+    """Ask who is connected to what; raises ClientError."""
+    client = there.client
+    seen = client.components(LISTEN_FOR)
+    hosted: dict[str, ComponentSpec] = {}
+    topics: dict[str, TopicSpec] = {}
+    for host in client.hosts(LISTEN_FOR).values():
+        if host.alive:
+            view = client.host_view(host.name)
+            hosted |= {spec.name: spec for spec in view.specs}
+            topics |= view.architecture.topics
+    unhosted = {}
+    for name in seen.keys() - hosted.keys():
+        spec = _spec_of(there, name)
+        if spec is not None:
+            unhosted[name] = spec
+    return Topology(hosted, unhosted, topics, Path(there.info.stack).resolve().parent)
+
+
+def _spec_of(there: Reached, name: str) -> ComponentSpec | None:
+    """Ask a component that no host runs what it is; None if it has just ended."""
+    try:
+        description = there.client.describe(name)
+        view = there.client.view(name)
+    except NoSuchComponent:
+        return None
+    connections = {port: topic for port, topic in view.connections.items() if topic}
+    services = {offered.name: offered.name for offered in description.services}
+    return ComponentSpec(
+        name,
+        description.cls,
+        connections=connections,
+        services=services,
+        description=description,
+        state=view.state,
+    )

@@ -1,0 +1,49 @@
+"""``regraft types``: the message types, described by JSON Schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bus_schema.registry import known_types
+from regraft.cli import message_types
+from regraft.cli.group import BadInput
+from regraft.cli.options import JsonOption
+from regraft.cli.output import show_json, show_table
+from regraft.stack.classes import import_problem, look_in
+
+
+def types(
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="A type such as regraft/Twist.")] = "",
+    modules: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--import", metavar="MODULE", help="Import a module that defines types; may be repeated."
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List message types, or print the JSON Schema of one."""
+    look_in(Path.cwd())
+    for module in modules or []:
+        problem = import_problem(module)
+        if problem:
+            raise BadInput(problem)
+    if name:
+        show_json(message_types.named(name).json_schema())
+        return
+    message_types.know_schema()
+    kinds = known_types()
+    if as_json:
+        show_json(
+            {
+                "types": [
+                    {"name": kind.name, "version": kind.version, "encoding": kind.encoding} for kind in kinds
+                ]
+            }
+        )
+        return
+    rows = ((kind.name, kind.version, (kind.cls.__doc__ or "").split("\n")[0]) for kind in kinds)
+    show_table(("type", "version", ""), rows, empty="no types")

@@ -1,0 +1,25 @@
+"""Keeps freed memory in the process: glibc gives large blocks back at once, and each new page then costs a fault.
+
+A component that receives and sends images frees and allocates the same megabytes for each; without the faults, a 1 MB
+round trip takes less than half as long. The ROS 2 real-time guide sets the same two limits.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
+"""Numbers of the options, from glibc's ``malloc.h``."""
+MEGABYTE = 1024 * 1024
+KEPT = 64 * MEGABYTE
+"""Free bytes at the end of the heap beyond which they are given back: a few images, not a leak."""
+MAPPED_FROM = 32 * MEGABYTE
+"""Bytes from which a block is mapped by itself; the greatest value that glibc takes."""
+
+
+def keep_freed_memory() -> bool:
+    """Set both limits for this process; returns False where the C library has no such options (musl, macOS)."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is None:
+        return False
+    return bool(mallopt(M_MMAP_THRESHOLD, MAPPED_FROM) and mallopt(M_TRIM_THRESHOLD, KEPT))

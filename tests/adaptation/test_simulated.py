@@ -1,0 +1,66 @@
+"""Adaptations under simulated time: in slots, in which no time passes, and the same in every run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bus_schema.adaptation import Outcome, SetParameters
+from bus_schema.architecture import Architecture, TopicSpec
+from regraft.memory_bus import MemoryHub
+from tests.adaptation.host_stub import HostStub
+from tests.adaptation.parts import Collector, Keeper, Planner, Ticker
+from tests.adaptation.system import SYSTEM, System, spec_of, wait_until
+
+
+def _system(folder: Path) -> System:
+    specs = [
+        spec_of("ticker", Ticker, parameters={"speed": "max"}),
+        spec_of("collector", Collector),
+        spec_of("keeper", Keeper),
+        spec_of("planner", Planner),
+    ]
+    topics = {name: TopicSpec(name, "regraft/Twist") for name in ("count", "echo")}
+    architecture = Architecture(SYSTEM, 1, True, {spec.name: spec for spec in specs}, topics)
+    hub = MemoryHub()
+    system = System(hub, architecture, HostStub(hub, architecture), folder / "journal.sqlite")
+    system.start_manager()
+    for name in ("collector", "keeper", "planner", "ticker"):
+        system.start(name)
+    return system
+
+
+def _run(folder: Path) -> tuple[list[Any], int, int]:
+    """Run until the planner is done; returns what became of its adaptations, and how far both inputs counted."""
+    folder.mkdir()
+    system = _system(folder)
+    try:
+        planner = system.running["planner"].component
+        counters = [system.running[name].component for name in ("collector", "keeper")]
+        wait_until(lambda: len(getattr(planner, "reports", ())) == 6, within=20.0)
+        last = planner.reports[-1].tick
+        wait_until(lambda: all(len(counter.collected) > last + 10 for counter in counters))
+        heard = [list(counter.collected) for counter in counters]
+        for numbers in heard:
+            assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        ends = [(r.id, r.outcome, r.tick, r.started, [s.state for s in r.steps]) for r in planner.reports]
+        return ends, heard[0][0], heard[1][0]
+    finally:
+        system.end()
+
+
+def test_rewiring_in_step_loses_and_doubles_nothing_and_is_the_same_in_every_run(tmp_path: Path) -> None:
+    first = _run(tmp_path / "one")
+    assert [outcome for _, outcome, *_ in first[0]] == [Outcome.APPLIED] * 6
+    assert all(tick is not None for _, _, tick, *_ in first[0])
+    assert _run(tmp_path / "two") == first
+
+
+def test_an_adaptation_from_outside_gets_a_slot(tmp_path: Path) -> None:
+    system = _system(tmp_path)
+    try:
+        report = system.adapt(SetParameters("ticker", {"speed": "real"}))
+        assert report.outcome is Outcome.APPLIED, report
+        assert report.tick is not None
+    finally:
+        system.end()

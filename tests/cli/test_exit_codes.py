@@ -1,0 +1,153 @@
+"""Errors meant for people are a line of text and an exit code; scripts can tell them apart."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from regraft import CallFailed, rundir
+from regraft.bus import BusError
+from regraft.cli.group import BAD_INPUT, FAILED, NOT_REACHABLE, exit_code
+from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
+from regraft.rundir import RunInfo
+from regraft.stack import Problem, StackError
+from tests.cli.conftest import Regraft
+from tests.cli.live import STACK
+
+NEED_A_SYSTEM = [
+    ("host",),
+    ("events",),
+    ("journal",),
+    ("undo", "1"),
+    ("adapt", "-"),
+    ("connect", "a", "b", "c"),
+    ("param", "list"),
+    ("param", "set", "a", "b", "1"),
+    ("lifecycle", "get", "a"),
+    ("topic", "list"),
+    ("topic", "echo", "a"),
+    ("service", "call", "a"),
+    ("action", "send", "a"),
+    ("mission", "status"),
+    ("logs", "a"),
+    ("down",),
+]
+
+
+@pytest.mark.parametrize("command", NEED_A_SYSTEM, ids=" ".join)
+def test_without_a_running_system_a_command_exits_with_3(regraft: Regraft, command: tuple[str, ...]) -> None:
+    found = regraft(*command, text='{"changes": []}')
+    assert found.exit_code == NOT_REACHABLE
+    assert "regraft up" in found.stderr
+
+
+def test_an_unknown_system_exits_with_3_and_is_named(regraft: Regraft) -> None:
+    for arguments in (("ps", "--system", "nope"), ("--system", "nope", "ps"), ("down", "nope")):
+        found = regraft(*arguments)
+        assert found.exit_code == NOT_REACHABLE
+        assert "'nope'" in found.stderr
+
+
+def test_nothing_running_is_a_good_answer_of_ps(regraft: Regraft) -> None:
+    found = regraft("ps", "--json")
+    assert found.exit_code == 0
+    assert json.loads(found.stdout) == {"systems": []}
+
+
+def test_a_system_that_died_is_not_running(regraft: Regraft, home: Path) -> None:
+    (home / "dead").mkdir()
+    rundir.write_info(RunInfo("dead", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+    assert json.loads(regraft("ps", "--json").stdout) == {"systems": []}
+    assert "dead died without a farewell" in regraft("doctor", "--json").stdout
+
+
+def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Path) -> None:
+    held = rundir.lock("deaf")
+    rundir.write_info(RunInfo("deaf", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+    found = regraft("ps")
+    held.close()
+    assert found.exit_code == NOT_REACHABLE
+    assert "deaf cannot be reached" in found.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("up",),
+        ("up", "nowhere.yaml"),
+        ("up", str(STACK), "--speed", "warp"),
+        ("up", str(STACK), "--speed", "max"),
+        ("up", str(STACK), "--for", "0"),
+        ("up", str(STACK), "--seed", "-1"),
+        ("up", str(STACK), "--system", "a b"),
+        ("up", str(STACK), "--set", "talker.step=11"),
+        ("up", str(STACK), "--set", "talker"),
+        ("run", "nowhere"),
+        ("run", "no.such.module:Class"),
+        ("run", "regraft:CallFailed"),
+        ("run", "services.battery:Battery", "--set", "no_such=1"),
+        ("run", "services.battery:Battery", "--set", "nonsense"),
+        ("run", "services.battery:Battery", "--connect", "no_such=topic"),
+        ("run", "services.battery:Battery", "--name", "a b"),
+        ("types", "regraft/Twits"),
+        ("types", "--import", "no_such_module"),
+        ("frobnicate",),
+        ("lifecycle", "set", "a", "fly"),
+        ("journal", "--limit", "0"),
+    ],
+    ids=" ".join,
+)
+def test_bad_input_exits_with_2_and_says_why(regraft: Regraft, arguments: tuple[str, ...]) -> None:
+    found = regraft(*arguments)
+    assert found.exit_code == BAD_INPUT
+    assert found.stderr
+    assert "Traceback" not in found.output
+
+
+def test_a_stack_with_errors_names_file_and_line_of_every_one(regraft: Regraft, tmp_path: Path) -> None:
+    text = (STACK / "stack.yaml").read_text().replace("clitest/Number, rate: 20", "clitest/Nmber, rat: 20")
+    (tmp_path / "stack.yaml").write_text(text)
+    (tmp_path / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
+    found = regraft("up", str(tmp_path))
+    assert found.exit_code == BAD_INPUT
+    assert found.stderr.count("stack.yaml:6: ") >= 2
+
+
+def test_a_request_that_is_no_adaptation_names_the_field(regraft: Regraft, tmp_path: Path) -> None:
+    file = tmp_path / "request.yaml"
+    file.write_text("changes: [{change: set_parameters, component: a, paramters: {}}]")
+    found = regraft("adapt", str(file))
+    assert found.exit_code == BAD_INPUT
+    assert "parameters" in found.stderr
+
+
+@pytest.fixture
+def port() -> Iterator[int]:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        yield taken.getsockname()[1]
+
+
+def test_a_gateway_port_in_use_is_said_before_anything_runs(regraft: Regraft, home: Path, port: int) -> None:
+    file = home / "stack.yaml"
+    file.write_text(
+        f"system: tiny\ncomponents:\n  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"
+    )
+    found = regraft("up", str(file))
+    assert found.exit_code == BAD_INPUT
+    assert f"gateway cannot listen on 127.0.0.1:{port}" in found.stderr
+    assert "--set gateway.port=" in found.stderr
+    assert found.stdout == ""
+
+
+def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:
+    bad = (NoSuchComponent("a"), NoSuchHost("a"), StackError([Problem("f", 1, "a", "b")]))
+    assert [exit_code(error) for error in bad] == [BAD_INPUT] * 3
+    assert [exit_code(error) for error in (NoAnswer("a"), BusError("a"))] == [NOT_REACHABLE] * 2
+    assert [exit_code(error) for error in (ClientError("a"), CallFailed("a", None, "b"))] == [FAILED] * 2
+    assert exit_code(KeyError("a")) is None

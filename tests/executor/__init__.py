@@ -1,0 +1,1 @@
+"""Tests of the mission executor and its leaves."""

@@ -1,0 +1,63 @@
+"""Missions under simulated time in step, with every component on a thread of its own."""
+
+from __future__ import annotations
+
+from bus_schema.lifecycle import State
+from bus_schema.messages.maps import Goals
+from bus_schema.messages.mission import MissionStatus
+from regraft import Component, Input, Output, every
+from services.bt_executor.executor import Executor
+from tests.executor.helpers import FROG
+from tests.executor.robot import PLACES, Detector, Navigator, goals
+from tests.stepped.parts import TinyWorld
+from tests.stepped.stepsite import StepSite
+
+
+class GoalGiver(Component):
+    """Says every two seconds where to go."""
+
+    goals = Output(Goals)
+
+    @every(seconds=2.0)
+    def tell(self) -> None:
+        """Say it."""
+        self.goals.publish(goals(*PLACES))
+
+
+class Witness(Component):
+    """Keeps all that is said of the mission."""
+
+    mission = Input(MissionStatus)
+
+    def __init__(self) -> None:
+        """Begin without anything."""
+        self.seen: list[MissionStatus] = []
+
+    @mission.handler
+    def take(self, status: MissionStatus) -> None:
+        """Keep it."""
+        self.seen.append(status)
+
+
+def run_in_step() -> tuple[list[float], list[MissionStatus]]:
+    """Run FROG's mission for 60 s of simulated time; returns the goals reached and what was said."""
+    steps = StepSite("memory")
+    try:
+        steps.start(Navigator, "navigator", parameters={"failures": 1}, state=State.ACTIVE)
+        steps.start(Detector, "detector", parameters={"failures": 1}, state=State.ACTIVE)
+        steps.start(GoalGiver, "goal_giver", state=State.ACTIVE)
+        steps.start(Witness, "witness", state=State.ACTIVE)
+        steps.start(Executor, "bt_executor", parameters={"mission": str(FROG)}, state=State.ACTIVE)
+        members = ("bt_executor", "detector", "goal_giver", "navigator", "witness")
+        steps.start_world(TinyWorld, members, 60.0)
+        assert steps.wait_finished().reproducible
+        return steps.component("navigator").reached, steps.component("witness").seen
+    finally:
+        steps.close()
+
+
+def test_equal_runs_in_step_give_equal_traces() -> None:
+    reached, seen = run_in_step()
+    assert reached[:3] == [0.0, 1.0, 2.0]
+    assert len(seen) > 15
+    assert (reached, seen) == run_in_step()

@@ -1,0 +1,146 @@
+"""FROG, started as a user starts it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import httpx
+
+from bus_schema.messages.clock import ClockTime
+from tests.host.system import ROOT, System
+from tests.kit.site import wait_until
+
+M = TypeVar("M")
+
+STACK = ROOT / "stacks" / "frog"
+PATIENCE = 60.0
+
+
+def free_port() -> int:
+    """Return a TCP port that is free now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """How a run that ended by itself ended."""
+
+    code: int
+    summary: dict[str, Any]
+    errors: str
+
+
+def run_frog(home: Path, seconds: float, *options: str, renderer: str = "") -> Run:
+    """Run FROG for simulated ``seconds`` and return what it says in the end."""
+    environment = {**os.environ, "REGRAFT_HOME": str(home)}
+    if renderer:
+        environment["REGRAFT_RENDERER"] = renderer
+    port = ["--set", f"gateway.port={free_port()}"]
+    command = [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--for", f"{seconds:g}", "--json", "--headless"]
+    ended = subprocess.run(
+        [*command, *port, *options],
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        timeout=max(120.0, 3 * seconds),
+        check=False,
+    )
+    summary = json.loads(ended.stdout) if ended.stdout.strip() else {}
+    return Run(ended.returncode, summary, ended.stderr)
+
+
+class Frog(System):
+    """A running FROG."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        self.port = free_port()
+        self.url = f"http://127.0.0.1:{self.port}/api/v1"
+        super().__init__(STACK, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log")
+        self.rest = httpx.Client(base_url=self.url, timeout=30.0)
+        wait_until(self._serving, "the gateway", PATIENCE)
+        wait_until(lambda: self.states() == {"active"}, "everybody active", PATIENCE)
+
+    def _serving(self) -> bool:
+        try:
+            return self.rest.get("/system").status_code == 200
+        except httpx.TransportError:
+            return False
+
+    def states(self) -> set[str]:
+        """Return the lifecycle states that components are in."""
+        return {seen.status.state.value for seen in self.client.components().values() if seen.status}
+
+    def clock(self) -> ClockTime:
+        """Return the latest time."""
+        wait_until(lambda: self.client.clock() is not None)
+        told = self.client.clock()
+        assert told is not None
+        return told
+
+    def wait_for_time(self, seconds: float) -> None:
+        """Wait until simulated time has gone on by ``seconds``."""
+        end = self.clock().time + seconds * 1e9
+        wait_until(lambda: self.clock().time >= end, f"{seconds} simulated seconds", PATIENCE)
+
+    def listen(self, topic: str, cls: type[M]) -> list[M]:
+        """Return a list that the messages of a topic are added to from now on."""
+        heard: list[M] = []
+        self.client.topic(topic, cls, lambda sample: heard.append(sample.message))
+        return heard
+
+    def adapt(self, *changes: dict[str, Any], **more: Any) -> httpx.Response:
+        """Ask for an adaptation."""
+        return self.rest.post("/adaptations", json={"changes": list(changes), **more})
+
+    def end(self) -> int:
+        """End it as Ctrl-C does."""
+        self.rest.close()
+        return super().end()
+
+
+def speed_of(twist: Any) -> float:
+    """Return the speed over ground of a Twist in m/s."""
+    return math.hypot(twist.linear.x, twist.linear.y)
+
+
+class Load:
+    """Busy loops beside the test, as separate processes."""
+
+    def __init__(self, count: int) -> None:
+        self._busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+
+    def __enter__(self) -> Load:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._busy:
+            process.kill()
+            process.wait()
+
+
+def in_parallel(call: Callable[[], None]) -> threading.Thread:
+    """Run something beside the test."""
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    return thread
+
+
+def pause(seconds: float) -> None:
+    """Let wall-clock time pass where that is what is being tested."""
+    time.sleep(seconds)

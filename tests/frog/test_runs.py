@@ -1,0 +1,60 @@
+"""Whole runs of FROG: repeatable, on any renderer, and said in one line."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.frog.conftest import StartFrog
+from tests.frog.frog import ROOT, STACK, Load, free_port, run_frog
+
+
+def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
+    first = run_frog(tmp_path, 30, "--speed", "max")
+    assert first.code == 0, first.errors
+    assert first.summary["simulated_s"] == 30
+    assert first.summary["reproducible"] is True
+    assert first.summary["contacts"] == 0
+    with Load(4):
+        second = run_frog(tmp_path, 30, "--speed", "max")
+    assert second.summary["digest"] == first.summary["digest"]
+    assert second.summary["dropped"] == []
+    other_seed = run_frog(tmp_path, 30, "--speed", "max", "--seed", "2")
+    other_value = run_frog(tmp_path, 30, "--speed", "max", "--set", "navigator.max_velocity=0.2")
+    assert len({run.summary["digest"] for run in (first, other_seed, other_value)}) == 3
+
+
+def test_the_ray_camera_does_where_there_is_no_opengl(tmp_path: Path) -> None:
+    run = run_frog(tmp_path, 20, "--speed", "max", renderer="ray")
+    assert run.code == 0, run.errors
+    assert run.summary["renderer"] == "ray"
+    assert run.summary["pictures"]
+
+
+def test_a_second_up_of_the_same_system_is_refused(start_frog: StartFrog, tmp_path: Path) -> None:
+    frog = start_frog("--speed", "max")
+    again = _up("--system", "tests", "--set", f"gateway.port={free_port()}")
+    assert again.returncode == 2
+    assert "already running" in again.stderr
+    assert frog.process.poll() is None
+
+
+def test_a_port_in_use_is_said_before_anything_runs(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "max")
+    again = _up("--system", "other", "--set", f"gateway.port={frog.port}")
+    assert again.returncode == 2
+    assert str(frog.port) in again.stderr
+
+
+def _up(*options: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--headless", *options],
+        cwd=ROOT,
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )

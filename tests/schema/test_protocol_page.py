@@ -1,0 +1,189 @@
+"""docs/protocol.md says what the code does: its bytes, tables, types, keys and times."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from bus_schema import codec, envelope
+from bus_schema.envelope import Envelope
+from bus_schema.keys import CONTROL_VERBS, Keys
+from bus_schema.lifecycle import TRANSITIONS, State, Transition
+from bus_schema.messages.clock import StepKind
+from bus_schema.messages.control import ControlCode, RewireStep
+from bus_schema.messages.requests import Answer, Verb
+from bus_schema.registry import type_named
+from bus_schema.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
+from regraft.assignment import Assignment
+from regraft.client.json_view import as_json
+from regraft.host import children, host, silence
+from regraft.runtime import calling, herald, rewiring, serving, stream
+from regraft.stepped import coordinator, member
+
+from .spelling import line_of
+from .strategies import all_types
+
+PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
+FENCES = re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+DUMPS = [
+    (what, bytes.fromhex(dump), json.loads(shown))
+    for (language, what, dump), (_, _, shown) in pairwise(FENCES)
+    if language == "hex"
+]
+MESSAGES = [dump for dump in DUMPS if dump[0].startswith("regraft/")]
+
+all_types()
+
+
+def rows(*heads: str) -> list[list[str]]:
+    """Return the rows of the table with these column heads."""
+    head = "| " + " | ".join(heads) + " |\n"
+    assert PAGE.count(head) == 1, f"the page must have one table headed {heads}"
+    body = PAGE.split(head)[1].split("\n\n")[0].splitlines()[1:]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in body]
+
+
+def test_the_page_shows_each_kind_of_payload() -> None:
+    assert [what for what, _, _ in DUMPS] == [
+        "regraft/LightLevel",
+        "value",
+        "regraft/Image",
+        "envelope",
+        "regraft/Request",
+    ]
+
+
+@pytest.mark.parametrize(("name", "payload", "shown"), MESSAGES, ids=[what for what, _, _ in MESSAGES])
+def test_a_dump_is_the_message_shown_beside_it(name: str, payload: bytes, shown: Any) -> None:
+    kind = type_named(name)
+    message: Any = codec.decode(payload, kind.cls)
+    assert as_json(message) == shown
+    assert codec.encode(message) == payload
+    assert f"`{kind.encoding}`:" in PAGE
+    Draft202012Validator(kind.json_schema()).validate(shown)
+
+
+def test_the_dump_of_an_array_is_the_array_shown_beside_it() -> None:
+    (value,) = [(payload, shown) for what, payload, shown in DUMPS if what == "value"]
+    assert as_json(codec.unpack_plain(value[0])) == value[1]
+
+
+def test_the_dump_of_an_envelope_is_the_envelope_shown_beside_it() -> None:
+    (found,) = [(attachment, shown) for what, attachment, shown in DUMPS if what == "envelope"]
+    sent = Envelope.from_bytes(found[0])
+    assert {name: getattr(sent, name) for name in found[1]} == found[1]
+    assert sent.to_bytes() == found[0]
+
+
+def test_the_table_of_the_envelope_is_its_layout() -> None:
+    *fixed, source = rows("offset", "size", "type", "field")
+    codes = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i64": "q"}
+    layout = "<"
+    for offset, size, kind, _ in fixed:
+        assert struct.calcsize(layout) == int(offset)
+        layout += codes[kind]
+        assert struct.calcsize(layout) == int(offset) + int(size)
+    assert layout == envelope.LAYOUT.format
+    assert source[:2] == [str(envelope.LAYOUT.size), f"1 to {envelope.LONGEST_SOURCE}"]
+    assert [int(fixed[0][3].split(": ")[1])] == [envelope.VERSION]
+
+
+def test_the_page_names_every_dtype_and_both_extensions() -> None:
+    listed = re.search(r"^Dtypes: (.*?)\. A type", PAGE, re.MULTILINE)
+    assert listed
+    assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == codec.KNOWN_DTYPES
+    assert f"| array | extension type {ARRAY_EXTENSION} |" in PAGE
+    assert f"| array as the tail | extension type {TAIL_EXTENSION}, and the payload's tail |" in PAGE
+    assert f"at most {DEEPEST_PLAIN_VALUE} levels deep" in PAGE
+    assert f"at most {codec.LARGEST_MESSAGE // 2**20} MiB" in PAGE
+
+
+def test_the_table_of_keys_is_how_keys_are_spelled() -> None:
+    keys = Keys("SYSTEM")
+    spelled = {
+        keys.topic("TOPIC"),
+        keys.alive("NAME", "INCARNATION"),
+        keys.status("NAME"),
+        keys.checkpoint("NAME"),
+        keys.control("NAME", 0, "VERB").replace("/0/", "/INCARNATION/"),
+        keys.request("SERVICE"),
+        keys.reply("SERVICE", "CLIENT"),
+        *(keys.host("NAME", verb) for verb in ("alive", "status", "VERB")),
+        keys.quality("QR"),
+        keys.diagnostics,
+        keys.event,
+        keys.clock("PART"),
+    }
+    assert {row[0].strip("`") for row in rows("key expression", "kind", "what")} == spelled
+
+
+def test_the_table_of_the_lifecycle_is_the_lifecycle() -> None:
+    told = {
+        (State(start), Transition(name)): (State(way), State(end))
+        for start, name, way, end in rows("from", "transition", "on the way", "to")
+    }
+    assert told == TRANSITIONS
+
+
+def test_the_page_explains_every_code_verb_step_and_answer() -> None:
+    assert {row[0].strip("`") for row in rows("code", "meaning")} == {code.value for code in ControlCode}
+    control, hosts = PAGE.split("### Hosts")
+    heads = "| verb | payload | reply |"
+    verbs = re.findall(r"^\| `(\w+)` \|", control.split(heads)[1].split("\n\n")[0], re.MULTILINE)
+    assert tuple(verbs) == CONTROL_VERBS
+    of_hosts = {row[0].strip("`") for row in rows("verb", "payload", "reply", "what")}
+    assert of_hosts == {"view", "specs", "start", "stop", "logs"}
+    assert hosts
+    steps = {row[0].strip("`") for row in rows("step", "of", "do", "detail")}
+    assert steps == {step.value for step in RewireStep} - {"read"}
+    assert {row[0].strip("`") for row in rows("verb", "number", "the service")} == {verb.value for verb in Verb}
+    assert {row[0].strip("`") for row in rows("kind", "do")} == {kind.value for kind in StepKind}
+    assert all(f"`{answer.value}`" in PAGE for answer in Answer)
+
+
+def test_the_lines_of_the_types_are_the_types() -> None:
+    told = re.findall(r"^- `(regraft/\w+)@\d+`.*$", PAGE, re.MULTILINE)
+    lines = [line for line in PAGE.splitlines() if line.startswith("- `regraft/")]
+    right = [line_of(type_named(name)) for name in told]
+    assert lines == right, "docs/protocol.md, section 13, should read:\n" + "\n".join(right)
+
+
+def test_every_type_that_the_page_speaks_of_has_a_line_or_a_dump() -> None:
+    spoken_of = set(re.findall(r"`(regraft/\w+)`", PAGE))
+    told = set(re.findall(r"^- `(regraft/\w+)@", PAGE, re.MULTILINE)) | {what for what, _, _ in DUMPS}
+    assert spoken_of - told <= {"regraft/Architecture"}
+    assert all(type_named(name) for name in spoken_of)
+
+
+def test_the_fields_of_the_assignment_that_the_page_explains_exist() -> None:
+    table = rows("field", "meaning")
+    named = set(re.findall(r"`(\w+)`", " ".join(row[0] for row in table)))
+    assert named <= type_named("regraft/Assignment").shape.names | {"checkpoint_file"}
+    assert f"`{children.ASSIGNMENT_VARIABLE}` holds" in PAGE
+
+
+def test_the_times_are_those_of_the_code() -> None:
+    told = [float(seconds) for _, seconds in rows("what", "seconds")]
+    assert told == [
+        Assignment.__dataclass_fields__["heartbeat"].default,
+        stream.HOLE_CLOSES_WITHIN / 1e9,
+        herald.SAY_AGAIN_AFTER,
+        rewiring.AWAIT_AT_MOST / 1e9,
+        calling.ASK_AGAIN_AFTER / 1e9,
+        silence.HUNG_AFTER,
+        host.FIRST_BEAT_WITHIN,
+        member.JOIN_AGAIN_AFTER,
+        member.IDLE_JOIN_AFTER,
+        member.WANT_AGAIN_AFTER,
+        member.INPUTS_WITHIN,
+        coordinator.STEP_AGAIN_AFTER,
+        coordinator.STEP_BOUND,
+    ]
+    assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE

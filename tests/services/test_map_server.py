@@ -1,0 +1,28 @@
+"""Promises of the map server."""
+
+import math
+
+from bus_schema.messages.maps import Goals, OccupancyGrid
+from regraft.testing import Rig
+from sim_service.map_server import MapServer
+
+from .rigs import FROG, world_on
+
+
+def test_map_and_goals_fit_the_world_of_the_same_seed() -> None:
+    with Rig(seed=3) as rig:
+        world = world_on(rig)
+        rig.add(MapServer, parameters={"file": FROG})
+        maps, goals = rig.collect("map", OccupancyGrid), rig.collect("goals", Goals)
+        rig.advance(4.0)
+        places = world.simulation.placement.poses
+    assert len(maps) == len(goals) == 2
+    grid = maps[0]
+    assert grid.frame == "map"
+    assert [goal.name for goal in goals[0].goals] == ["middle_box", "east_boxes", "west_box", "hydrant"]
+    hydrant, goal = places["hydrant"], goals[0].goals[3].pose.pose
+    column = int((hydrant.x - grid.origin.x) / grid.resolution)
+    row = int((hydrant.y - grid.origin.y) / grid.resolution)
+    assert grid.cells[row, column] == 100
+    assert 0.6 < math.hypot(goal.x - hydrant.x, goal.y - hydrant.y) < 1.2
+    assert abs(math.remainder(math.atan2(hydrant.y - goal.y, hydrant.x - goal.x) - goal.yaw, math.tau)) < 0.1
