@@ -1,1 +1,1 @@
-"""The Architectural Adaptation Layer: changes a running system as transactions, and keeps the journal of them."""
+"""The Architectural Adaptation Layer: changes a running system as transactions, and keeps their journal."""

@@ -31,6 +31,7 @@ class Books:
 
         On a run's first opening, the stack's start becomes its first line.
         """
+        self.close()
         if self.architecture is None:
             self.architecture = in_force(views)
         try:

@@ -22,7 +22,8 @@ async def check(
 ) -> tuple[tuple[Violation, ...], Plan]:
     """Judge all changes together against the architecture and the living components, which are only read.
 
-    Returns every violation, and the plan (to be used only if there is none). Raises ControlFailed if a host is silent.
+    Returns every violation, and the plan, to be used only if there is none. Raises ControlFailed if a host
+    refuses to say what it runs.
     """
     found = [*_of_request(request, architecture), *_contradictions(request.changes)]
     live, silent = await _read(request, architecture, controls, hosts)
@@ -85,7 +86,7 @@ async def _read(
         spec = architecture.components.get(change.component)
         if spec is not None and spec.managed:
             first_use.setdefault(change.component, index)
-    # Components are asked where they ran last while the hosts say where they run now: most have not been restarted.
+    # Components are asked where they ran last while hosts say where they run now: few have been restarted.
     guessed: dict[str, Asked] = {name: controls.read(name) for name in first_use}
     controls.processes = await hosts.processes(architecture.revision)
     asked = {n: one if controls.is_of_living(one) else controls.read(n) for n, one in guessed.items()}
@@ -95,7 +96,11 @@ async def _read(
             live[name] = await asked[name].view()
         except ControlFailed as error:
             host = architecture.components[name].host
-            why = f"its host {host!r} does not answer" if host in hosts.silent else _why_silent(controls, name, error)
+            why = (
+                f"its host {host!r} does not answer"
+                if host in hosts.silent
+                else _why_silent(controls, name, error)
+            )
             silent.append(Violation(index, name, "status", why))
     return live, silent
 
@@ -123,7 +128,7 @@ def _of_result(request: AdaptationRequest, before: Architecture, after: Architec
 
 
 def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
-    """Return the change that a violation most likely comes from: of the same field, else of the same component."""
+    """Return the change that a violation likely comes from: of the same field, else of the component."""
     kind, _, name = violation.field.partition(".")
     same = [index for index, change in enumerate(changes) if change.component == violation.component]
     for index in same:

@@ -33,6 +33,7 @@ class ControlFailed(Exception):
     """A component or host did not do what it was asked; the text names it and says why."""
 
     def __init__(self, text: str, code: ControlCode | None = None) -> None:
+        """Say it in one line; ``code`` is that of an error reply, None where there was no reply."""
         self.code = code
         super().__init__(text)
 
@@ -41,6 +42,7 @@ class NoAnswer(ControlFailed):
     """Nobody answered: the process hangs or, if ``gone``, is not there any more."""
 
     def __init__(self, text: str, *, gone: bool = False) -> None:
+        """Say it in one line."""
         self.gone = gone
         super().__init__(text)
 
@@ -84,7 +86,7 @@ class Asked:
             ) from None
 
     def _silence(self) -> NoAnswer:
-        # The bus answers at once when there is nobody to ask, and only after the time-out when somebody stays silent.
+        # The bus answers at once when there is nobody to ask, after the time-out when somebody stays silent.
         gone = time.monotonic() - self.sent < 0.9 * self.within
         why = "its process is not on the bus" if gone else f"no answer within {self.within:g} s"
         return NoAnswer(f"{self.component}: {self.what}: {why}", gone=gone)

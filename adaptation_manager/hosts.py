@@ -22,7 +22,7 @@ M = TypeVar("M", HostStatus, HostView)
 
 
 class Hosts:
-    """The hosts of one system. ``names`` are all that are known; ``silent`` did not answer when last asked for processes."""
+    """The hosts of one system: ``names`` are known, ``silent`` did not say which processes they run."""
 
     def __init__(self, kit: Kit, within: float) -> None:
         """Know none yet; an answer may take ``within`` seconds."""
@@ -40,7 +40,7 @@ class Hosts:
             raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
 
     async def views(self) -> list[HostView]:
-        """Ask every host what it was given: any first, which names the others. Raises ControlFailed if there is none."""
+        """Ask every host what it was given: any first, which names the others. Raises ControlFailed."""
         first = _read("any", "view", await self._ask("*", "view", b""), HostView)
         self.names = tuple(sorted({first.host, *first.architecture.hosts}))
         asked = [(name, self._ask(name, "view", b"")) for name in self.names if name != first.host]

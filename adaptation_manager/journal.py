@@ -27,7 +27,7 @@ class JournalCorrupt(JournalError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An adaptation that was begun and not ended: its report so far, the specs before and after, its steps' states."""
+    """An adaptation that was begun and not ended: its report, specs before and after, and steps so far."""
 
     report: AdaptationReport
     former: tuple[ComponentSpec, ...]
@@ -115,7 +115,7 @@ class Journal:
         self.run = run
 
     def architecture(self, revision: int | None = None) -> Architecture | None:
-        """Return the architecture at a revision of this run, None for the newest; None if there is no such revision."""
+        """Return the architecture at a revision of this run (None: the newest), None if there is none."""
         with self._told("cannot be read"):
             (start,) = self._database.execute(
                 "SELECT architecture FROM runs WHERE run = ?", (self.run,)
@@ -273,7 +273,7 @@ def _revision(report: AdaptationReport) -> int | None:
 
 
 def set_aside(path: str) -> str:
-    """Rename a journal that cannot be read, its side files too; returns where it is now. Raises JournalError."""
+    """Rename a journal that cannot be read, and its side files; returns the new path. Raises JournalError."""
     number = 1
     while Path(aside := f"{path}.corrupt-{number}").exists():
         number += 1

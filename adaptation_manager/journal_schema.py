@@ -1,4 +1,4 @@
-"""The journal's tables. Messages are kept as on the bus (MessagePack); what one searches by stands beside them."""
+"""The journal's tables. Messages are kept as on the bus; what one searches by stands beside them."""
 
 VERSION = 1
 
@@ -34,4 +34,4 @@ CREATE TABLE steps (
     PRIMARY KEY (run, number, step)
 ) WITHOUT ROWID;
 """
-"""``revision`` is set on lines that gave one; ``former`` and ``following`` are the changed specs before and after."""
+"""``revision`` is set on lines that gave one; ``former`` and ``following`` are the changed specs."""

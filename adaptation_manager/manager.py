@@ -216,7 +216,9 @@ class AdaptationManager(Component):
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
             except Exception as error:
                 self.kit.log.exception("taking over failed")
-                self.kit.event("adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}")
+                self.kit.event(
+                    "adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}"
+                )
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
         while True:
             entry = await self._line.next()

@@ -1,4 +1,4 @@
-"""What a manager finds when it returns: adaptations that were begun and not ended. They are undone, and closed."""
+"""What a manager finds when it returns: adaptations begun and not ended. They are undone, and closed."""
 
 from __future__ import annotations
 

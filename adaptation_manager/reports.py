@@ -17,7 +17,7 @@ EVENTS = {
 
 
 def pending(entry: Entry, revision: int, now: float, tick: int | None) -> AdaptationReport:
-    """Return the report of an adaptation that waits; ``id`` is empty for one that gets no line in the journal."""
+    """Return the report of an adaptation that waits; ``id`` is empty for one without a line."""
     number = str(entry.number) if entry.number else ""
     return AdaptationReport(number, Outcome.PENDING, entry.request, revision, revision, now, tick=tick)
 

@@ -1,7 +1,7 @@
 """Moves a running component's port to another topic, with nothing lost and nothing doubled.
 
-The components do the moving (``regraft.runtime.rewiring``); this is the order in which they are asked: open the new
-topic beside the old, see markers through from every publisher to every reader, switch.
+The components do the moving (``regraft.runtime.rewiring``); this is the order in which they are asked: open
+the new topic beside the old, see markers through from every publisher to every reader, switch.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from adaptation_manager.site import Site
 from bus_schema.messages.control import ComponentView, ControlCode, Peer, Rewire, RewireStep
 
 OLD_PUBLISHER_WITHIN = 0.5
-"""Seconds that a publisher of the topic that is being left may take to put its marker: it may be why it is left."""
+"""Seconds that a publisher of the topic being left may take for its marker: it may be why it is left."""
 
 
 async def move_port(site: Site, component: str, port: str, topic: str) -> None:
@@ -42,7 +42,7 @@ async def _move_input(site: Site, component: str, port: str, topic: str) -> None
     if switched.detail.get("complete") is False:
         site.kit.event(
             "adaptation.incomplete_switch",
-            f"{component}.{port}: not all that was published on {former!r} before the switch to {topic!r} has come",
+            f"{component}.{port}: not all of {former!r} before the switch to {topic!r} has come",
         )
 
 
@@ -102,7 +102,7 @@ async def _bind(site: Site, readers: Iterable[str], port: str, topic: str, write
 
 
 async def _mark(site: Site, writers: list[str], topic: str) -> dict[str, Peer]:
-    """Have writers put markers; returns the runs that did. One that is gone or writes elsewhere now is left out."""
+    """Have writers put markers; returns the runs that did, without those that are gone or write elsewhere."""
     asked = [(name, site.controls.rewire(name, Rewire(RewireStep.MARK, topic=topic))) for name in writers]
     peers = {}
     for name, one in asked:

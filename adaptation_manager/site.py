@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Seconds of wall-clock time that an answer, a binding of connections, and the undoing of one step may take."""
+    """Wall-clock seconds that an answer, a binding of connections, and the undoing of one step may take."""
 
     answer: float = 2.0
     bind: float = 1.0
@@ -26,7 +26,7 @@ class Bounds:
 
 @dataclass(slots=True)
 class Site:
-    """One adaptation's work place. ``revision`` is what components are told; ``touch`` notes them in the slot."""
+    """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot."""
 
     kit: Kit
     controls: Controls

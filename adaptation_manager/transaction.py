@@ -1,4 +1,4 @@
-"""Carries out a plan step by step, and undoes it in reverse if anything fails: all of it happens or none of it."""
+"""Carries out a plan step by step, and undoes it in reverse if anything fails: all of it or nothing."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class CancelWanted(Exception):
 class Transaction:
     """One adaptation under way.
 
-    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable. Either raises if it
-    cannot, which undoes everything.
+    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable. Either raises if
+    it cannot, which undoes everything.
     """
 
     plan: Plan
@@ -148,5 +148,5 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
 
 
 def _is_queued(step: PlannedStep, state: StepState) -> bool:
-    """Tell whether a hung component has the step and its inverse both before it, in this order, and needs no more."""
+    """Tell whether a hung component has both the step and its inverse before it, and needs no more."""
     return isinstance(step.do, GiveValues) and state is not StepState.DONE

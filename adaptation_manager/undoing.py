@@ -10,7 +10,7 @@ from bus_schema.lifecycle import State, after, route
 
 
 def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:
-    """Return the changes that lead from the architecture behind ``changes`` back to ``before``, in reverse order."""
+    """Return the changes that lead from behind ``changes`` back to the architecture ``before`` them."""
     states: dict[str, State] = {}
     back: list[tuple[Change, ...]] = []
     for change in changes:
@@ -44,7 +44,9 @@ def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
 def conflicts(
     report: AdaptationReport, behind: Architecture, now: Architecture, later: Sequence[AdaptationReport]
 ) -> list[Violation]:
-    """Return what later adaptations decided otherwise, naming each; what is still (or again) as it was is no conflict.
+    """Return what later adaptations decided otherwise, naming each.
+
+    What is still, or again, as it was given is no conflict.
 
     ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
     """
@@ -55,8 +57,8 @@ def conflicts(
             continue
         others = [other.id for other in later if (component, where) in touched(other.request.changes)]
         problem = (
-            f"was changed again by adaptation {', '.join(others)}: it is {current!r}, adaptation {report.id} gave {given!r}; "
-            "undo the later one first"
+            f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
+            f"adaptation {report.id} gave {given!r}; undo the later one first"
         )
         found.append(Violation(None, component, where, problem))
     return found

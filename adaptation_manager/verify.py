@@ -12,8 +12,9 @@ from bus_schema.messages.control import ComponentView
 async def give_and_verify(plan: Plan, site: Site) -> None:
     """Give the hosts the new specs and read every component of the plan back.
 
-    A component that was restarted meanwhile is as good as any other, if it came back with what it should have. It is
-    read while its host is told: a host that names the run that was read has the new specs for all later ones.
+    A component that was restarted meanwhile is as good as any other, if it came back with what it should
+    have. It is read while its host is told: a host that names the run that was read has the new specs for all
+    later ones.
 
     Raises:
         ControlFailed: with everything that is not as it should be, or a host that did not take the specs.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable
 from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any
 
+from benchmarks.processes import Processes
 from regraft.assignment import Assignment
 from regraft.client import Client
 from regraft.component import Component, class_path
@@ -19,7 +19,6 @@ from regraft.zenoh_config import Endpoints
 
 SYSTEM = "bench"
 UP_WITHIN = 20.0
-END_WITHIN = 5.0
 
 
 class Site:
@@ -31,7 +30,7 @@ class Site:
         self.hub = open_bus(Endpoints((self.endpoint,), router=True))
         self.bus: ZenohBus = open_bus(Endpoints(connect=(self.endpoint,)))
         self.client = Client(self.bus, SYSTEM, "bench")
-        self._processes: list[SpawnProcess] = []
+        self._processes = Processes()
 
     def __enter__(self) -> Site:
         """Use it as a context, so that all processes end with the benchmark."""
@@ -41,23 +40,14 @@ class Site:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the processes, then the hub."""
-        for process in self._processes:
-            process.terminate()
-        for process in self._processes:
-            process.join(END_WITHIN)
-            if process.is_alive():
-                process.kill()
-                process.join()
+        self._processes.end()
         self.client.close()
         self.bus.close()
         self.hub.close()
 
     def spawn(self, function: Callable[..., object], *arguments: Any) -> SpawnProcess:
         """Run a function in a fresh process."""
-        process = multiprocessing.get_context("spawn").Process(target=function, args=arguments, daemon=True)
-        process.start()
-        self._processes.append(process)
-        return process
+        return self._processes.spawn(function, *arguments)
 
     def component(self, cls: type[Component], name: str, **assigned: Any) -> SpawnProcess:
         """Run a component in a process of its own."""

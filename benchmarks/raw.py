@@ -18,6 +18,7 @@ from regraft.memory import keep_freed_memory
 from regraft.zenoh_config import Endpoints, config
 
 PING, PONG, VOLLEY, READY = "raw/ping", "raw/pong", "raw/volley", "raw/ready"
+QUESTION = "raw/question"
 ASKED = struct.Struct("<II")
 VOLLEY_WITHIN = 60.0
 
@@ -68,6 +69,22 @@ def pinger(endpoint: str) -> None:
         session.declare_subscriber(PONG, back),
         session.declare_queryable(VOLLEY, volley),
         session.liveliness().declare_token(f"{READY}/pinger"),
+    )
+    _stay(declared)
+
+
+def answerer(endpoint: str) -> None:
+    """Answer every question at ``QUESTION`` with what came with it, until terminated."""
+    session = _open(endpoint)
+
+    def answer(query: zenoh.Query) -> None:
+        assert query.payload is not None
+        query.reply(QUESTION, query.payload.to_bytes())
+        query.drop()
+
+    declared = (
+        session.declare_queryable(QUESTION, answer),
+        session.liveliness().declare_token(f"{READY}/answerer"),
     )
     _stay(declared)
 

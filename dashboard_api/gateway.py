@@ -29,6 +29,7 @@ class Gateway(Component):
     def __init__(self) -> None:
         """Begin without a server."""
         self._client: Client | None = None
+        self._services: Services | None = None
         self._buffer: EventBuffer | None = None
         self._server: HttpServer | None = None
 
@@ -39,8 +40,8 @@ class Gateway(Component):
         self._client = Client(self.kit.bus, self.kit.system, name)
         self._buffer = EventBuffer()
         self._client.events(self._buffer.add)
-        services = Services(self._client, self.answer_within, self.adaptation_within)
-        self._server = HttpServer(build(services, self._buffer, self.address), bound)
+        self._services = Services(self._client, self.answer_within, self.adaptation_within)
+        self._server = HttpServer(build(self._services, self._buffer, self.address), bound)
         try:
             self._server.start()
         except Exception:
@@ -53,6 +54,12 @@ class Gateway(Component):
         """Serve no more: readers of events are sent home, waiting requests answered as unavailable."""
         self._stop()
         self.kit.say("")
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Wait as long as is wanted now."""
+        if self._services:
+            self._services.answer_within = self.answer_within
+            self._services.adaptation_within = self.adaptation_within
 
     def on_error(self) -> None:
         """Leave nothing behind."""
@@ -68,7 +75,7 @@ class Gateway(Component):
 
     def _stop(self) -> None:
         buffer, client, server = self._buffer, self._client, self._server
-        self._buffer = self._client = self._server = None
+        self._buffer = self._client = self._server = self._services = None
         if buffer:
             buffer.close()
         if client:

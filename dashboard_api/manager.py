@@ -47,7 +47,7 @@ class Services:
     def __init__(self, client: Client, answer_within: float, adaptation_within: float) -> None:
         """Wait ``answer_within`` seconds for an answer, ``adaptation_within`` for an adaptation's outcome."""
         self.client = client
-        self._answer_within = answer_within
+        self.answer_within = answer_within
         self.adaptation_within = adaptation_within
 
     def ask(self, service: str, request: object, expected: type[A], timeout: float | None = None) -> A:
@@ -57,7 +57,7 @@ class Services:
             Refused: it refused, for good.
             Problem: it failed, stayed silent, or the request cannot travel.
         """
-        patience = self._answer_within if timeout is None else timeout
+        patience = self.answer_within if timeout is None else timeout
         try:
             return self.client.call(service, request, expected, patience)
         except CallFailed as error:

@@ -104,8 +104,7 @@ class Parameter(Generic[V]):
         """Return the parameter's description, with a JSON Schema of its values."""
         schema: dict[str, Any] = {"type": JSON_TYPES[type(self.default)]}
         if isinstance(self.default, tuple):
-            item = type(self.default[0]) if self.default else float
-            schema["items"] = {"type": JSON_TYPES[item]}
+            schema["items"] = {"type": JSON_TYPES[type(self.default[0])]} if self.default else {}
         bounds = {"minimum": self.minimum, "maximum": self.maximum}
         schema |= {key: bound for key, bound in bounds.items() if bound is not None}
         if self.choices:

@@ -64,7 +64,7 @@ def run_component(assignment: Assignment) -> int:
     except (NoSuchClass, BusError) as error:
         print(f"{assignment.name}: {error}", file=sys.stderr)
         return EXIT_BAD_ASSIGNMENT
-    clock = SteppedClock() if in_step else RealClock()
+    clock = SteppedClock(_begin_at(assignment)) if in_step else RealClock()
     try:
         runtime = Runtime(cls, assignment, bus, clock)
     except (ParameterError, SchemaError) as error:
@@ -80,6 +80,11 @@ def run_component(assignment: Assignment) -> int:
         return EXIT_FAULT
     finally:
         _leave(runtime)
+
+
+def _begin_at(assignment: Assignment) -> int:
+    """Return the simulated time at which a run begins: that of its checkpoint, so that time never goes back."""
+    return round(assignment.checkpoint.stamp * 1e9) if assignment.checkpoint else 0
 
 
 def _run(runtime: Runtime, clock: RealClock | SteppedClock) -> None:

@@ -97,10 +97,8 @@ def expose(image: Image, settings: CameraSettings, step: int) -> Image:
     deviation_of_value = (np.sqrt(electrons + noise.read**2) * (255.0 / noise.full_well)).astype(np.float32)
     random = generator(settings.seed, f"camera {settings.name}", step)
     first = int(random.integers(NOISE_STOCK))
-    deviations = cv2.LUT(image, deviation_of_value)
-    deviations *= _normal_numbers(settings.seed, settings.name, image.size)[
-        first : first + image.size
-    ].reshape(image.shape)
+    stretch = _normal_numbers(settings.seed, settings.name, image.size)[first : first + image.size]
+    deviations = np.asarray(cv2.LUT(image, deviation_of_value) * stretch.reshape(image.shape))
     return np.asarray(cv2.add(image, deviations, dtype=cv2.CV_8U), np.uint8)
 
 

@@ -46,7 +46,7 @@ class World(TimeSource):
         read_only=True,
     )
 
-    velocity = Input(Twist, text="what the robot shall do now: forward velocity and yaw rate")
+    velocity = Input(Twist, text="what the robot shall do now: forward velocity and yaw rate", required=False)
     light = Input(LightLevel, required=False, text="how far the lamps are dimmed")
     odometry = Output(Odometry, text="pose and twist by the wheels, every tick")
     scan = Output(LaserScan, text="turns of the lidar")

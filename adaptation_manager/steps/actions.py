@@ -1,7 +1,7 @@
 """What a step does, as plain data, so that the journal can keep it and its inverse.
 
-An action names the end that is to be reached, not the way there: performing it again, or after half of it was done by
-somebody who died, leads to the same end. So one kind of action serves doing, undoing and recovery.
+An action names the end that is to be reached, not the way there: performing it again, or after half of it was
+done by somebody who died, leads to the same end. So one kind of action serves doing, undoing and recovery.
 """
 
 from __future__ import annotations

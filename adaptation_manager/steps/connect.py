@@ -1,4 +1,4 @@
-"""``connect``: a port of the spec moves to another topic, and that of the running component, while messages flow."""
+"""``connect``: a port moves to another topic, in the spec and, while messages flow, in the component."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``add``, ``remove``, ``swap``, ``move`` and ``mode``: known changes that this version does not carry out yet."""
+"""``add``, ``remove``, ``swap``, ``move`` and ``mode``: changes that this version does not carry out yet."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ from bus_schema.suggestions import instead_of
 from regraft import rundir
 from regraft.assignment import Assignment
 from regraft.cli.group import BadInput
-from regraft.cli.options import chosen_system
-from regraft.cli.output import say
+from regraft.cli.options import JsonOption, chosen_system
+from regraft.cli.output import say, show_json
 from regraft.cli.reach import joined
 from regraft.cli.values import assignment
 from regraft.component import Component, declared, describe
@@ -62,6 +62,7 @@ def run(
         str | None,
         typer.Option("--system", metavar="NAME", help="The system's name; by default the component's."),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Run one component without a stack, until Ctrl-C; whoever asks may set its parameters and states."""
     look_in(Path.cwd())
@@ -77,7 +78,7 @@ def run(
         connections=_connections(cls, connections or []),
     )
     _log_to_terminal()
-    code = _run_joined(own, cls, there) if there else _run_alone(own, cls)
+    code = _run_joined(own, cls, there, as_json) if there else _run_alone(own, cls, as_json)
     raise typer.Exit(code)
 
 
@@ -115,7 +116,7 @@ def _log_to_terminal() -> None:
     logging.basicConfig(level=logging.INFO, format=form, stream=sys.stderr)
 
 
-def _run_alone(own: Assignment, cls: type[Component]) -> int:
+def _run_alone(own: Assignment, cls: type[Component], as_json: bool) -> int:
     """Be a system of one component, with a hub of its own."""
     alone = replace(own, simulated=issubclass(cls, TimeSource), listen=(free_endpoint(),))
     system = own.system
@@ -125,21 +126,27 @@ def _run_alone(own: Assignment, cls: type[Component]) -> int:
         cls.preload()
         run_id = secrets.token_hex(8)
         rundir.write_info(RunInfo(system, run_id, os.getpid(), alone.listen[0], own.cls, alone.simulated))
-        say(f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it")
-        sys.stdout.flush()
+        _announce(own, f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it", as_json)
         return run_component(alone)
 
 
-def _run_joined(own: Assignment, cls: type[Component], info: RunInfo) -> int:
+def _run_joined(own: Assignment, cls: type[Component], info: RunInfo, as_json: bool) -> int:
     """Be one more component of a running system, which no host and no manager looks after."""
     with joined(info) as there:
         if own.name in there.client.components():
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
     cls.preload()
-    say(f"{own.name} joins system {info.system}; Ctrl-C ends it")
-    sys.stdout.flush()
+    _announce(own, f"{own.name} joins system {info.system}; Ctrl-C ends it", as_json)
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
     return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,)))
+
+
+def _announce(own: Assignment, text: str, as_json: bool) -> None:
+    if as_json:
+        show_json({"system": own.system, "component": own.name, "pid": os.getpid()}, compact=True)
+    else:
+        say(text)
+    sys.stdout.flush()
 
 
 def _end_after(pid: int) -> None:

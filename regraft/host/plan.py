@@ -37,11 +37,11 @@ class HostPlan:
         return tuple(sorted(topic.name for topic in self.architecture.topics.values() if not topic.reliable))
 
     def members(self) -> tuple[str, ...]:
-        """Return the components that the first tick waits for."""
+        """Return the components that the first tick waits for: all that speak the protocol, onlookers excepted."""
         return tuple(
             sorted(
                 name
                 for name, spec in self.architecture.components.items()
-                if spec.managed and not spec.command and name != self.source and name not in self.onlookers
+                if spec.managed and name != self.source and name not in self.onlookers
             )
         )

@@ -156,9 +156,12 @@ class Caller:
         writer.put(codec.encode(request))
 
     def cancel(self, pending: Pending) -> None:
-        """Ask a service to end a goal."""
-        if not pending.waiting.done:
-            self._send(pending.service, replace(pending.request, verb=Verb.CANCEL, body=None))
+        """Ask a service to end a goal; one that was not accepted yet is given up at once, and not asked for again."""
+        if pending.waiting.done:
+            return
+        self._send(pending.service, replace(pending.request, verb=Verb.CANCEL, body=None))
+        if not pending.accepted.done:
+            self._end(pending, CallFailed(pending.service, Answer.CANCELLED, "cancelled before it was accepted"))
 
     def cancel_all(self) -> None:
         """End every goal under way and forget all requests."""
@@ -173,8 +176,7 @@ class Caller:
         then = pending.heard_at + ASK_AGAIN_AFTER
         if pending.deadline is not None:
             then = min(then, pending.deadline)
-        alarm = self._timers.sleep_until(then)
-        alarm.task = _Alarm(lambda: self._silent(pending))  # type: ignore[assignment]
+        self._timers.sleep_until(then).when_done(lambda: self._silent(pending))
 
     def _silent(self, pending: Pending) -> None:
         if pending.waiting.done:
@@ -243,13 +245,3 @@ class Caller:
     def report_lost(self, source: str, count: int) -> None:
         """Count and report replies that never came."""
         self._reporter.lost("replies", source, count)
-
-
-@dataclass(eq=False, slots=True)
-class _Alarm:
-    """Stands where a task would wait for a sleeper: it calls a function instead of advancing a coroutine."""
-
-    call: Callable[[], None]
-
-    def wake(self) -> None:
-        self.call()

@@ -18,14 +18,15 @@ class Cancelled(BaseException):
 
 
 class Waiting(Generic[R]):
-    """Something that a coroutine waits for, until it is resolved or failed."""
+    """Something that a coroutine waits for, or that somebody else wants to hear of, until it is resolved or failed."""
 
     def __init__(self) -> None:
-        """Start unresolved."""
+        """Start unresolved, with nobody waiting."""
         self.done = False
+        self.abandoned = False
         self.value: R | None = None
         self.error: BaseException | None = None
-        self.task: Task | None = None
+        self._waker: Callable[[], None] | None = None
 
     def __await__(self) -> Generator[Waiting[R], None, R]:
         """Suspend the awaiting task until this is done."""
@@ -34,6 +35,16 @@ class Waiting(Generic[R]):
         if self.error is not None:
             raise self.error
         return self.value  # type: ignore[return-value]
+
+    def when_done(self, call: Callable[[], None]) -> None:
+        """Have ``call`` called, once, when this is done; it takes the place of whoever waited before."""
+        self._waker, self.abandoned = call, False
+        if self.done:
+            call()
+
+    def abandon(self) -> None:
+        """Wake nobody: who waited has gone. It can still be resolved and looked at."""
+        self._waker, self.abandoned = None, True
 
     def resolve(self, value: R) -> None:
         """End the wait with a value; again does nothing."""
@@ -47,8 +58,8 @@ class Waiting(Generic[R]):
         if self.done:
             return
         self.done, self.value, self.error = True, value, error
-        if self.task:
-            self.task.wake()
+        if self._waker:
+            self._waker()
 
 
 @dataclass(eq=False, slots=True)
@@ -137,17 +148,14 @@ class Tasks:
                 None,
                 TypeError(f"{task.name} awaited {waiting!r}; a handler awaits only what self.kit offers"),
             )
-        elif waiting.done:
-            task.wake()
         else:
-            waiting.task = task
             task.waiting_for = waiting
+            waiting.when_done(task.wake)
 
     @staticmethod
     def _abandon_wait(task: Task) -> None:
         if task.waiting_for:
-            task.waiting_for.task = None
-            task.waiting_for.done = True
+            task.waiting_for.abandon()
             task.waiting_for = None
 
     def _end(self, task: Task, value: Any, error: BaseException | None) -> None:

@@ -50,7 +50,7 @@ class Timers:
 
     def next_due(self) -> int | None:
         """Return when something is due next, None if never."""
-        while self.sleepers and self.sleepers[0][2].done:
+        while self.sleepers and self.sleepers[0][2].abandoned:
             heapq.heappop(self.sleepers)
         due = [timer.due for timer in self.periodic]
         if self.sleepers:

@@ -38,7 +38,7 @@ class Coordinator:
         self.roster = Roster()
         self.tick = 0
         self.time = 0
-        self.reproducible = True
+        self.reproducible = runtime.assignment.incarnation == 1
         self.dropped: list[str] = []
         self.speed = 0.0
         self.wall = 0.0
@@ -89,8 +89,8 @@ class Coordinator:
             self._joining[join.member] = join
 
     def _take_ack(self, ack: Ack) -> None:
-        member = self.roster.members.get(ack.member)
-        if member is not None and ack.incarnation == member.incarnation and ack.number == member.number:
+        step = self._steps.get(ack.member)
+        if step is not None and ack.incarnation == step.incarnation and ack.number == step.number:
             self._acks[ack.member] = ack
 
     def _take_seen(self, seen: Seen) -> None:
@@ -112,11 +112,11 @@ class Coordinator:
         member.outside |= strangers
 
     def _presence(self, presence: Presence) -> None:
-        parts = presence.key.split("/")
-        name, incarnation = parts[-3], int(parts[-1])
+        name, _, incarnation = presence.key.split("/")[-3:]
         member = self.roster.members.get(name)
-        if not presence.present and member is not None and member.incarnation == incarnation and name != self._name:
-            self._drop(name, "its process is gone")
+        if presence.present or member is None or name == self._name or str(member.incarnation) != incarnation:
+            return
+        self._drop(name, "its process is gone")
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)

@@ -39,6 +39,7 @@ class Member:
         self._name = runtime.assignment.name
         self._incarnation = runtime.assignment.incarnation
         self._step: Step | None = None
+        self._begun = 0
         self._last_ack: Ack | None = None
         self._told: Wiring | None = None
         self._started = False
@@ -131,7 +132,8 @@ class Member:
             return
         if self._last_ack is not None and step.number == self._last_ack.number:
             self._line.put(self._keys.clock("ack"), self._last_ack)
-        else:
+        elif step.kind is StepKind.WELCOME or step.number > self._begun:
+            self._begun = step.number
             self._step = step
 
     def _perform(self, step: Step) -> None:

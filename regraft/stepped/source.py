@@ -16,6 +16,8 @@ from regraft.stepped.coordinator import Coordinator
 
 MEMBERS_WITHIN = 30.0
 """Seconds that the first tick waits for the members that the stack names."""
+MEMBERS_BACK_WITHIN = 2.0
+"""The same after a restart of the source: some members may be gone for good."""
 LATE_AT_MOST = 1.0
 """Seconds that a paced run may fall behind the wall clock before it stops trying to catch up."""
 SPEED_OVER = 1.0
@@ -67,6 +69,7 @@ class SourceLoop:
         coordinator.time = self._clock.now()
         coordinator.declare()
         self._wait_for_members(coordinator)
+        coordinator.tick = round(coordinator.time / 1e9 * self._source.tick_rate)
         self._tick_until_finalized(coordinator)
 
     def _reach(self, state: State) -> None:
@@ -76,7 +79,8 @@ class SourceLoop:
             self._runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
 
     def _wait_for_members(self, coordinator: Coordinator) -> None:
-        missing = coordinator.wait_for(self._runtime.assignment.members, MEMBERS_WITHIN)
+        within = MEMBERS_WITHIN if self._runtime.assignment.incarnation == 1 else MEMBERS_BACK_WITHIN
+        missing = coordinator.wait_for(self._runtime.assignment.members, within)
         if missing:
             names = ", ".join(missing)
             self._runtime.herald.event("clock.incomplete", f"time starts without {names}: not joined in time")

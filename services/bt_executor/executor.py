@@ -76,9 +76,9 @@ class Executor(Component):
         """Learn the node types and load the mission; raises Unloadable with the place of what is wrong."""
         self._mission = Mission(self._tell)
         self._registry = node_types(LeafContext(self.kit, self._tick_soon), self.nodes.split())
+        self._start_again = self.autostart and bool(self.mission)
         if self.mission:
             self._load(Source(self.mission, main=self.main))
-            self._start_again = self.autostart
 
     def on_activate(self) -> None:
         """Start the mission if it is to start by itself, or was running when the component stopped."""

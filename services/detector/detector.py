@@ -43,6 +43,7 @@ class Detector(Component):
     saturation = Parameter(110, "least saturation of a hydrant's pixel", minimum=0, maximum=255)
     brightness = Parameter(45, "least brightness of a hydrant's pixel", minimum=0, maximum=255)
     score = Parameter(0.75, "least likeness to a hydrant's outline", minimum=0.0, maximum=1.0)
+    farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, unit="m")
 
     image = Input(Image, latest_only=True, text="where to look")
     odometry = Input(
@@ -113,7 +114,7 @@ class Detector(Component):
         objects = tuple(
             self._place(image, view, candidate)
             for candidate in find_hydrant(image.pixels, thresholds)
-            if view.floor_error(candidate) <= NEAR_ENOUGH
+            if view.floor_error(candidate) <= NEAR_ENOUGH and view.depth(candidate) <= self.farthest
         )
         found = Detections(image.stamp, image.frame.removesuffix("_optical"), objects)
         self._seen = (image, found)

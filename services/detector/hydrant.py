@@ -23,7 +23,7 @@ class Thresholds:
 
     saturation: int = 110
     value: int = 45
-    height: int = 10
+    height: int = 8
     score: float = 0.75
     narrowing: float = 0.75
 

@@ -31,3 +31,10 @@ def system(bare_system: System) -> System:
     """All components and a manager."""
     bare_system.start_manager()
     return bare_system
+
+
+@pytest.fixture
+def impatient(bare_system: System) -> System:
+    """All components and a manager that does not wait long for one that hangs."""
+    bare_system.start_manager(answer_within=0.5, undo_within=1.0)
+    return bare_system

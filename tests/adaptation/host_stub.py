@@ -15,7 +15,7 @@ from regraft.memory_bus import MemoryBus, MemoryHub, MemoryQuery
 
 
 class HostStub:
-    """Keeps specs and the table of processes; fences as a host does. ``refuse`` makes it refuse updates with specs."""
+    """Keeps specs and the table of processes, and fences as a host does; ``refuse`` makes it refuse specs."""
 
     def __init__(self, hub: MemoryHub, architecture: Architecture, run: str = "run-1") -> None:
         self.architecture = architecture

@@ -133,7 +133,13 @@ class System:
         self, name: str = "manager", services: dict[str, str] | None = None, **parameters: object
     ) -> Running:
         """Start an adaptation manager on the journal."""
-        values = {"journal": str(self.journal), "answer_within": 0.5, "undo_within": 1.0, **parameters}
+        values = {
+            "journal": str(self.journal),
+            "answer_within": 5.0,
+            "bind_within": 5.0,
+            "undo_within": 5.0,
+            **parameters,
+        }
         assignment = Assignment(
             SYSTEM,
             name,

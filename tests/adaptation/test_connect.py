@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 from bus_schema.adaptation import Connect, Outcome, SetParameters
 from bus_schema.messages.host import ProcessState
 from tests.adaptation.system import System, wait_until
@@ -20,6 +23,14 @@ def _runs_without_holes(log: list[tuple[str, int]], source: str) -> list[list[in
     return runs
 
 
+def _hears(listener: Any, since: int, source: str) -> bool:
+    return source in {who for who, _ in listener.log[since:]}
+
+
+def _hears_more(listener: Any, since: int) -> bool:
+    return len(listener.log) > since
+
+
 def _each_is_contiguous(runs: list[list[int]]) -> bool:
     return all(run == list(range(run[0], run[0] + len(run))) for run in runs)
 
@@ -31,7 +42,7 @@ def test_connecting_an_input_back_and_forth_loses_and_doubles_nothing(system: Sy
             report = system.adapt(Connect("listener", "heard", topic))
             assert report.outcome is Outcome.APPLIED, report
             heard = len(listener.log)
-            wait_until(lambda heard=heard, source=source: source in {who for who, _ in listener.log[heard:]})
+            wait_until(partial(_hears, listener, heard, source))
     for source in ("talker", "other"):
         runs = _runs_without_holes(listener.log, source)
         assert len(runs) == 20 + (source == "talker")
@@ -47,7 +58,8 @@ def test_two_outputs_that_change_places_lose_and_double_nothing(system: System) 
         report = system.adapt(Connect("talker", "numbers", topics[0]), Connect("other", "numbers", topics[1]))
         assert report.outcome is Outcome.APPLIED, report
         heard = [len(listener.log) for listener in listeners]
-        wait_until(lambda heard=heard: all(len(one.log) > n for one, n in zip(listeners, heard, strict=True)))
+        for listener, count in zip(listeners, heard, strict=True):
+            wait_until(partial(_hears_more, listener, count))
     for source in ("talker", "other"):
         everywhere = sorted(n for listener in listeners for who, n in list(listener.log) if who == source)
         first = next(n for who, n in listeners[source == "other"].log if who == source)

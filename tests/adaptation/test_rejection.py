@@ -76,7 +76,8 @@ def test_a_component_that_does_not_run_is_named(system: System) -> None:
     assert "quarantined" in report.violations[0].problem
 
 
-def test_a_component_that_hangs_already_is_named(system: System) -> None:
+def test_a_component_that_hangs_already_is_named(impatient: System) -> None:
+    system = impatient
     system.adapt(SetParameters("fragile", {"mood": "hangs"}))
     assert system.adapt(SetParameters("fragile", {"level": 1})).outcome is Outcome.ROLLED_BACK
     report = system.adapt(SetParameters("fragile", {"mood": "well"}))
@@ -120,7 +121,8 @@ def test_a_dry_run_shows_the_plan_and_the_architecture_and_touches_nothing(syste
     assert len(system.lines().entries) == 1
 
 
-def test_a_host_that_does_not_answer_is_named(system: System) -> None:
+def test_a_host_that_does_not_answer_is_named(impatient: System) -> None:
+    system = impatient
     system.adapt(SetParameters("listener", {"gain": 0.1}))
     system.host.close()
     report = system.adapt(SetParameters("listener", {"gain": 0.2}))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
@@ -11,9 +9,9 @@ from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System, wait_until
 
 
-def test_a_hung_component_leads_to_rolled_back_within_its_bound(system: System) -> None:
+def test_a_hung_component_leads_to_rolled_back_within_its_bound(impatient: System) -> None:
+    system = impatient
     system.adapt(SetParameters("fragile", {"mood": "hangs"}))
-    began = time.monotonic()
     report = system.adapt(
         SetParameters("listener", {"gain": 0.9}),
         Connect("listener", "heard", "others"),
@@ -21,14 +19,14 @@ def test_a_hung_component_leads_to_rolled_back_within_its_bound(system: System) 
     )
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert "no answer within 0.5 s" in report.error
-    assert time.monotonic() - began < 8.0
     assert system.view("listener").parameters["gain"] == 0.5
     assert system.view("listener").connections["heard"] == "numbers"
     Fragile.release.set()
     wait_until(lambda: system.view("fragile").parameters["level"] == 0)
 
 
-def test_a_component_that_dies_half_way_leads_to_rolled_back(system: System) -> None:
+def test_a_component_that_dies_half_way_leads_to_rolled_back(impatient: System) -> None:
+    system = impatient
     before = system.views()
     fragile = system.running["fragile"]
     system.adapt(SetParameters("fragile", {"mood": "hangs"}))
@@ -59,7 +57,8 @@ def test_a_host_that_refuses_the_specs_leads_to_rolled_back_and_then_to_stuck(sy
     assert system.views() == before
 
 
-def test_what_cannot_be_undone_is_said_to_be_stuck(system: System) -> None:
+def test_what_cannot_be_undone_is_said_to_be_stuck(impatient: System) -> None:
+    system = impatient
     system.adapt(SetParameters("fragile", {"mood": "fails"}))
     system.host.refuse = "not today"
     report = system.adapt(
@@ -86,7 +85,8 @@ def test_a_failing_activation_of_a_working_component_is_undone_by_way_of_unconfi
     assert view.parameters["mood"] == "well"
 
 
-def test_a_new_source_that_hangs_leaves_the_input_on_its_topic(system: System) -> None:
+def test_a_new_source_that_hangs_leaves_the_input_on_its_topic(impatient: System) -> None:
+    system = impatient
     system.adapt(SetParameters("fragile", {"mood": "hangs"}))
     # "other" never answers: its thread waits in a handler that nobody releases before the end of the test.
     gate = Fragile.release

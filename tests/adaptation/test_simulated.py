@@ -31,7 +31,7 @@ def _system(folder: Path) -> System:
 
 
 def _run(folder: Path) -> tuple[list[Any], int, int]:
-    """Run until the planner is done; returns what became of its adaptations, and how far both inputs counted."""
+    """Run until the planner is done; returns what became of its adaptations, and the first numbers heard."""
     folder.mkdir()
     system = _system(folder)
     try:

@@ -8,47 +8,59 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from typer.testing import CliRunner
+
+from regraft.cli.main import build
+
 STACK = Path(__file__).parent / "stack"
-END_WITHIN = 30.0
-TRIES = 60
+ROOT = Path(__file__).parents[2]
+WITHIN = 60.0
+"""Seconds that anything may take on a machine that is busy with other things."""
 
 
 class System:
-    """The tiny stack, up, until the block ends."""
+    """The tiny stack, up, or whatever ``command`` runs, until the block ends."""
 
-    def __init__(self, home: Path, *options: str, stack: Path = STACK) -> None:
-        """Run it in ``home``."""
+    def __init__(
+        self, home: Path, command: tuple[str, ...] = ("up", str(STACK), "--headless"), ready: str = "all "
+    ) -> None:
+        """Run it in ``home``; it is ready once it prints a line that begins so."""
         self.home = home
         self.lines: list[str] = []
-        self._command = ("up", str(stack), "--headless", *options)
         self.process: subprocess.Popen[str]
+        self.joined: list[subprocess.Popen[str]] = []
+        self._command = command
+        self._ready = ready
 
     def __enter__(self) -> System:
         """Start it and wait until it is up."""
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "regraft.cli", *self._command],
-            env=environment(self.home),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        self.process = start(self.home, *self._command)
         assert self.process.stdout is not None
         for line in self.process.stdout:
             self.lines.append(line.rstrip())
-            if line.startswith("all "):
+            if line.startswith(self._ready):
                 return self
         raise AssertionError("never came up:\n" + "\n".join(self.lines))
 
     def __exit__(self, *_: object) -> None:
         """End it, by force if need be."""
         self.interrupt()
-        try:
-            self.ended()
-        finally:
-            self.process.kill()
+        for process in (self.process, *self.joined):
+            try:
+                process.communicate(timeout=WITHIN)
+            finally:
+                process.kill()
+                process.wait()
+
+    def join(self, *arguments: str) -> subprocess.Popen[str]:
+        """Have one more component join the system."""
+        joined = start(self.home, "run", "--join", "tiny", *arguments, output=subprocess.DEVNULL)
+        self.joined.append(joined)
+        return joined
 
     def interrupt(self) -> None:
         """Do what Ctrl-C does."""
@@ -57,9 +69,9 @@ class System:
 
     def ended(self) -> int:
         """Wait for its end; returns the exit code."""
-        rest, _ = self.process.communicate(timeout=END_WITHIN)
-        self.lines += (rest or "").splitlines()
-        return self.process.returncode
+        assert self.process.stdout is not None
+        self.lines += [line.rstrip() for line in self.process.stdout]
+        return self.process.wait(WITHIN)
 
     def ask(self, *arguments: str) -> Any:
         """Return the JSON that a command printed."""
@@ -74,30 +86,59 @@ class System:
 
     def component_after(self, name: str, incarnation: int) -> dict[str, Any]:
         """Return a component once a later run of it than ``incarnation`` is active."""
-        for _ in range(TRIES):
-            found = self.components()[name]
-            if found["incarnation"] > incarnation and found["state"] == "active" and found["alive"]:
+        deadline = time.monotonic() + WITHIN
+        found = None
+        while time.monotonic() < deadline:
+            found = self.components().get(name)
+            if found and (found["incarnation"] or 0) > incarnation and found["state"] == "active":
                 return found
-        raise AssertionError(f"{name} has not been restarted: {found}")
+        raise AssertionError(f"{name} is not active in a later run than {incarnation}: {found}")
 
 
 def environment(home: Path) -> dict[str, str]:
     """Return the environment of a command."""
     kept = {name: value for name, value in os.environ.items() if name != "REGRAFT_SYSTEM"}
-    return {**kept, "REGRAFT_HOME": str(home), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return {**kept, "REGRAFT_HOME": str(home), "PYTHONPATH": str(ROOT)}
 
 
-def regraft(home: Path, *arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a command as a process of its own."""
-    command = [sys.executable, "-m", "regraft.cli", *arguments]
-    return subprocess.run(
-        command, env=environment(home), capture_output=True, text=True, timeout=END_WITHIN, cwd=cwd, check=False
+def start(
+    home: Path, *arguments: str, output: int = subprocess.PIPE, errors: int = subprocess.STDOUT
+) -> subprocess.Popen[str]:
+    """Start a command that stays, where the tiny stack's classes are."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "regraft.cli", *arguments],
+        env=environment(home),
+        stdout=output,
+        stderr=errors,
+        text=True,
+        cwd=STACK,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A command that has ended."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def regraft(home: Path, *arguments: str) -> Done:
+    """Run a command: in this process, unless it forks others."""
+    if arguments[0] == "up":
+        process = start(home, *arguments, errors=subprocess.PIPE)
+        stdout, stderr = process.communicate(timeout=WITHIN)
+        return Done(process.returncode, stdout, stderr)
+    result = CliRunner().invoke(
+        build(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None}
+    )
+    return Done(result.exit_code, result.stdout, result.stderr)
 
 
 def is_gone(pid: int) -> bool:
     """Tell whether a process has ended, waiting for it a little."""
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + WITHIN
     while time.monotonic() < deadline:
         try:
             state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]

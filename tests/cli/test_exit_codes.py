@@ -135,9 +135,8 @@ def port() -> Iterator[int]:
 
 def test_a_gateway_port_in_use_is_said_before_anything_runs(regraft: Regraft, home: Path, port: int) -> None:
     file = home / "stack.yaml"
-    file.write_text(
-        f"system: tiny\ncomponents:\n  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"
-    )
+    gateway = f"{{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}"
+    file.write_text(f"system: tiny\ncomponents:\n  gateway: {gateway}\n")
     found = regraft("up", str(file))
     assert found.exit_code == BAD_INPUT
     assert f"gateway cannot listen on 127.0.0.1:{port}" in found.stderr

@@ -8,8 +8,6 @@ from typing import Any
 import httpx
 from jsonschema import Draft202012Validator
 
-UNDECLARED = {404: "no such route", 405: "wrong method"}
-
 
 class Contract:
     """The OpenAPI document, as a judge of answers."""

@@ -76,6 +76,7 @@ class ScriptedManager(Component):
         self.fate: Outcome | None = None
         self.refusal = ""
         self.silent = False
+        self.unreadable = False
         self.kept_waiting = threading.Event()
 
     @property
@@ -87,8 +88,8 @@ class ScriptedManager(Component):
     async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
         """Adapt."""
         self.requests.append(request)
-        if self.silent:
-            await self.kit.sleep(3600.0)
+        while self.silent:
+            await self.kit.sleep(0.01)
         if self.refusal:
             raise RequestRefused(self.refusal)
         known = [line for line in self.journal_lines if request.key and line.request.key == request.key]
@@ -167,6 +168,8 @@ class ScriptedManager(Component):
     @service("adaptation_manager/journal")
     async def journal(self, request: JournalRequest) -> JournalPage:
         """Show the journal."""
+        if self.unreadable:
+            raise RequestRefused("the journal cannot be read")
         if self.silent:
             await self.kit.sleep(3600.0)
         if request.before and not (request.before.isascii() and request.before.isdecimal()):

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import pytest
 
 from bus_schema.adaptation import Outcome
+from bus_schema.messages.control import ParameterValues
 from tests.gateway.conftest import Running
 from tests.kit.site import wait_until
 
@@ -161,11 +163,41 @@ def test_a_manager_that_is_not_there_is_unavailable(running: Running) -> None:
     assert running.post("/adaptations", adaptation()).status_code == 503
 
 
-def test_a_full_queue_is_unavailable(running: Running) -> None:
-    running.manager.refusal = "the queue is full: 32 adaptations wait"
+@pytest.mark.parametrize("why", ["the queue is full: 32 adaptations wait", "the journal cannot be read"])
+def test_a_manager_that_cannot_work_now_is_unavailable(running: Running, why: str) -> None:
+    running.post("/adaptations", adaptation())
+    running.manager.refusal = why
     response = running.post("/adaptations", adaptation())
     assert response.status_code == 503
-    assert "queue is full" in response.json()["detail"]
+    assert why in response.json()["detail"]
+    running.manager.unreadable = True
+    assert running.http.get("/adaptations").status_code == 503
+    assert running.http.post("/adaptations/1/undo").status_code == 503
+
+
+def test_many_that_wait_for_their_adaptation_leave_room_for_others(running: Running) -> None:
+    running.site.client.control("gateway", "parameters", ParameterValues({"adaptation_within": 60.0}))
+    running.manager.silent = True
+    statuses: list[int] = []
+    refusals: list[str] = []
+
+    def ask() -> None:
+        with running.connect() as http:
+            response = http.post("/adaptations", json=adaptation(), timeout=60.0)
+            statuses.append(response.status_code)
+            if response.status_code == 503:
+                refusals.append(response.json()["detail"])
+
+    threads = [threading.Thread(target=ask) for _ in range(24)]
+    for thread in threads:
+        thread.start()
+    wait_until(lambda: len(running.manager.requests) == 16 and len(refusals) == 8)
+    assert running.http.get("/hosts").status_code == 200
+    assert "16 requests are waiting" in refusals[0]
+    running.manager.silent = False
+    for thread in threads:
+        thread.join(20.0)
+    assert sorted(statuses) == [200] * 16 + [503] * 8
 
 
 def test_setting_parameters_is_an_adaptation(running: Running) -> None:

@@ -297,7 +297,9 @@ def test_arrays_are_shown_by_layout_and_small_ones_by_value() -> None:
     }
 
 
-@pytest.mark.parametrize("payload", [b"", b"\x01", b"\xff\xff\xff\xff", b"\x01\x00\x00\x00\xc1", b"\x01\x00\x00\x00\x90"])
+@pytest.mark.parametrize(
+    "payload", [b"", b"\x01", b"\xff\xff\xff\xff", b"\x01\x00\x00\x00\xc1", b"\x01\x00\x00\x00\x90"]
+)
 def test_garbage_is_refused_as_a_bad_message(payload: bytes) -> None:
     with pytest.raises(BadMessage):
         read_plain(payload, type_of(Image).encoding)

@@ -189,3 +189,17 @@ class Latest(Component):
         newest = self.heard.latest
         if newest is not None:
             self.said.publish(newest)
+
+
+class Follower(Component):
+    """Has somebody walk for it, all the time."""
+
+    @every(seconds=0.05)
+    async def send(self) -> None:
+        if not self.sent:
+            self.sent = True
+            goal = self.kit.goal("walk", Number(10_000), Number)
+            await goal.outcome()
+
+    def __init__(self) -> None:
+        self.sent = False

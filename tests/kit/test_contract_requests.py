@@ -13,7 +13,8 @@ from bus_schema.registry import type_of
 from regraft import CallFailed
 from regraft.clock import RealClock
 from regraft.runtime.writers import Identity, Writers
-from tests.kit.parts import Asker, Number, Oracle, Other, Walker
+from regraft.testing import Rig
+from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
 from tests.kit.site import PATIENCE, Site, wait_until
 
 
@@ -159,3 +160,24 @@ def test_a_client_name_that_is_no_name_is_refused(site: Site) -> None:
     plain = {"client": "../**", "number": 1, "verb": "call", "body": None, "patience": 1.0}
     requests.put(codec.pack_plain(plain))
     wait_until(lambda: site.client.components()["oracle"].status.refused == 1)
+
+
+def test_a_goal_cancelled_before_anybody_accepted_it_is_never_begun() -> None:
+    with Rig() as rig:
+        goal = rig.goal("walk", Number(3), Number, Number)
+        goal.cancel()
+        walker = rig.add(Walker)
+        rig.advance(5.0)
+        assert walker.ended == []
+        assert goal.error is not None
+        assert goal.error.answer is Answer.CANCELLED
+
+
+def test_a_client_that_is_deactivated_while_it_awaits_a_goal_cancels_it() -> None:
+    with Rig() as rig:
+        walker = rig.add(Walker)
+        rig.add(Follower)
+        rig.advance(0.1)
+        rig.transition("follower", Transition.DEACTIVATE)
+        rig.advance(0.1)
+        assert walker.ended == ["cancelled"]

@@ -186,4 +186,5 @@ def test_the_times_are_those_of_the_code() -> None:
         coordinator.STEP_AGAIN_AFTER,
         coordinator.STEP_BOUND,
     ]
+    assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
     assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE

@@ -1,7 +1,7 @@
 """Promises of battery, lighting and reflection."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bus_schema.messages.geometry import Pose, Twist
@@ -86,6 +86,7 @@ def test_a_restored_battery_is_no_fuller_and_pays_for_the_time_between() -> None
     assert states[-1].energy == pytest.approx(20_000.0 - 13.0 * 7.14)
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 1e6), st.floats(1.0, 1e4), st.floats(-1e3, 1e3), st.floats(0.0, 1.0))
 def test_darkness_stays_within_its_bounds(time: float, period: float, phase: float, darkest: float) -> None:
     assert 0.0 <= darkness_at(time, period, phase, darkest) <= darkest

@@ -30,7 +30,7 @@ def _digest(kind: str, goal: float = 3.0) -> str:
         steps.start_world(TinyWorld, EVERYBODY, 10.0)
         told = steps.wait_finished()
         assert told.reproducible
-        assert told.tick == 201
+        assert told.tick == 200
         witness: Witness = steps.component("witness")
         assert len([entry for entry in witness.seen if entry[0] == "position"]) >= 190
         assert len([entry for entry in witness.seen if entry[0] == "push"]) >= 95

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from regraft import CallFailed
@@ -21,16 +20,6 @@ class NoSuchInput(ValueError):
     """An input that the executor does not have; the text names those that it has."""
 
 
-@dataclass(eq=False, slots=True)
-class _Bell:
-    """Stands where a task would wait for an answer: it calls a function instead of advancing a coroutine."""
-
-    ring: Callable[[], None]
-
-    def wake(self) -> None:
-        self.ring()
-
-
 class Asked(Generic[A]):
     """A request under way, to be looked at in later ticks."""
 
@@ -38,8 +27,7 @@ class Asked(Generic[A]):
         """Have ``wake`` called when the answer comes."""
         self._waiting = waiting
         self._goal = goal
-        # No task waits here: one that is cancelled while it awaits a goal leaves the goal uncancelled.
-        waiting.task = _Bell(wake)  # type: ignore[assignment]
+        waiting.when_done(wake)
 
     @property
     def done(self) -> bool:
@@ -64,7 +52,7 @@ class Asked(Generic[A]):
 
     def give_up(self) -> None:
         """Want no answer any more; a goal is cancelled."""
-        self._waiting.task = None
+        self._waiting.abandon()
         if self._goal:
             self._goal.cancel()
 

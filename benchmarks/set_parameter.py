@@ -1,0 +1,63 @@
+"""Set a parameter through the adaptation manager: checked, journalled, committed, verified; against one raw query."""
+
+from __future__ import annotations
+
+import time
+
+import zenoh
+
+from benchmarks.harness import Effort, Result, compared, in_turns
+from benchmarks.links import wait_until
+from benchmarks.processes import Processes
+from benchmarks.raw import QUESTION, READY, answerer
+from benchmarks.system import MANAGER, System
+from bus_schema.adaptation import SetParameters
+from regraft.zenoh_config import Endpoints, config
+
+COUNT = 60
+LIMIT = 4.0
+TAIL = 0.95
+TOPICS = "  numbers: {type: benchmark/Number}"
+COMPONENTS = """
+  talker: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}}
+"""
+
+
+def set_parameter(effort: Effort) -> list[Result]:
+    """Set a parameter of a running component again and again."""
+    count = effort.count(COUNT, least=3)
+    with System(TOPICS, COMPONENTS + MANAGER) as system, Processes() as processes:
+        system.wait_for_components("talker", "adaptation_manager")
+        processes.spawn(answerer, system.info.endpoint)
+        session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
+        try:
+            wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
+            sides = in_turns(effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count))
+        finally:
+            session.close()  # type: ignore[no-untyped-call]
+    note = f"{effort.rounds} rounds of {count}"
+    against = "one raw zenoh query"
+    return [
+        compared("set a parameter, p95", sides, "ms", against, LIMIT, share=TAIL, scale=1e3, note=note),
+        compared("set a parameter, median", sides, "ms", against, None, scale=1e3, note=note),
+    ]
+
+
+def _adaptations(system: System, count: int) -> list[float]:
+    took = []
+    for number in range(count):
+        begun = time.perf_counter()
+        system.adapt(SetParameters("talker", {"gain": 0.25 + 0.5 * (number % 2)}))
+        took.append(time.perf_counter() - begun)
+    return took
+
+
+def _queries(session: zenoh.Session, count: int) -> list[float]:
+    took = []
+    for _ in range(count):
+        begun = time.perf_counter()
+        for reply in session.get(QUESTION, payload=bytes(100), timeout=5.0):
+            assert reply.ok is not None
+            reply.ok.payload.to_bytes()
+        took.append(time.perf_counter() - begun)
+    return took

@@ -1,0 +1,54 @@
+"""The inverse of any list of changes leads back to where it began."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adaptation_manager.steps import PLANNERS
+from adaptation_manager.steps.draft import Draft
+from adaptation_manager.undoing import conflicts, inverse
+from bus_schema.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    ChangeState,
+    Connect,
+    Outcome,
+    SetParameters,
+)
+from bus_schema.architecture import Architecture
+from bus_schema.lifecycle import Transition
+from tests.adaptation.system import small_architecture
+
+BEFORE = small_architecture()
+LISTENERS = st.sampled_from(["listener", "second"])
+CHANGES = st.one_of(
+    st.builds(
+        SetParameters, LISTENERS, st.fixed_dictionaries({"gain": st.floats(0, 1), "label": st.just("fancy")})
+    ),
+    st.builds(Connect, LISTENERS, st.sampled_from(["heard", "hint"]), st.sampled_from(["numbers", "others"])),
+    st.builds(
+        ChangeState, LISTENERS, st.sampled_from([t for t in Transition if t is not Transition.SHUTDOWN])
+    ),
+)
+
+
+def _after(architecture: Architecture, changes: tuple[Change, ...]) -> tuple[Architecture, bool]:
+    draft = Draft(architecture, {})
+    for change in changes:
+        PLANNERS[change.change](draft, change)
+    return draft.architecture, not draft.violations
+
+
+@given(st.lists(CHANGES, min_size=1, max_size=8))
+def test_the_inverse_of_changes_leads_back(wanted: list[Change]) -> None:
+    changes: tuple[Change, ...] = ()
+    for change in wanted:
+        if _after(BEFORE, (*changes, change))[1]:
+            changes = (*changes, change)
+    behind, _ = _after(BEFORE, changes)
+    back, legal = _after(behind, inverse(changes, BEFORE))
+    assert legal
+    report = AdaptationReport("2", Outcome.APPLIED, AdaptationRequest(changes), 1, 2, 0.0)
+    assert conflicts(report, BEFORE, back, []) == []

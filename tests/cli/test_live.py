@@ -1,0 +1,212 @@
+"""A real system of processes, and every command that looks at it or changes it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.cli.live import STACK, System, is_gone, regraft
+
+pytestmark = pytest.mark.timeout(300)
+
+
+def test_ps_lists_every_component_with_its_process(tiny: System) -> None:
+    found = tiny.components()
+    assert sorted(found) == ["adaptation_manager", "listener", "talker"]
+    assert {component["state"] for component in found.values()} == {"active"}
+    assert len({component["pid"] for component in found.values()}) == 3
+    assert "talker" in regraft(tiny.home, "ps").stdout
+
+
+def test_a_second_up_of_the_same_system_exits_with_2(tiny: System) -> None:
+    found = regraft(tiny.home, "up", str(STACK))
+    assert found.returncode == 2
+    assert "already running" in found.stderr
+
+
+def test_a_parameter_that_was_set_is_what_get_and_list_say(tiny: System) -> None:
+    report = tiny.ask("param", "set", "talker", "step", "2.5", "--reason", "to see")
+    assert report["outcome"] == "applied"
+    assert tiny.ask("param", "get", "talker", "step")["value"] == 2.5
+    rows = tiny.ask("param", "list", "talker")["parameters"]
+    assert {row["parameter"]: row["value"] for row in rows}["step"] == 2.5
+
+
+def test_a_rejected_change_exits_with_1_and_says_what_would_be_right(tiny: System) -> None:
+    found = regraft(tiny.home, "param", "set", "talker", "step=11", "rate=1000")
+    assert found.returncode == 1
+    assert "rejected" in found.stdout
+    assert "at most 10" in found.stderr
+    assert "at most 100" in found.stderr
+
+
+def test_an_adaptation_can_be_tried_applied_and_undone(tiny: System, tmp_path: Path) -> None:
+    before = tiny.ask("param", "get", "listener", "offset")["value"]
+    change = {"change": "set_parameters", "component": "listener", "parameters": {"offset": before + 1}}
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"changes": [change]}))
+    assert tiny.ask("adapt", str(file), "--dry-run")["request"]["dry_run"]
+    assert tiny.ask("param", "get", "listener", "offset")["value"] == before
+    report = tiny.ask("adapt", str(file), "--reason", "why not")
+    assert tiny.ask("param", "get", "listener", "offset")["value"] == before + 1
+    assert tiny.ask("journal", report["id"])["request"]["reason"] == "why not"
+    assert tiny.ask("undo", report["id"])["outcome"] == "applied"
+    assert tiny.ask("param", "get", "listener", "offset")["value"] == before
+
+
+def test_a_stale_revision_is_refused(tiny: System, tmp_path: Path) -> None:
+    change = {"change": "set_parameters", "component": "talker", "parameters": {"step": 1.0}}
+    (tmp_path / "request.json").write_text(json.dumps({"changes": [change]}))
+    found = regraft(tiny.home, "adapt", str(tmp_path / "request.json"), "--if-revision", "999")
+    assert found.returncode == 1
+    assert "revision" in found.stderr
+
+
+def test_a_component_can_be_deactivated_and_activated_again(tiny: System) -> None:
+    tiny.ask("lifecycle", "set", "listener", "deactivate")
+    assert tiny.ask("lifecycle", "get", "listener")["state"] == "inactive"
+    tiny.ask("lifecycle", "set", "listener", "activate")
+    assert tiny.ask("lifecycle", "get", "listener")["state"] == "active"
+
+
+def test_topics_can_be_listed_echoed_and_measured(tiny: System) -> None:
+    topics = {topic["name"]: topic for topic in tiny.ask("topic", "list")["topics"]}
+    assert topics["number"]["writers"] == ["talker.number"]
+    assert topics["number"]["readers"] == ["listener.number"]
+    shown = regraft(tiny.home, "topic", "echo", "number", "--count", "3", "--json").stdout
+    samples = [json.loads(line) for line in shown.splitlines()]
+    numbers = [sample["sequence"] for sample in samples]
+    assert numbers == list(range(numbers[0], numbers[0] + 3))
+    assert tiny.ask("topic", "hz", "number", "--count", "10")["missing"] == 0
+
+
+def test_echo_of_a_silent_topic_ends_in_time_and_exits_with_1(tiny: System) -> None:
+    found = regraft(tiny.home, "topic", "echo", "spare", "--once", "--for", "0.2")
+    assert found.returncode == 1
+    assert "nobody writes spare" in found.stderr
+
+
+def test_a_service_can_be_called_with_a_typed_body(tiny: System) -> None:
+    once = tiny.ask("service", "call", "last_number")["value"]
+    assert tiny.ask("service", "call", "last_number", '{"factor": 0.0}')["value"] != once
+    wrong = regraft(tiny.home, "service", "call", "last_number", "{factr: 1}")
+    assert wrong.returncode == 2
+    assert "'factr'" in wrong.stderr
+
+
+def test_a_goal_is_pursued_with_feedback_until_its_result(tiny: System) -> None:
+    done = regraft(tiny.home, "goal", "send", "wait_for", "{value: 3}", "--feedback", "--json")
+    result = json.loads(done.stdout.splitlines()[-1])
+    assert done.returncode == 0
+    assert result["value"] >= 3
+
+
+def test_a_goal_that_takes_too_long_is_cancelled_and_exits_with_1(tiny: System) -> None:
+    found = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--timeout", "0.3")
+    assert found.returncode == 1
+    assert "cancelled" in found.stderr
+
+
+def test_unknown_names_exit_with_2_and_say_what_there_is(tiny: System) -> None:
+    for command in (
+        ("param", "get", "talkr", "step"),
+        ("param", "get", "talker", "stp"),
+        ("param", "set", "talkr", "step", "1"),
+        ("topic", "info", "numbr"),
+        ("service", "call", "last_numbr"),
+        ("connect", "listener", "nmber", "spare"),
+        ("journal", "12345"),
+        ("logs", "talkr"),
+    ):
+        found = regraft(tiny.home, *command)
+        assert found.returncode == 2, found
+        assert "Traceback" not in found.stderr
+
+
+def test_a_system_without_a_mission_says_so(tiny: System) -> None:
+    found = regraft(tiny.home, "mission", "status")
+    assert found.returncode == 3
+    assert "no mission executor" in found.stderr
+
+
+def test_logs_show_what_a_component_wrote(tiny: System) -> None:
+    assert any("talker" in line for line in tiny.ask("logs", "talker")["lines"])
+
+
+def test_a_killed_component_is_restarted_with_its_parameters(tiny: System) -> None:
+    tiny.ask("param", "set", "talker", "rate=30")
+    before = tiny.components()["talker"]
+    os.kill(before["pid"], signal.SIGKILL)
+    after = tiny.component_after("talker", before["incarnation"])
+    assert after["pid"] != before["pid"]
+    assert after["restarts"] >= 1
+    assert tiny.ask("param", "get", "talker", "rate")["value"] == 30
+
+
+def test_a_component_can_join_be_changed_directly_and_ends_with_the_system(tmp_path: Path) -> None:
+    with System(tmp_path) as system:
+        joined = system.join("tiny_parts:Listener", "--name", "ear")
+        assert system.component_after("ear", 0)["host"] is None
+        system.ask("param", "set", "ear", "offset", "5")
+        system.ask("connect", "ear", "number", "spare")
+        assert system.ask("topic", "info", "spare")["readers"] == ["ear.number"]
+        system.ask("lifecycle", "set", "ear", "deactivate")
+        assert system.ask("lifecycle", "get", "ear")["state"] == "inactive"
+    assert joined.returncode == 0
+
+
+def test_down_ends_the_system_and_leaves_no_process(tmp_path: Path) -> None:
+    with System(tmp_path) as system:
+        pids = [component["pid"] for component in system.components().values()]
+        done = regraft(tmp_path, "down")
+        assert done.returncode == 0
+        assert system.ended() == 0
+    assert all(is_gone(pid) for pid in pids)
+    assert regraft(tmp_path, "ps", "--json").stdout.split() == ["{", '"systems":', "[]", "}"]
+
+
+def test_ctrl_c_ends_a_healthy_run_with_0(tmp_path: Path) -> None:
+    with System(tmp_path) as system:
+        system.interrupt()
+        assert system.ended() == 0
+    assert "ending ..." in system.lines
+    assert system.lines[-1].startswith("tiny: ran ")
+
+
+def test_a_run_of_limited_duration_ends_by_itself_with_one_json_object(tmp_path: Path) -> None:
+    done = regraft(tmp_path, "up", str(STACK), "--for", "0.3", "--json", "--system", "brief")
+    assert done.returncode == 0
+    closing = json.loads(done.stdout)
+    assert closing["system"] == "brief"
+    assert closing["wall_s"] >= 0.3
+    assert closing["problems"] == []
+
+
+def test_a_run_with_a_quarantined_component_exits_with_1(tmp_path: Path) -> None:
+    text = (STACK / "stack.yaml").read_text()
+    text += "  broken: {command: [python3, -c, raise SystemExit(3)], managed: false, restart: {limit: 1}}\n"
+    (tmp_path / "stack.yaml").write_text(text)
+    (tmp_path / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
+    done = regraft(tmp_path / "home", "up", str(tmp_path), "--for", "1", "--json")
+    assert done.returncode == 1
+    assert "broken is quarantined" in json.loads(done.stdout)["problems"]
+
+
+def test_a_component_runs_alone_and_takes_changes_from_anybody(tmp_path: Path) -> None:
+    with System(
+        tmp_path, command=("run", "tiny_parts:Talker", "--set", "step=3"), ready="talker runs"
+    ) as alone:
+        assert alone.component_after("talker", 0)["state"] == "active"
+        assert alone.ask("param", "get", "talker", "step")["value"] == 3
+        alone.ask("param", "set", "talker", "step=4", "rate=50")
+        assert alone.ask("param", "get", "talker", "rate")["value"] == 50
+        assert regraft(tmp_path, "param", "set", "talker", "step=99").returncode == 1
+        assert alone.ask("topic", "echo", "number", "--once")["type"].startswith("clitest/Number")
+        assert regraft(tmp_path, "journal").returncode == 3
+        alone.interrupt()
+        assert alone.ended() == 0
+    assert regraft(tmp_path, "ps").stdout.startswith("no system is running")

@@ -1,0 +1,213 @@
+"""What people read: lines, tables, rates, logs, the closing line."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+import typer
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
+from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.health import Event
+from bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
+from bus_schema.messages.power import BatteryState
+from regraft.cli.closing import Closing
+from regraft.cli.display import event_line, status_line
+from regraft.cli.extensions import add_extensions
+from regraft.cli.host import grown, tail
+from regraft.cli.main import build
+from regraft.cli.managing import headline, violation_line
+from regraft.cli.mission import tree_lines
+from regraft.cli.output import plain_table
+from regraft.cli.ps import remark, shown_state
+from regraft.cli.rates import Rates
+from regraft.cli.watch import RENDERER, URL
+from regraft.client import TopicSample
+
+CLOCK = ClockTime(40, 2_000_000_000, 9.8, ("a",))
+
+cells = st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), max_size=12)
+
+
+@given(st.lists(st.tuples(cells, cells, cells), max_size=6))
+def test_a_piped_table_has_a_line_per_row_with_every_cell_whole(rows: list[tuple[str, str, str]]) -> None:
+    lines = plain_table(("one", "two", "three"), rows)
+    assert len(lines) == len(rows) + 1
+    assert all(cell.strip() in line for row, line in zip(rows, lines[1:], strict=True) for cell in row)
+    assert all(line == line.rstrip() for line in lines)
+
+
+def test_an_event_is_one_line_that_names_its_subject_once() -> None:
+    event = Event(1.0, "component.restarted", "camera", "camera ended: exit code 1;\nit is restarted")
+    line = event_line(event, CLOCK)
+    assert "\n" not in line
+    assert line.count("camera") == 1
+    assert line.split()[:2] == ["2.00", "s"]
+    assert "gateway: ready" in event_line(Event(1.0, "gateway.ready", "gateway", "ready"), None)
+
+
+def test_the_live_line_says_time_speed_mission_and_battery() -> None:
+    mission = MissionStatus(
+        2.0, MissionState.RUNNING, "Frog", 3, running=("Look::19/NavigateTo::14", "Detect::23")
+    )
+    line = status_line(CLOCK, mission, BatteryState(2.0, 5.0, 10.0, 0.5, 1.0), 1.0)
+    for part in ("2.0 s", "9.8 x", "running: Detect", "battery 50%"):
+        assert part in line
+    assert status_line(None, None, None, 3.0) == "3 s"
+
+
+def test_a_status_detail_gives_away_gateway_and_renderer() -> None:
+    url = URL.search("http://127.0.0.1:8000/api/v1")
+    renderer = RENDERER.search("renders 320x240 on egl")
+    assert url and url.group() == "http://127.0.0.1:8000/api/v1"
+    assert renderer and renderer.group(1) == "egl"
+
+
+def closing(**changes: object) -> Closing:
+    given = {
+        "system": "frog",
+        "simulated_s": 20.0,
+        "wall_s": 2.0,
+        "startup_s": 1.0,
+        "renderer": "egl",
+        "reproducible": True,
+        "dropped": (),
+        "restarts": 0,
+        "problems": (),
+        "summary": {"stamp": 20.0, "digest": "0123456789abcdef", "visits": {"box": 1}, "contacts": 0},
+    }
+    return Closing(**{**given, **changes})  # type: ignore[arg-type]
+
+
+def test_the_closing_line_says_how_fast_what_drew_and_the_digest() -> None:
+    line = closing().line()
+    for part in (
+        "20 s simulated in 2.0 s",
+        "10.0 x real time",
+        "renderer egl",
+        "digest 0123456789ab",
+        "{box: 1}",
+    ):
+        assert part in line
+    assert "\n" not in line
+    assert "not reproducible" in closing(reproducible=False).line()
+    assert "camera is quarantined" in closing(problems=("camera is quarantined",)).line()
+    assert closing(simulated_s=None, summary={}).line().startswith("frog: ran 2.0 s")
+
+
+def test_the_closing_object_has_what_scripts_need() -> None:
+    plain = closing().plain()
+    assert plain["real_time_factor"] == 10.0
+    assert plain["digest"] == "0123456789abcdef"
+    assert closing(summary={}).plain()["digest"] is None
+    assert closing(wall_s=0.0).plain()["real_time_factor"] is None
+
+
+def component(**changes: object) -> dict[str, object]:
+    plain = {
+        "process": "running",
+        "alive": True,
+        "state": "active",
+        "silent_s": 0.1,
+        "error": "",
+        "detail": "",
+    }
+    return {**plain, "last_end": "", "lost": 0, "refused": 0, **changes}
+
+
+def test_a_component_is_shown_as_its_process_is_where_that_does_not_run() -> None:
+    assert shown_state(component()) == "active"
+    assert shown_state(component(process="quarantined", alive=False)) == "quarantined"
+    assert shown_state(component(process=None, alive=False)) == "gone"
+    assert shown_state(component(state=None)) == "starting"
+
+
+def test_a_remark_begins_with_the_worst() -> None:
+    text = remark(component(silent_s=3.0, error="broken", detail="turning", lost=2))
+    assert text == "silent for 3.0 s; broken; turning; 2 messages lost"
+
+
+def test_a_report_is_headed_by_its_outcome_and_says_every_violation() -> None:
+    report = AdaptationReport("7", Outcome.APPLIED, AdaptationRequest(()), 3, 4, 0.0, 0.012)
+    assert headline(report) == "adaptation 7 applied, revision 3 to 4, in 12 ms"
+    violation = Violation(1, "navigator", "parameters.max_velocity", "9: must be at most 0.26 m/s")
+    assert (
+        violation_line(violation)
+        == "change 1: navigator.parameters.max_velocity: 9: must be at most 0.26 m/s"
+    )
+    assert violation_line(Violation(None, "", "", "the journal is full")) == "the journal is full"
+
+
+def test_a_tree_is_indented_by_depth() -> None:
+    nodes = (
+        MissionNode(1, 0, "root", "Sequence", "root", NodeStatus.RUNNING),
+        MissionNode(2, 1, "Detect", "Detect", "root/Detect", NodeStatus.SUCCESS),
+        MissionNode(3, 1, "drive", "NavigateTo", "root/drive", NodeStatus.RUNNING),
+    )
+    assert tree_lines(nodes) == [
+        "> root (Sequence)  running",
+        "+   Detect  success",
+        ">   drive (NavigateTo)  running",
+    ]
+
+
+@given(st.lists(st.integers(1, 5), min_size=2, max_size=30), st.floats(0.001, 10.0))
+def test_rates_count_messages_and_what_is_missing_between_them(steps: list[int], period: float) -> None:
+    rates = Rates()
+    sequence = 0
+    for index, step in enumerate(steps):
+        sequence += step
+        stamp = round(index * period * 1e9)
+        rates.add(index * period, TopicSample("t", "a/B@1", "s", 1, sequence, stamp, 10, {}))
+    plain = rates.plain()
+    assert plain["count"] == len(steps)
+    assert plain["missing"] == sum(step - 1 for step in steps[1:])
+    assert plain["hz"] == pytest.approx(1 / period)
+    assert plain["stamp_hz"] == pytest.approx(1 / period, rel=1e-3)
+
+
+lines = st.lists(st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), max_size=20), max_size=20)
+
+
+@given(before=lines, after=lines, rest=cells, count=st.integers(1, 30))
+def test_following_a_log_shows_every_line_once(
+    tmp_path_factory: pytest.TempPathFactory, before: list[str], after: list[str], rest: str, count: int
+) -> None:
+    path = tmp_path_factory.mktemp("logs") / "a.log"
+    path.write_text("".join(f"{line}\n" for line in before) + rest)
+    shown, position = tail(path, count)
+    assert shown == before[-count:]
+    with path.open("a") as log:
+        log.write("\n" + "".join(f"{line}\n" for line in after))
+    more, position = grown(path, position)
+    assert more == [rest, *after]
+    assert grown(path, position) == ([], position)
+
+
+def test_a_log_that_was_begun_anew_is_shown_from_its_start(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("a long first line\n")
+    _, position = tail(path, 10)
+    path.write_text("new\n")
+    assert grown(path, position)[0] == ["new"]
+
+
+def hello(name: str) -> None:
+    """Greet."""
+    typer.echo(f"hello {name}")
+
+
+def test_commands_of_other_packages_are_added_and_broken_ones_left_out() -> None:
+    app = build()
+    found = (
+        EntryPoint("hello", f"{__name__}:hello", "regraft.commands"),
+        EntryPoint("broken", "no_such_module:app", "regraft.commands"),
+    )
+    add_extensions(app, found)
+    assert CliRunner().invoke(app, ["hello", "frog"]).stdout == "hello frog\n"
+    assert CliRunner().invoke(app, ["broken"]).exit_code == 2

@@ -1,0 +1,82 @@
+"""FROG outlives the death of any of its parts."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.host import ProcessState
+from bus_schema.messages.mission import MissionRequest, MissionState, MissionStatus
+from bus_schema.messages.sensors import Odometry
+from tests.frog.conftest import StartFrog
+from tests.frog.frog import Frog, speed_of
+from tests.host.system import children_of, wait_gone
+from tests.kit.site import wait_until
+
+
+def _drives(frog: Frog) -> None:
+    """Wait until the robot drives and the mission runs."""
+    odometry = frog.listen("odometry", Odometry)
+    wait_until(lambda: any(speed_of(o.twist) > 0.2 for o in odometry), "the robot to drive", 60.0)
+
+    def runs() -> bool:
+        status = frog.client.call("mission/status", MissionRequest(), MissionStatus, 10.0)
+        return status.state is MissionState.RUNNING
+
+    wait_until(runs, "the mission to run", 30.0)
+
+
+def test_every_component_may_be_killed_in_turn_and_the_mission_goes_on(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "max")
+    _drives(frog)
+    for name in sorted(frog.processes()):
+        before = frog.wait_running(name)
+        told = frog.clock().time
+        os.kill(before.pid, signal.SIGKILL)
+        after = frog.wait_running(name, before.incarnation + 1)
+        assert after.pid != before.pid
+        assert len(frog.said("component.restarted", name)) == 1
+        wait_until(lambda: frog.states() == {"active"}, f"everybody active after the death of {name}", 30.0)
+        wait_until(lambda told=told: frog.clock().time > told + 2e9, f"time going on after the death of {name}", 30.0)
+        _drives(frog)
+    assert not any(process.state is ProcessState.QUARANTINED for process in frog.processes().values())
+    wait_until(lambda: frog.rest.get("/system").status_code == 200, "the gateway")
+
+
+def test_time_never_goes_back_when_the_world_dies(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "max")
+    odometry = frog.listen("odometry", Odometry)
+    times: list[ClockTime] = []
+    for incarnation in (2, 3, 4):
+        frog.wait_for_time(3.0)
+        os.kill(frog.wait_running("world").pid, signal.SIGKILL)
+        frog.wait_running("world", incarnation)
+        times.append(frog.clock())
+    frog.wait_for_time(5.0)
+    stamps = [o.stamp for o in odometry]
+    assert stamps == sorted(stamps)
+    jumps = [
+        (a.pose.x - b.pose.x) ** 2 + (a.pose.y - b.pose.y) ** 2 for a, b in zip(odometry, odometry[1:], strict=False)
+    ]
+    assert max(jumps) < 0.1**2
+    assert not frog.clock().reproducible
+
+
+def test_a_stopped_component_is_found_and_the_run_is_marked(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "max")
+    _drives(frog)
+    assert frog.clock().reproducible
+    os.kill(frog.wait_running("detector").pid, signal.SIGSTOP)
+    assert "hung" in frog.wait_running("detector", 2).last_end
+    wait_until(lambda: not frog.clock().reproducible)
+    assert frog.clock().dropped == ("detector",)
+    _drives(frog)
+
+
+def test_no_process_is_left_when_the_host_is_killed(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "max")
+    pids = children_of(frog.process.pid)
+    assert len(pids) >= 14
+    frog.process.kill()
+    wait_gone(pids)
