@@ -120,6 +120,4 @@ def in_force(views: Sequence[HostView]) -> Architecture:
 
 def _start(architecture: Architecture, now: float) -> AdaptationReport:
     request = AdaptationRequest((), "the stack's start", "regraft up")
-    return AdaptationReport(
-        "1", Outcome.APPLIED, request, architecture.revision - 1, architecture.revision, now
-    )
+    return AdaptationReport("1", Outcome.APPLIED, request, architecture.revision - 1, architecture.revision, now)

@@ -34,9 +34,7 @@ async def check(
         spec = architecture.components.get(change.component)
         if spec is None and change.change not in ON_NEW_COMPONENTS:
             known = ", ".join(sorted(architecture.components)) or "none"
-            draft.refuse(
-                change.component, "component", f"there is no component of this name; there are: {known}"
-            )
+            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
         elif spec is not None and not spec.managed:
             draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
         else:
@@ -50,9 +48,7 @@ async def check(
 def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
     found = []
     if request.revision is not None and request.revision != architecture.revision:
-        problem = (
-            f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
-        )
+        problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
         found.append(Violation(None, "", "revision", problem))
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
@@ -96,11 +92,7 @@ async def _read(
             live[name] = await asked[name].view()
         except ControlFailed as error:
             host = architecture.components[name].host
-            why = (
-                f"its host {host!r} does not answer"
-                if host in hosts.silent
-                else _why_silent(controls, name, error)
-            )
+            why = f"its host {host!r} does not answer" if host in hosts.silent else _why_silent(controls, name, error)
             silent.append(Violation(index, name, "status", why))
     return live, silent
 

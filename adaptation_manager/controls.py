@@ -81,9 +81,7 @@ class Asked:
         try:
             return codec.decode(good.payload, ComponentView)
         except BadMessage as error:
-            raise ControlFailed(
-                f"{self.component}: {self.what}: a reply that cannot be read: {error}"
-            ) from None
+            raise ControlFailed(f"{self.component}: {self.what}: a reply that cannot be read: {error}") from None
 
     def _silence(self) -> NoAnswer:
         # The bus answers at once when there is nobody to ask, after the time-out when somebody stays silent.

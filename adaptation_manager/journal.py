@@ -117,9 +117,7 @@ class Journal:
     def architecture(self, revision: int | None = None) -> Architecture | None:
         """Return the architecture at a revision of this run (None: the newest), None if there is none."""
         with self._told("cannot be read"):
-            (start,) = self._database.execute(
-                "SELECT architecture FROM runs WHERE run = ?", (self.run,)
-            ).fetchone()
+            (start,) = self._database.execute("SELECT architecture FROM runs WHERE run = ?", (self.run,)).fetchone()
             architecture = codec.decode(start, Architecture)
             rows = self._database.execute(
                 "SELECT following FROM adaptations WHERE run = ? AND revision > ? ORDER BY revision",
@@ -179,9 +177,7 @@ class Journal:
 
     def _note(self, number: int, states: Mapping[int, StepState]) -> None:
         rows = [(state.value, self.run, number, step) for step, state in states.items()]
-        self._database.executemany(
-            "UPDATE steps SET state = ? WHERE run = ? AND number = ? AND step = ?", rows
-        )
+        self._database.executemany("UPDATE steps SET state = ? WHERE run = ? AND number = ? AND step = ?", rows)
 
     def end(self, report: AdaptationReport) -> None:
         """Close an adaptation; if it was applied, its architecture holds from here on."""

@@ -116,9 +116,7 @@ class AdaptationManager(Component):
         entry.cancelled = True
         if entry is not self._line.serving:
             self._line.waiting.remove(entry)
-            report = replace(
-                self._pending(entry), outcome=Outcome.CANCELLED, error="cancelled while it waited"
-            )
+            report = replace(self._pending(entry), outcome=Outcome.CANCELLED, error="cancelled while it waited")
             self._books.never_began(report)
             self._finish(entry, report)
         return await entry.ended()
@@ -132,9 +130,7 @@ class AdaptationManager(Component):
             return JournalPage((line,) if line else ())
         if wanted.before and not wanted.before.isdecimal():
             raise RequestRefused(f"before: there is no adaptation {wanted.before!r}")
-        entries = self._read(
-            lambda j: j.page(int(wanted.before) if wanted.before else None, wanted.limit + 1)
-        )
+        entries = self._read(lambda j: j.page(int(wanted.before) if wanted.before else None, wanted.limit + 1))
         return JournalPage(tuple(entries[: wanted.limit]), len(entries) > wanted.limit)
 
     @service("adaptation_manager/architecture")
@@ -146,9 +142,7 @@ class AdaptationManager(Component):
             return current
         found = self._read(lambda j: j.architecture(wanted.revision))
         if found is None:
-            raise RequestRefused(
-                f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
-            )
+            raise RequestRefused(f"there is no revision {wanted.revision}; the architecture is at {current.revision}")
         return found
 
     # --- asking for a turn ---
@@ -157,9 +151,7 @@ class AdaptationManager(Component):
         """Wait until the manager has taken over."""
         if self._gate is not None:
             if len(self._gate) >= self.queue_limit:
-                raise RequestRefused(
-                    "the adaptation manager has not taken over yet, and many wait for it already"
-                )
+                raise RequestRefused("the adaptation manager has not taken over yet, and many wait for it already")
             waiting: Waiting[None] = Waiting()
             self._gate.append(waiting)
             await waiting
@@ -216,9 +208,7 @@ class AdaptationManager(Component):
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
             except Exception as error:
                 self.kit.log.exception("taking over failed")
-                self.kit.event(
-                    "adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}"
-                )
+                self.kit.event("adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}")
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
         while True:
             entry = await self._line.next()
@@ -240,9 +230,7 @@ class AdaptationManager(Component):
             term = self._books.open(views, self.kit.now())
             self._hosts.term = self._controls.term = term
             await self._claim()
-            for report in await recover(
-                self._journal(), self._current(), lambda b, a: self._site(slot, b, a)
-            ):
+            for report in await recover(self._journal(), self._current(), lambda b, a: self._site(slot, b, a)):
                 self._tell(report)
         except JournalError as error:
             self._books.close()
@@ -306,16 +294,12 @@ class AdaptationManager(Component):
         return await self._carry_out(entry, report, plan, slot)
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
-        report = replace(
-            self._pending(entry), outcome=Outcome.REJECTED, violations=found, duration=entry.lasted()
-        )
+        report = replace(self._pending(entry), outcome=Outcome.REJECTED, violations=found, duration=entry.lasted())
         if entry.number:
             self._books.never_began(report)
         return report
 
-    async def _carry_out(
-        self, entry: Entry, report: AdaptationReport, plan: Plan, slot: Exclusive
-    ) -> AdaptationReport:
+    async def _carry_out(self, entry: Entry, report: AdaptationReport, plan: Plan, slot: Exclusive) -> AdaptationReport:
         journal = self._journal()
         journal.begin(replace(report, revision_after=plan.after.revision), plan)
 

@@ -56,13 +56,9 @@ async def _reach_state(site: Site, action: ReachState) -> None:
 def _way(view: ComponentView, action: ReachState) -> tuple[Transition, ...]:
     if action.by is not None:
         if after(view.state, action.by) is not action.state:
-            raise ControlFailed(
-                f"{view.component}: {action.by.value} is not possible: it is {view.state.value} by now"
-            )
+            raise ControlFailed(f"{view.component}: {action.by.value} is not possible: it is {view.state.value} by now")
         return (action.by,)
     way = route(view.state, action.state)
     if way is None:
-        raise ControlFailed(
-            f"{view.component}: {action.state.value} cannot be reached from {view.state.value}"
-        )
+        raise ControlFailed(f"{view.component}: {action.state.value} cannot be reached from {view.state.value}")
     return way

@@ -22,8 +22,7 @@ class Plan:
         return tuple(
             architecture.components[name]
             for name in sorted(self.after.components)
-            if self.before.components.get(name) != self.after.components[name]
-            and name in architecture.components
+            if self.before.components.get(name) != self.after.components[name] and name in architecture.components
         )
 
     def reports(self) -> list[StepReport]:

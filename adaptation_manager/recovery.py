@@ -32,9 +32,7 @@ async def _undone(
     after = current
     for spec in line.following:
         after = after.with_component(spec)
-    reports = [
-        replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)
-    ]
+    reports = [replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)]
     planned = tuple(step for step, _ in line.steps)
     problems = await undo(site_for(current, after), line.former, planned, reports)
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED

@@ -52,9 +52,7 @@ async def _move_output(site: Site, component: str, port: str, topic: str) -> Non
     await _bind(site, readers, "", topic, [component])
     for reader in readers:
         site.touch(reader)
-    await site.controls.rewire(
-        component, Rewire(RewireStep.SWITCH, port, topic, revision=site.revision)
-    ).view()
+    await site.controls.rewire(component, Rewire(RewireStep.SWITCH, port, topic, revision=site.revision)).view()
 
 
 async def _connected_readers(site: Site, topic: str) -> tuple[str, ...]:

@@ -60,9 +60,7 @@ class Transaction:
             return await self._undo(Outcome.CANCELLED)
         except Exception as error:
             self.error = (
-                str(error)
-                if isinstance(error, ControlFailed | JournalError)
-                else f"{type(error).__name__}: {error}"
+                str(error) if isinstance(error, ControlFailed | JournalError) else f"{type(error).__name__}: {error}"
             )
             return await self._undo(Outcome.ROLLED_BACK)
 

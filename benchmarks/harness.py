@@ -93,6 +93,7 @@ def compared(
     *,
     share: float = 0.5,
     scale: float = 1.0,
+    times_faster: bool = False,
     note: str = "",
 ) -> Result:
     """Return the result of two sides: the median over the rounds of each round's percentile, and of their ratio.
@@ -102,14 +103,16 @@ def compared(
         sides: the samples.
         unit: of the samples times ``scale``.
         against: what the baseline is.
-        limit: the greatest ratio that keeps the budget.
+        limit: the greatest ratio that keeps the budget; the least one with ``times_faster``.
         share: the percentile of a round that stands for it; 0.5 is the median.
         scale: what samples are multiplied with.
+        times_faster: take the ratio the other way round: how many times faster than the baseline ours is.
         note: what else to say.
     """
     ours = [percentile(samples, share) for samples in sides.ours]
     theirs = [percentile(samples, share) for samples in sides.theirs]
-    ratios = [mine / other for mine, other in zip(ours, theirs, strict=True)]
+    pairs = list(zip(ours, theirs, strict=True))
+    ratios = [other / mine if times_faster else mine / other for mine, other in pairs]
     return Result(
         name,
         statistics.median(ours) * scale,
@@ -119,6 +122,7 @@ def compared(
         statistics.median(ratios),
         (min(ratios), max(ratios)),
         limit,
+        at_least=times_faster,
         note=note,
     )
 

@@ -63,7 +63,7 @@ def pinger(endpoint: str) -> None:
         ping.put(data)
         done.wait(VOLLEY_WITHIN)
         query.reply(VOLLEY, array("d", ((b - a) / 1e9 for a, b in pairwise(stamps))).tobytes())
-        query.drop()
+        query.drop()  # type: ignore[no-untyped-call]
 
     declared = (
         session.declare_subscriber(PONG, back),
@@ -80,7 +80,7 @@ def answerer(endpoint: str) -> None:
     def answer(query: zenoh.Query) -> None:
         assert query.payload is not None
         query.reply(QUESTION, query.payload.to_bytes())
-        query.drop()
+        query.drop()  # type: ignore[no-untyped-call]
 
     declared = (
         session.declare_queryable(QUESTION, answer),

@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from benchmarks.links import wait_until
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome

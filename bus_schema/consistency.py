@@ -31,11 +31,7 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
     return (
         *_system(architecture),
         *_topics(architecture),
-        *(
-            found
-            for name, spec in sorted(architecture.components.items())
-            for found in _component(name, spec)
-        ),
+        *(found for name, spec in sorted(architecture.components.items()) for found in _component(name, spec)),
         *_hosts(architecture),
         *_parameters(architecture),
         *wiring_violations(architecture),
@@ -59,9 +55,7 @@ def _topics(architecture: Architecture) -> Iterator[Violation]:
         if topic.name != name:
             yield Violation(None, "", f"topics.{name}", f"is named {topic.name!r}, must be named as its key")
         if not TYPE_NAME.fullmatch(topic.type):
-            yield Violation(
-                None, "", f"topics.{name}.type", f"{topic.type!r} must look like 'package/TypeName'"
-            )
+            yield Violation(None, "", f"topics.{name}.type", f"{topic.type!r} must look like 'package/TypeName'")
 
 
 def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
@@ -78,9 +72,7 @@ def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
         yield Violation(None, name, "description", "is missing: without it nothing can be checked")
     if spec.state not in PRIMARY:
         wanted = ", ".join(state.value for state in PRIMARY)
-        yield Violation(
-            None, name, "state", f"{spec.state.value!r} cannot be wanted: must be one of: {wanted}"
-        )
+        yield Violation(None, name, "state", f"{spec.state.value!r} cannot be wanted: must be one of: {wanted}")
 
 
 def _hosts(architecture: Architecture) -> Iterator[Violation]:
@@ -125,9 +117,7 @@ def _services(architecture: Architecture) -> Iterator[Violation]:
                 yield Violation(None, name, f"services.{offered}", problem)
 
 
-def _service_problems(
-    spec: ComponentSpec, offered: str, known: list[str], offering: list[str]
-) -> Iterator[str]:
+def _service_problems(spec: ComponentSpec, offered: str, known: list[str], offering: list[str]) -> Iterator[str]:
     service = offered_services(spec)[offered]
     # A program that is no component class does not describe its services, the stack names them.
     if spec.cls and spec.description and offered not in known:

@@ -6,6 +6,7 @@ A package of one's own registers its types by importing the module that defines 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -47,7 +48,7 @@ _types: dict[str, MessageType] = {}
 _by_class: dict[type, MessageType] = {}
 
 
-def message(name: str, version: int = 1) -> Any:
+def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
     """Register the decorated dataclass as the message type ``name`` (``package/Name``).
 
     Raises:

@@ -80,9 +80,7 @@ def _port_problems(
         yield from _output_problems(topic, spec, port, writers.get(name, []))
 
 
-def _input_problems(
-    spec: ComponentSpec, port: PortDescription, topic: str, writers: list[_Writer]
-) -> Iterator[str]:
+def _input_problems(spec: ComponentSpec, port: PortDescription, topic: str, writers: list[_Writer]) -> Iterator[str]:
     for writer in writers:
         if writer.port.type == port.type and writer.port.version != port.version:
             yield (
@@ -98,10 +96,7 @@ def _why_unfed(topic: str, writers: list[_Writer]) -> str:
     if not writers:
         return f"no component writes topic {topic!r}: connect an output to it, or the input to another topic"
     idle = ", ".join(f"{writer.spec.name!r} ({writer.spec.state.value})" for writer in writers)
-    return (
-        f"no active component writes topic {topic!r}: "
-        f"activate one of {idle}, or connect the input to another topic"
-    )
+    return f"no active component writes topic {topic!r}: activate one of {idle}, or connect the input to another topic"
 
 
 def _output_problems(
@@ -109,9 +104,7 @@ def _output_problems(
 ) -> Iterator[str]:
     if topic.writers is Writers.MANY or spec.state is not State.ACTIVE:
         return
-    others = ", ".join(
-        repr(writer.spec.name) for writer in writers if writer.active and writer.spec.name != spec.name
-    )
+    others = ", ".join(repr(writer.spec.name) for writer in writers if writer.active and writer.spec.name != spec.name)
     if others:
         yield (
             f"output {port.name!r} writes topic {topic.name!r}, as {others} does, but it may have one "

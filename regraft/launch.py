@@ -19,12 +19,11 @@ from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.process import load_class
 from regraft.stack import Stack, time_source
+from regraft.stack.components import RUN_FOLDER
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
 PUMP = 0.05
-RUN_FOLDER = "$RUN"
-"""In a path parameter: the folder of the running system."""
 
 
 @dataclass(slots=True)
@@ -88,9 +87,7 @@ def _plan(stack: Stack, duration: float | None) -> HostPlan:
     folder = rundir.folder(architecture.system)
     components = {name: _in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
     source = time_source(stack) if architecture.simulated else None
-    onlookers = {
-        name for name, spec in components.items() if spec.cls and not load_class(spec.cls).in_step
-    }
+    onlookers = {name for name, spec in components.items() if spec.cls and not load_class(spec.cls).in_step}
     return HostPlan(
         replace(architecture, components=components),
         folder,

@@ -73,9 +73,7 @@ class _MemoryPublisher:
     def put(self, payload: bytes, attachment: bytes) -> None:
         if self.closed or self.bus.closed:
             raise BusError(f"the publisher of {self.key} is closed")
-        self.bus.hub.deliver(
-            self.bus.hub.subscriptions, self.key, Sample(self.key, payload, attachment, self.encoding)
-        )
+        self.bus.hub.deliver(self.bus.hub.subscriptions, self.key, Sample(self.key, payload, attachment, self.encoding))
 
     @property
     def matched(self) -> bool:

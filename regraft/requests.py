@@ -67,7 +67,9 @@ class _Offer:
     feedback: type | None
 
 
-def every(*, seconds: float | Parameter[float] | None = None, hz: float | Parameter[float] | None = None) -> Any:
+def every(
+    *, seconds: float | Parameter[float] | None = None, hz: float | Parameter[float] | None = None
+) -> Callable[[F], F]:
     """Call the decorated method periodically while the component is active.
 
     Give ``seconds`` or ``hz``, a number or one of the class's parameters; a rate of 0 means never.
@@ -83,12 +85,12 @@ def every(*, seconds: float | Parameter[float] | None = None, hz: float | Parame
     return mark
 
 
-def service(name: str) -> Any:
+def service(name: str) -> Callable[[F], F]:
     """Offer the decorated method as a service: it takes a request message and returns the reply message."""
     return _offering(_Offer(name, action=False, feedback=None))
 
 
-def action(name: str, *, feedback: type | None = None) -> Any:
+def action(name: str, *, feedback: type | None = None) -> Callable[[F], F]:
     """Offer the decorated ``async`` method as an action: it takes the goal and returns the result.
 
     It tells how it goes with ``self.kit.feedback(...)``; ``Cancelled`` is raised in it where it awaits.
@@ -96,7 +98,7 @@ def action(name: str, *, feedback: type | None = None) -> Any:
     return _offering(_Offer(name, action=True, feedback=feedback))
 
 
-def _offering(offer: _Offer) -> Any:
+def _offering(offer: _Offer) -> Callable[[F], F]:
     def mark(function: F) -> F:
         if offer.action and not inspect.iscoroutinefunction(function):
             raise TypeError(f"the action {offer.name!r} must be an async method")

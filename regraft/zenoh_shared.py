@@ -1,4 +1,4 @@
-"""Large payloads are written straight into shared memory: Zenoh, left to itself, copies them once more before that."""
+"""Large payloads go straight into shared memory: Zenoh, left to itself, copies them once more before that."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from regraft.zenoh_config import SHARED_MEMORY_FROM, SHARED_MEMORY_POOL
 class SharedMemory:
     """The pool of one process, made when the first large payload comes. Receivers need nothing of it.
 
-    Where a payload finds no room, or the machine no shared memory, it travels as it is; so it does to another machine.
+    Where a payload finds no room, or the machine no shared memory, it travels as it is; so it does to another
+    machine.
     """
 
     def __init__(self) -> None:

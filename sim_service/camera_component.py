@@ -45,15 +45,9 @@ class Camera(Component):
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
     camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
     renderer = Parameter("auto", "what draws", choices=("auto", "egl", "osmesa", "ray"), read_only=True)
-    width = Parameter(
-        0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True
-    )
-    height = Parameter(
-        0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True
-    )
-    rate = Parameter(
-        0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz"
-    )
+    width = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
+    height = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
+    rate = Parameter(0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz")
     always_lit = Parameter(False, "whether it sees full light however dark it is", read_only=True)
     full_well = Parameter(
         600.0,

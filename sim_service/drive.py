@@ -47,9 +47,7 @@ class DifferentialDrive:
         self.track = float(model.body_pos[left][1] - model.body_pos[right][1])
         """Distance (m) between the wheels' middles."""
         if self.track <= 0.0:
-            raise SceneError(
-                f"{scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}"
-            )
+            raise SceneError(f"{scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}")
         self._largest_speed = min(_largest_control(scene, wheel) for wheel in wheels)
         self._timeout = settings.timeout
         self._command = Twist2D(0.0, 0.0)

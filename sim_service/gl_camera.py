@@ -26,9 +26,9 @@ def make_context(backend: Backend, width: int, height: int) -> Any:
     """Return an OpenGL context, current in this thread. Failures are of every kind, even a crash."""
     # Importing these loads the library, which may be missing.
     if backend == "egl":
-        from mujoco.egl import GLContext  # noqa: PLC0415
+        from mujoco.egl import GLContext
     else:
-        from mujoco.osmesa import GLContext  # noqa: PLC0415
+        from mujoco.osmesa import GLContext
     context = GLContext(width, height)
     context.make_current()
     return context
@@ -41,9 +41,7 @@ class GLCamera:
         SceneError: the world has no such camera.
     """
 
-    def __init__(
-        self, scene: Scene, placement: Placement, settings: CameraSettings, backend: Backend
-    ) -> None:
+    def __init__(self, scene: Scene, placement: Placement, settings: CameraSettings, backend: Backend) -> None:
         """Make the context and load the world into it."""
         self._settings = settings
         self._width, self._height = image_size(scene, settings)

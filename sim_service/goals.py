@@ -48,8 +48,7 @@ def viewing_goals(scene: Scene, rasteriser: Rasteriser, group: str, start: Pose2
     """
     search = _Search(rasteriser.map(), start)
     return tuple(
-        ViewingGoal(body, search.pose(body, rasteriser.body_cells(body)))
-        for body in scene.bodies_of_tuple(group)
+        ViewingGoal(body, search.pose(body, rasteriser.body_cells(body))) for body in scene.bodies_of_tuple(group)
     )
 
 
@@ -90,9 +89,7 @@ class _Search:
         """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if it is no good."""
         outline = self._outline(x, y, bearing, cells)
         distance = outline + standoff
-        pose = Pose2D(
-            x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_angle(bearing + math.pi)
-        )
+        pose = Pose2D(x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_angle(bearing + math.pi))
         if not self._map.is_free(pose.x, pose.y):
             return 0.0, pose
         cell = self._map.cell(pose.x, pose.y)

@@ -79,9 +79,7 @@ class Lidar:
         measured = (self._distances >= settings.range_min) & (self._distances <= settings.range_max)
         ranges = self._distances.copy()
         if settings.noise > 0.0:
-            ranges += settings.noise * generator(seed, f"lidar {settings.site}", step).standard_normal(
-                settings.beams
-            )
+            ranges += settings.noise * generator(seed, f"lidar {settings.site}", step).standard_normal(settings.beams)
             np.clip(ranges, settings.range_min, settings.range_max, out=ranges)
         ranges[~measured] = np.inf
         return Scan(ranges, 0.0, 2.0 * math.pi / settings.beams, settings.range_min, settings.range_max)

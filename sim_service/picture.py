@@ -14,17 +14,11 @@ from sim_service.scene import SceneError, load_scene
 
 def main(arguments: list[str] | None = None) -> int:
     """Write the picture and return the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim_service.picture", description="Draw a simulated world."
-    )
+    parser = argparse.ArgumentParser(prog="python -m sim_service.picture", description="Draw a simulated world.")
     parser.add_argument("world", help="the world's MJCF file")
     parser.add_argument("out", help="the picture file to write (.png or .jpg)")
-    parser.add_argument(
-        "--seed", type=int, default=None, help="place bodies by this seed (default: as in the file)"
-    )
-    parser.add_argument(
-        "--camera", default="overview", help="which camera of the world draws (default: overview)"
-    )
+    parser.add_argument("--seed", type=int, default=None, help="place bodies by this seed (default: as in the file)")
+    parser.add_argument("--camera", default="overview", help="which camera of the world draws (default: overview)")
     parser.add_argument("--width", type=int, default=None, help="pixels (default: the camera's)")
     parser.add_argument("--height", type=int, default=None, help="pixels (default: the camera's)")
     options = parser.parse_args(arguments)

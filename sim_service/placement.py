@@ -43,9 +43,7 @@ class Placement:
     @staticmethod
     def from_plain(plain: Mapping[str, Any]) -> "Placement":
         """Return the placement that `to_plain` described."""
-        return Placement(
-            {name: Pose2D(float(x), float(y), float(yaw)) for name, (x, y, yaw) in plain.items()}
-        )
+        return Placement({name: Pose2D(float(x), float(y), float(yaw)) for name, (x, y, yaw) in plain.items()})
 
 
 def draw_placement(scene: Scene, seed: int) -> Placement:
@@ -123,9 +121,7 @@ class _Draw:
             self._data.qpos[self._scene.free_joint_position(rule.body) + 2] += OUT_OF_THE_WAY
 
 
-def _move(
-    scene: Scene, model: mujoco.MjModel, qpos: npt.NDArray[np.float64], name: str, pose: Pose2D
-) -> None:
+def _move(scene: Scene, model: mujoco.MjModel, qpos: npt.NDArray[np.float64], name: str, pose: Pose2D) -> None:
     body = scene.index("body", name)
     orientation = np.empty(4)
     if scene.is_static(body):

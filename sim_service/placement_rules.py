@@ -35,9 +35,7 @@ def placement_rules(scene: Scene) -> tuple[PlacementRule, ...]:
     """
     texts = scene.texts().items()
     return tuple(
-        _parse(scene, name.removeprefix(PREFIX).strip(), data)
-        for name, data in texts
-        if name.startswith(PREFIX)
+        _parse(scene, name.removeprefix(PREFIX).strip(), data) for name, data in texts if name.startswith(PREFIX)
     )
 
 
@@ -58,9 +56,7 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
             seen_by=values["seen_by"][0] if "seen_by" in values else None,
         )
     except KeyError as error:
-        raise SceneError(
-            f"{scene.path}: text 'place {body}' lacks {error.args[0]!r} and its range"
-        ) from error
+        raise SceneError(f"{scene.path}: text 'place {body}' lacks {error.args[0]!r} and its range") from error
     except ValueError as error:
         raise SceneError(f"{scene.path}: text 'place {body}': {error}") from error
     if rule.seen_by is not None:

@@ -31,9 +31,7 @@ class RayCamera:
         SceneError: the world has no such camera.
     """
 
-    def __init__(
-        self, scene: Scene, placement: Placement, settings: CameraSettings, *, shadows: bool = False
-    ) -> None:
+    def __init__(self, scene: Scene, placement: Placement, settings: CameraSettings, *, shadows: bool = False) -> None:
         """Prepare the rays; `shadows` lets the first lamp cast them."""
         self._settings = settings
         self._shadows = shadows
@@ -122,9 +120,7 @@ class RayCamera:
         if linear or quadratic or constant != 1.0:
             share /= constant + linear * distances + quadratic * distances**2
         if int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_SPOT):
-            share *= _spot(
-                dot(beams, direction), float(model.light_cutoff[lamp]), float(model.light_exponent[lamp])
-            )
+            share *= _spot(dot(beams, direction), float(model.light_cutoff[lamp]), float(model.light_exponent[lamp]))
         if self._shadows and lamp == 0:
             _, reached, _ = self._cast(origin, beams.astype(np.float64))
             share *= reached > distances - SHADOW_SLACK

@@ -48,9 +48,7 @@ def probe() -> Probe:
     return Probe("ray", tuple(reasons))
 
 
-def make_camera(
-    renderer: RendererName, scene: Scene, placement: Placement, settings: CameraSettings
-) -> Camera:
+def make_camera(renderer: RendererName, scene: Scene, placement: Placement, settings: CameraSettings) -> Camera:
     """Return a camera drawn by the named renderer; raises SceneError if the world has no such camera."""
     if renderer == "ray":
         return RayCamera(scene, placement, settings)

@@ -32,7 +32,5 @@ def inside(
         result = x**2 + y**2 + beyond**2 <= size[0] ** 2
     else:
         name = GEOM(shape).name.removeprefix("mjGEOM_").lower()
-        raise SceneError(
-            f"{scene.path}: a map can't be made of a {name}; use boxes, spheres, ellipsoids, cylinders"
-        )
+        raise SceneError(f"{scene.path}: a map can't be made of a {name}; use boxes, spheres, ellipsoids, cylinders")
     return np.asarray(result, bool)

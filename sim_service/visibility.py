@@ -43,9 +43,7 @@ def _inside_image(model: mujoco.MjModel, data: mujoco.MjData, camera: int, point
     return bool(np.all(across <= half_width) and np.all(up <= half_height))
 
 
-def _first_hits(
-    model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, targets: Floats
-) -> npt.NDArray[np.int32]:
+def _first_hits(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, targets: Floats) -> npt.NDArray[np.int32]:
     rays = targets - eye
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     geoms = np.empty(len(rays), np.int32)

@@ -108,9 +108,7 @@ class World(TimeSource):
 
     def _publish_odometry(self, now: float) -> None:
         reading = self.simulation.odometry()
-        self.odometry.publish(
-            Odometry(now, ODOMETRY_FRAME, BASE_FRAME, _pose(reading.pose), _twist(reading.twist))
-        )
+        self.odometry.publish(Odometry(now, ODOMETRY_FRAME, BASE_FRAME, _pose(reading.pose), _twist(reading.twist)))
 
     def _publish_scan(self, now: float) -> None:
         scan = self.simulation.scan()

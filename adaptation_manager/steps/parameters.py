@@ -17,15 +17,8 @@ def plan(draft: Draft, change: SetParameters) -> None:
     live = draft.live.get(change.component)
     for name in sorted(change.parameters):
         described = spec.description.parameter(name) if spec.description else None
-        if (
-            described
-            and described.read_only
-            and live
-            and live.parameters.get(name) != change.parameters[name]
-        ):
-            draft.refuse(
-                change.component, f"parameters.{name}", "is read-only, set when the component starts"
-            )
+        if described and described.read_only and live and live.parameters.get(name) != change.parameters[name]:
+            draft.refuse(change.component, f"parameters.{name}", "is read-only, set when the component starts")
     draft.update(replace(spec, parameters={**spec.parameters, **change.parameters}))
     if live is None or not change.parameters:
         return

@@ -52,6 +52,4 @@ def plan(draft: Draft, change: ChangeState) -> None:
 
 def _connections(draft: Draft, name: str, state: State) -> dict[str, str]:
     live = draft.live[name].connections
-    return (
-        dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}
-    )
+    return dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}

@@ -27,9 +27,7 @@ def adapt(
         str,
         typer.Argument(metavar="FILE", help="An adaptation request in YAML or JSON; - for standard input."),
     ],
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")
-    ] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")] = False,
     reason: ReasonOption = "",
     revision: Annotated[
         int | None,
@@ -77,12 +75,8 @@ def undo(
 
 def journal(
     ctx: typer.Context,
-    adaptation: Annotated[
-        str, typer.Argument(metavar="[ID]", help="Show this adaptation, step by step.")
-    ] = "",
-    limit: Annotated[
-        int, typer.Option("--limit", metavar="N", min=1, max=500, help="How many, newest first.")
-    ] = 20,
+    adaptation: Annotated[str, typer.Argument(metavar="[ID]", help="Show this adaptation, step by step.")] = "",
+    limit: Annotated[int, typer.Option("--limit", metavar="N", min=1, max=500, help="How many, newest first.")] = 20,
     before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
     system: SystemOption = None,
     as_json: JsonOption = False,

@@ -103,9 +103,7 @@ class Closing:
             parts.append(f"dropped from simulated time: {', '.join(self.dropped)}")
         if self.restarts:
             parts.append(f"{self.restarts} restart{'' if self.restarts == 1 else 's'}")
-        parts += [
-            f"{name} {_shown(value)}" for name, value in self.summary.items() if name != "stamp" and value
-        ]
+        parts += [f"{name} {_shown(value)}" for name, value in self.summary.items() if name != "stamp" and value]
         return ", ".join((*parts, *self.problems))
 
 

@@ -58,9 +58,7 @@ def doctor(as_json: JsonOption = False) -> None:
     if as_json:
         show_json({"findings": [asdict(finding) for finding in findings]})
     else:
-        show_table(
-            ("check", "", "found"), ((f.check, f.level, f.text) for f in findings), empty="nothing to check"
-        )
+        show_table(("check", "", "found"), ((f.check, f.level, f.text) for f in findings), empty="nothing to check")
     if any(finding.level == PROBLEM for finding in findings):
         raise typer.Exit(FAILED)
 
@@ -153,9 +151,7 @@ def check_home() -> Iterator[Finding]:
             probe.write(b"regraft")
         free = shutil.disk_usage(home).free
     except OSError as error:
-        yield Finding(
-            "home", PROBLEM, f"cannot write to {home}: {error.strerror}; REGRAFT_HOME names another place"
-        )
+        yield Finding("home", PROBLEM, f"cannot write to {home}: {error.strerror}; REGRAFT_HOME names another place")
         return
     level = OK if free >= ENOUGH_SPACE else WARNING
     yield Finding("home", level, f"{home} is writable, {free / 1024**3:.1f} GiB free")

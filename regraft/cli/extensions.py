@@ -16,15 +16,11 @@ def add_extensions(app: typer.Typer, found: tuple[EntryPoint, ...] | None = None
 
     The entry point's name is the command's. One that cannot be loaded is told of and left out.
     """
-    for entry in sorted(
-        tuple(entry_points(group=GROUP)) if found is None else found, key=lambda entry: entry.name
-    ):
+    for entry in sorted(tuple(entry_points(group=GROUP)) if found is None else found, key=lambda entry: entry.name):
         try:
             command = entry.load()
         except Exception as error:
-            complain(
-                f"the command {entry.name!r} from {entry.value} is left out: {type(error).__name__}: {error}"
-            )
+            complain(f"the command {entry.name!r} from {entry.value} is left out: {type(error).__name__}: {error}")
             continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=entry.name)

@@ -44,20 +44,14 @@ def host(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = 
         for h in hosts.values()
         for p in (h.status.processes if h.status else ())
     ]
-    show_table(
-        ("host", "component", "process", "pid", "run", "restarts", "last ended"), rows, empty="no hosts"
-    )
+    show_table(("host", "component", "process", "pid", "run", "restarts", "last ended"), rows, empty="no hosts")
 
 
 def logs(
     ctx: typer.Context,
     component: ComponentArgument,
-    follow: Annotated[
-        bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")
-    ] = False,
-    lines: Annotated[
-        int, typer.Option("--lines", "-n", metavar="N", min=1, max=10_000, help="How many.")
-    ] = 100,
+    follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")] = False,
+    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", min=1, max=10_000, help="How many.")] = 100,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -88,8 +82,7 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path:
     if not path.exists():
         there = ", ".join(sorted(found.stem for found in folder.glob("*.log"))) or "none"
         raise BadInput(
-            f"{name} has no log of {component!r}; it has: {there} "
-            "(what 'regraft run' starts logs to its terminal)"
+            f"{name} has no log of {component!r}; it has: {there} (what 'regraft run' starts logs to its terminal)"
         )
     return path
 
@@ -124,12 +117,8 @@ def grown(path: Path, position: int) -> tuple[list[str], int]:
 
 def events(
     ctx: typer.Context,
-    kind: Annotated[
-        str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")
-    ] = "",
-    count: Annotated[
-        int | None, typer.Option("--count", metavar="N", min=1, help="End after so many.")
-    ] = None,
+    kind: Annotated[str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")] = "",
+    count: Annotated[int | None, typer.Option("--count", metavar="N", min=1, help="End after so many.")] = None,
     duration: Annotated[
         float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")
     ] = None,

@@ -15,9 +15,7 @@ from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import reached
 from regraft.cli.topology import topology
 
-lifecycle = typer.Typer(
-    help="Get and change the states of components.", no_args_is_help=True, rich_markup_mode=None
-)
+lifecycle = typer.Typer(help="Get and change the states of components.", no_args_is_help=True, rich_markup_mode=None)
 
 OptionalComponent = Annotated[str | None, typer.Argument(metavar="[COMPONENT]", help="Only this component.")]
 
@@ -31,11 +29,10 @@ def list_states(
 ) -> None:
     """List components with their states and the transitions that these allow."""
     with reached(ctx, system) as there:
-        names = [component] if component else sorted(there.client.components())
+        names = [component] if component else sorted(there.client.components(wait=0.0))
         views = [there.client.view(name) for name in names]
     rows = [
-        (view.component, view.state.value, [transition.value for transition in legal(view.state)])
-        for view in views
+        (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views
     ]
     if as_json:
         shown = [{"component": name, "state": state, "transitions": allowed} for name, state, allowed in rows]

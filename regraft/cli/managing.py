@@ -72,6 +72,4 @@ def step_line(step: StepReport) -> str:
     """Return a step as one line."""
     error = f": {step.error}" if step.error else ""
     took = f" in {seconds(step.duration)}" if step.duration else ""
-    return (
-        f"{step.number}. {step.component}: {step.action}: {step.state.value.replace('_', ' ')}{took}{error}"
-    )
+    return f"{step.number}. {step.component}: {step.action}: {step.state.value.replace('_', ' ')}{took}{error}"

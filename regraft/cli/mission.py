@@ -65,9 +65,7 @@ def halt(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = 
 def load(
     ctx: typer.Context,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="BehaviorTree.CPP XML.")],
-    main: Annotated[
-        str, typer.Option("--main", metavar="ID", help="The tree to run, if the file has several.")
-    ] = "",
+    main: Annotated[str, typer.Option("--main", metavar="ID", help="The tree to run, if the file has several.")] = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:

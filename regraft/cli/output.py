@@ -59,10 +59,7 @@ def plain_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
     """
     lines = [[cell.replace("\n", " ") for cell in row] for row in (headings, *rows)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return [
-        GAP.join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in lines
-    ]
+    return [GAP.join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
 
 
 def seconds(value: float) -> str:

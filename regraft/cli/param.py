@@ -25,9 +25,7 @@ param = typer.Typer(help="Get, set and list parameters.", no_args_is_help=True, 
 @param.command("list")
 def list_parameters(
     ctx: typer.Context,
-    component: Annotated[
-        str | None, typer.Argument(metavar="[COMPONENT]", help="Only this component's.")
-    ] = None,
+    component: Annotated[str | None, typer.Argument(metavar="[COMPONENT]", help="Only this component's.")] = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -74,11 +72,7 @@ def _range(row: dict[str, Any]) -> str:
     if "enum" in schema:
         return " | ".join(map(str, schema["enum"]))
     low, high = schema.get("minimum"), schema.get("maximum")
-    return (
-        ""
-        if low is None and high is None
-        else f"{'' if low is None else low} .. {'' if high is None else high}"
-    )
+    return "" if low is None and high is None else f"{'' if low is None else low} .. {'' if high is None else high}"
 
 
 def _text(row: dict[str, Any]) -> str:

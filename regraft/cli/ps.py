@@ -111,9 +111,7 @@ def remark(component: dict[str, Any]) -> str:
 
 def down(
     ctx: typer.Context,
-    system: Annotated[
-        str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")
-    ] = None,
+    system: Annotated[str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """End a running system, and wait until all its processes have ended."""

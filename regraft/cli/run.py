@@ -133,7 +133,7 @@ def _run_alone(own: Assignment, cls: type[Component], as_json: bool) -> int:
 def _run_joined(own: Assignment, cls: type[Component], info: RunInfo, as_json: bool) -> int:
     """Be one more component of a running system, which no host and no manager looks after."""
     with joined(info) as there:
-        if own.name in there.client.components():
+        if own.name in there.client.components(wait=0.0):
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
     cls.preload()
     _announce(own, f"{own.name} joins system {info.system}; Ctrl-C ends it", as_json)

@@ -24,9 +24,7 @@ goal = typer.Typer(help="Send goals to actions.", no_args_is_help=True, rich_mar
 CANCEL_WITHIN = 5.0
 LOOK_EVERY = 0.2
 
-BodyArgument = Annotated[
-    str, typer.Argument(metavar="[BODY]", help="The fields in JSON or YAML; none by default.")
-]
+BodyArgument = Annotated[str, typer.Argument(metavar="[BODY]", help="The fields in JSON or YAML; none by default.")]
 
 
 @service.command("list")
@@ -93,11 +91,7 @@ def send(
         known = topology(there)
         offer = known.offer(name, "action")
         request, reply = _request(known, offer, body), _type(known, offer, offer.description.reply)
-        told = (
-            _type(known, offer, offer.description.feedback)
-            if feedback and offer.description.feedback
-            else None
-        )
+        told = _type(known, offer, offer.description.feedback) if feedback and offer.description.feedback else None
 
         def show(message: object) -> None:
             show_reply(message, as_json=as_json, compact=True)

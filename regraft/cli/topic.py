@@ -26,12 +26,8 @@ REPORT_EVERY = 1.0
 LONGEST_SHOWN = 400
 
 TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
-CountOption = Annotated[
-    int | None, typer.Option("--count", metavar="N", min=1, help="End after so many messages.")
-]
-ForOption = Annotated[
-    float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")
-]
+CountOption = Annotated[int | None, typer.Option("--count", metavar="N", min=1, help="End after so many messages.")]
+ForOption = Annotated[float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")]
 
 
 @topic.command("list")
@@ -58,9 +54,7 @@ def _carried(use: TopicUse) -> str:
 
 
 @topic.command("info")
-def info(
-    ctx: typer.Context, name: TopicArgument, system: SystemOption = None, as_json: JsonOption = False
-) -> None:
+def info(ctx: typer.Context, name: TopicArgument, system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Show a topic's type and which ports write and read it."""
     with reached(ctx, system) as there:
         use = topology(there).use(name)
@@ -92,9 +86,7 @@ def echo(
             seen += 1
             _show(sample, as_json)
     if (once or count) and not seen:
-        raise Failed(
-            f"nothing came on {name} within {duration:g} s" if duration else f"nothing came on {name}"
-        )
+        raise Failed(f"nothing came on {name} within {duration:g} s" if duration else f"nothing came on {name}")
 
 
 def _warn_if_unwritten(there: Reached, name: str) -> None:
@@ -133,8 +125,7 @@ def _tell_problems(subscription: Subscription) -> None:
 def _show(sample: TopicSample, json: bool) -> None:
     if json:
         plain = {
-            name: getattr(sample, name)
-            for name in ("topic", "type", "source", "incarnation", "sequence", "stamp")
+            name: getattr(sample, name) for name in ("topic", "type", "source", "incarnation", "sequence", "stamp")
         }
         show_json({**plain, "message": sample.message}, compact=True)
         return
@@ -198,9 +189,7 @@ def pub(
         if use is not None and wanted != use.type:
             raise BadInput(f"{name} carries {use.type}, not {wanted}")
         ends = use.readers + use.writers if use else []
-        found = message_types.named(
-            wanted, known.classes(*(component for component, _ in ends)), known.folder
-        )
+        found = message_types.named(wanted, known.classes(*(component for component, _ in ends)), known.folder)
         message = message_types.message_of(found, fields)
         there.put(key, message)
     if as_json:

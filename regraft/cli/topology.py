@@ -13,7 +13,8 @@ from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
 from regraft.client import NoSuchComponent
 
-LISTEN_FOR = 1.0
+AT_ONCE = 0.0
+"""Who is there is known at once; only what they tell of themselves has to be waited for."""
 
 
 @dataclass(slots=True)
@@ -137,10 +138,10 @@ def ends(component: str, port: str) -> str:
 def topology(there: Reached) -> Topology:
     """Ask who is connected to what; raises ClientError."""
     client = there.client
-    seen = client.components(LISTEN_FOR)
+    seen = client.components(AT_ONCE)
     hosted: dict[str, ComponentSpec] = {}
     topics: dict[str, TopicSpec] = {}
-    for host in client.hosts(LISTEN_FOR).values():
+    for host in client.hosts(AT_ONCE).values():
         if host.alive:
             view = client.host_view(host.name)
             hosted |= {spec.name: spec for spec in view.specs}

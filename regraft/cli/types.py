@@ -19,9 +19,7 @@ def types(
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="A type such as regraft/Twist.")] = "",
     modules: Annotated[
         list[str] | None,
-        typer.Option(
-            "--import", metavar="MODULE", help="Import a module that defines types; may be repeated."
-        ),
+        typer.Option("--import", metavar="MODULE", help="Import a module that defines types; may be repeated."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -38,11 +36,7 @@ def types(
     kinds = known_types()
     if as_json:
         show_json(
-            {
-                "types": [
-                    {"name": kind.name, "version": kind.version, "encoding": kind.encoding} for kind in kinds
-                ]
-            }
+            {"types": [{"name": kind.name, "version": kind.version, "encoding": kind.encoding} for kind in kinds]}
         )
         return
     rows = ((kind.name, kind.version, (kind.cls.__doc__ or "").split("\n")[0]) for kind in kinds)

@@ -32,9 +32,7 @@ class Speed(Enum):
 
 def up(
     ctx: typer.Context,
-    stack: Annotated[
-        Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")
-    ],
+    stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
@@ -49,9 +47,7 @@ def up(
             help="End after so many seconds: of simulated time, or under the real clock once all is up.",
         ),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live display, plain lines only.")] = False,
     system: Annotated[
         str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
@@ -86,9 +82,7 @@ def up(
         raise typer.Exit(FAILED)
 
 
-def _wanted(
-    path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None
-) -> Stack:
+def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None) -> Stack:
     """Return the stack as file and options want it; raises StackError."""
     wanted = load(path / STACK_FILE if path.is_dir() else path)
     if system is not None:
@@ -109,6 +103,4 @@ def _log_to_file(system: str) -> None:
             filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
         )
     except OSError as error:
-        raise BadInput(
-            f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place"
-        ) from None
+        raise BadInput(f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place") from None

@@ -144,9 +144,7 @@ class Watch:
         if process.state is not ProcessState.RUNNING:
             return f"{process.state.value}: {process.last_end}" if process.last_end else process.state.value
         status = self.statuses.get(spec.name)
-        if not spec.managed or (
-            status and status.incarnation == process.incarnation and status.state is spec.state
-        ):
+        if not spec.managed or (status and status.incarnation == process.incarnation and status.state is spec.state):
             return None
         if status is None:
             return "starting"

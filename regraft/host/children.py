@@ -76,5 +76,3 @@ def be_program(plain: dict[str, Any], command: list[str]) -> int:
     except OSError as error:
         print(f"{assignment.name}: cannot run {command[0]!r}: {error.strerror}", file=sys.stderr)
     return EXIT_BAD_ASSIGNMENT
-
-

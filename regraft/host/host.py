@@ -214,7 +214,9 @@ class Host:
         self._next_look = now + LOOK_EVERY
         for name in self._silence.hung(now, self.plan.source):
             ward = self.wards[name]
-            ward.why_killed = "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
+            ward.why_killed = (
+                "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
+            )
             self._silence.forget(name)
             self._event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
             self._zygote.signal(ward.pid, signal.SIGKILL)

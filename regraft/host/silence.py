@@ -59,7 +59,9 @@ class Silence:
     def hung(self, now: float, hub: str | None) -> list[str]:
         """Return who is hung. While the hub on everybody's way is silent, nobody else can be judged."""
         self._forgive_own_absence(now)
-        silent = [name for name, watched in self.watched.items() if self._silent_for(watched, now, hub) > watched.allowance]
+        silent = [
+            name for name, watched in self.watched.items() if self._silent_for(watched, now, hub) > watched.allowance
+        ]
         if hub is not None and hub in self.watched and now - self.watched[hub].last_beat > LOOK_CLOSER_AFTER:
             for name, watched in self.watched.items():
                 if name != hub:

@@ -121,7 +121,9 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
         children.open_log(order["log"])
         os.chdir(order["folder"])
         command = order["command"]
-        code = children.be_program(order["assignment"], command) if command else children.be_component(order["assignment"])
+        code = (
+            children.be_program(order["assignment"], command) if command else children.be_component(order["assignment"])
+        )
     except BaseException:
         traceback.print_exc()
     finally:

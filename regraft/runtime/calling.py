@@ -141,9 +141,7 @@ class Caller:
         plain = type_of(type(body)).shape.pack(body)
         request = Request(self.client, self._number, verb, plain, timeout)
         now = self._clock.now()
-        pending = Pending(
-            service, request, reply, None, Waiting(), now, now + round(timeout * 1e9), Waiting()
-        )
+        pending = Pending(service, request, reply, None, Waiting(), now, now + round(timeout * 1e9), Waiting())
         self._pending[self._number] = pending
         self._send(service, request)
         self._watch(pending)

@@ -31,7 +31,6 @@ from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
 from regraft.runtime.timers import Timers
 from regraft.runtime.writers import Identity, Writers
 
-
 MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
 
 
@@ -65,15 +64,12 @@ class Runtime:
         self.slots = Slots(stepped=self.stepped)
         self.computing = 0
         self.tick: int | None = None
-        self.caller = Caller(
-            self.keys, f"{assignment.name}-{epoch}", self.writers, self.timers, self.herald
-        )
+        self.caller = Caller(self.keys, f"{assignment.name}-{epoch}", self.writers, self.timers, self.herald)
         self.component = cls.__new__(cls)
         self.component.kit = Kit(self)
         self.inputs = {name: self._input(name) for name in self.declared.inputs}
         self.outputs = {
-            name: OutputPort(output, self.writers, self._may_publish)
-            for name, output in self.declared.outputs.items()
+            name: OutputPort(output, self.writers, self._may_publish) for name, output in self.declared.outputs.items()
         }
         self.servers = [self._server(name) for name in self.declared.services]
         self.rewiring = Rewiring(self)

@@ -32,6 +32,10 @@ OF_PROGRAMS = (
 WANTED_STATES = (State.ACTIVE, State.INACTIVE, State.UNCONFIGURED)
 
 
+RUN_FOLDER = "$RUN"
+"""In a path parameter: the folder of the running system (``regraft.rundir``)."""
+
+
 def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
     """Return one component, without its connections; where its class cannot be had, without description."""
     section = table.section(name)
@@ -65,20 +69,25 @@ def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, T
     given = table.section(spec.name).text_map("connect")
     ports = spec.description.ports if spec.description else ()
     own = {
-        port.name: port.topic
-        for port in ports
-        if port.direction == "output" or port.required or port.topic in topics
+        port.name: port.topic for port in ports if port.direction == "output" or port.required or port.topic in topics
     }
     return own | given
+
+
+def _is_relative(value: PlainValue) -> bool:
+    return isinstance(value, str) and value != "" and not value.startswith(RUN_FOLDER)
 
 
 def with_absolute_paths(
     description: Description, parameters: dict[str, PlainValue], folder: Path
 ) -> dict[str, PlainValue]:
-    """Return the parameters, those whose unit is ``path`` made absolute from ``folder`` unless empty."""
+    """Return the parameters, those whose unit is ``path`` made absolute from ``folder``.
+
+    Empty ones stay, and so do those that begin with ``$RUN``: the folder of the running system is not known yet.
+    """
     paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
     return {
-        name: str(folder / value) if name in paths and isinstance(value, str) and value else value
+        name: str(folder / value) if name in paths and _is_relative(value) else value
         for name, value in parameters.items()
     }
 

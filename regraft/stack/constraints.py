@@ -66,9 +66,7 @@ def _parameter(section: Section, because: str, components: Collection[str]) -> C
         section.wrong("parameter", f"{path!r} must look like 'component.parameter'")
         return None
     _check_component(section, "parameter", component, components)
-    return Constraint(
-        ConstraintKind.PARAMETER, parameter=path, minimum=minimum, maximum=maximum, because=because
-    )
+    return Constraint(ConstraintKind.PARAMETER, parameter=path, minimum=minimum, maximum=maximum, because=because)
 
 
 def _check_component(section: Section, key: str, name: str, components: Collection[str]) -> None:

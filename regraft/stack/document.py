@@ -120,9 +120,7 @@ class _Conversion:
                 continue
             here = f"{path}.{key.value}" if path else key.value
             if key.value in found:
-                self._note(
-                    line, here, f"is given twice, first in line {found[key.value].line}: leave one out"
-                )
+                self._note(line, here, f"is given twice, first in line {found[key.value].line}: leave one out")
                 continue
             # A field is looked for where its key stands, not where its value begins.
             found[key.value] = Node(self.node(value, here, depth + 1).value, line)

@@ -102,9 +102,7 @@ def _architecture(root: Section, folder: Path) -> Architecture:
 def _connected(
     table: Section, specs: dict[str, ComponentSpec], topics: dict[str, TopicSpec]
 ) -> dict[str, ComponentSpec]:
-    return {
-        name: replace(spec, connections=read_connections(table, spec, topics)) for name, spec in specs.items()
-    }
+    return {name: replace(spec, connections=read_connections(table, spec, topics)) for name, spec in specs.items()}
 
 
 def _system(root: Section) -> str:
@@ -142,7 +140,5 @@ def _with_speed(root: Section, architecture: Architecture) -> Architecture:
         spec = architecture.components[name]
         if "speed" in spec.parameters:
             root.wrong("speed", f"is given as a parameter of {name!r} too: leave one out")
-        architecture = architecture.with_component(
-            replace(spec, parameters={**spec.parameters, "speed": speed.value})
-        )
+        architecture = architecture.with_component(replace(spec, parameters={**spec.parameters, "speed": speed.value}))
     return architecture

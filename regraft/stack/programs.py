@@ -57,9 +57,7 @@ def _schema(value: PlainValue) -> dict[str, PlainValue] | None:
     if isinstance(value, list):
         kinds = {_kind(part) for part in value} or {"number"}
         item = kinds.pop()
-        return (
-            {"type": "array", "items": {"type": item}} if not kinds and item in ("number", "string") else None
-        )
+        return {"type": "array", "items": {"type": item}} if not kinds and item in ("number", "string") else None
     kind = _kind(value)
     return {"type": kind} if kind else None
 

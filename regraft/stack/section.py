@@ -127,9 +127,7 @@ class Section:
         if not isinstance(node.value, tuple):
             self.wrong(key, f"must be a list, is {node.kind}")
             return ()
-        items = Section(
-            Node({str(i): part for i, part in enumerate(node.value)}, 0), self.at(key), self.report
-        )
+        items = Section(Node({str(i): part for i, part in enumerate(node.value)}, 0), self.at(key), self.report)
         return tuple(filter(None, (items.text(item) for item in items.names())))
 
     def text_map(self, key: str) -> dict[str, str]:

@@ -187,9 +187,8 @@ class Coordinator:
 
     def run_rounds(self, *, first: bool = False) -> None:
         """Give steps to all who have something to do, round by round, until nobody has."""
-        number = 0 if first else 1
         self._take_local_output()
-        for number in range(number, MOST_ROUNDS):
+        for number in range(0 if first else 1, MOST_ROUNDS):
             due = [name for name in sorted(self.roster.members) if self.roster.members[name].due]
             if not due:
                 return
@@ -227,7 +226,7 @@ class Coordinator:
     def run_slots(self) -> None:
         """Grant exclusive slots, one at a time, until nobody wants one."""
         for _ in range(MOST_ROUNDS):
-            wanting = [m for n, m in sorted(self.roster.members.items()) if m.wants_slot or m.outside]
+            wanting = self._wanting()
             if not wanting:
                 return
             member = wanting[0]
@@ -240,6 +239,9 @@ class Coordinator:
             self._exchange(dict.fromkeys(present, StepKind.REPORT))
             self.wire()
             self.run_rounds()
+
+    def _wanting(self) -> list[MemberState]:
+        return [member for _, member in sorted(self.roster.members.items()) if member.wants_slot or member.outside]
 
     def _grant(self, member: MemberState) -> tuple[str, ...]:
         outside = tuple(sorted(member.outside))
@@ -348,14 +350,15 @@ class Coordinator:
         return True
 
     def idle_until(self, deadline: float) -> None:
-        """Answer control queries and take joins until the wall clock reaches ``deadline`` (monotonic seconds)."""
-        self._pump_until(lambda: False, deadline)
+        """Answer control queries and grant slots until the wall clock reaches ``deadline`` (monotonic seconds)."""
+        self._pump(0.0)
+        while self._pump_until(lambda: bool(self._wanting()), deadline):
+            self.run_slots()
 
     def stand_still(self, seconds: float) -> None:
         """Let no time pass for ``seconds`` of wall-clock time, but take joins and grant slots."""
         self.idle_until(time.monotonic() + seconds)
         self.take_in()
-        self.run_slots()
 
     def wait_for(self, names: Iterable[str], seconds: float) -> tuple[str, ...]:
         """Wait until all of ``names`` have joined; returns who is missing after ``seconds``."""
@@ -386,4 +389,3 @@ class Coordinator:
             self.wall,
         )
         self._line.put(self._keys.clock("time"), told)
-

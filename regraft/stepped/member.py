@@ -151,6 +151,7 @@ class Member:
             error = self._work(step)
         elif step.kind is StepKind.SLOT:
             touched = self._slot(step)
+            self._next_want = 0.0
         self._acknowledge(step, touched, error)
 
     def _mark(self, keys: tuple[str, ...]) -> None:

@@ -32,7 +32,9 @@ class MemberState:
         """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
         found = self.inputs.get(key)
         if found is None:
-            found = next((wakes for pattern, wakes in self.inputs.items() if "*" in pattern and matches(pattern, key)), None)
+            found = next(
+                (wakes for pattern, wakes in self.inputs.items() if "*" in pattern and matches(pattern, key)), None
+            )
         return found
 
 
@@ -45,6 +47,7 @@ class Roster:
         self.published: dict[str, dict[str, int]] = {}
         self.wired: set[Pair] = set()
         self._readers: dict[str, list[tuple[MemberState, bool]]] = {}
+        self._all_wired = True
 
     def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
         """Take a member in, with nothing wired."""
@@ -53,6 +56,7 @@ class Roster:
         for key, sequence in wiring.outputs.items():
             self.published.setdefault(key, {})[name] = sequence
         self._readers.clear()
+        self._all_wired = False
         return member
 
     def remove(self, name: str) -> None:
@@ -80,16 +84,21 @@ class Roster:
             self.published.setdefault(key, {}).setdefault(member.name, sequence)
         member.outputs = set(wiring.outputs)
         self._readers.clear()
+        self._all_wired = False
 
     def unwired(self) -> set[Pair]:
         """Return the connections whose markers have not been seen yet."""
+        if self._all_wired:
+            return set()
         wanted = {
             (key, writer.name, reader.name)
             for writer in self.members.values()
             for key in writer.outputs
             for reader, _ in self.readers(key)
         }
-        return wanted - self.wired
+        missing = wanted - self.wired
+        self._all_wired = not missing
+        return missing
 
     def confirm(self, pair: Pair, handled: int) -> None:
         """Take the news that a reader is wired to a writer, and what it still has to handle."""

@@ -28,7 +28,9 @@ LOOK_EVERY = 0.05
 class TimeSource(Component):
     """A component that advances simulated time, tick by tick."""
 
-    tick_rate = Parameter(20.0, "world ticks per simulated second", minimum=1.0, maximum=1000.0, unit="Hz", read_only=True)
+    tick_rate = Parameter(
+        20.0, "world ticks per simulated second", minimum=1.0, maximum=1000.0, unit="Hz", read_only=True
+    )
     speed = Parameter("real", "pace: as the wall clock, or as fast as possible", choices=("real", "max"))
 
     @abstractmethod
@@ -94,7 +96,7 @@ class SourceLoop:
         pace = self._begin_pace(coordinator)
         self._started = time.monotonic()
         while self._runtime.state is not State.FINALIZED:
-            if self._runtime.state is not State.ACTIVE:
+            if not self._is_active():
                 coordinator.stand_still(LOOK_EVERY)
                 pace = self._begin_pace(coordinator)
                 continue
@@ -102,11 +104,13 @@ class SourceLoop:
                 self._finish(coordinator)
                 return
             pace = self._keep_pace(coordinator, pace, period)
-            if self._runtime.state is not State.ACTIVE:
-                continue
-            coordinator.run_tick(lambda: self._advance(coordinator, period))
-            self._runtime.control.checkpoint_if_any()
-            self._measure_speed(coordinator)
+            if self._is_active():
+                coordinator.run_tick(lambda: self._advance(coordinator, period))
+                self._runtime.control.checkpoint_if_any()
+                self._measure_speed(coordinator)
+
+    def _is_active(self) -> bool:
+        return self._runtime.state is State.ACTIVE
 
     def _advance(self, coordinator: Coordinator, period: int) -> None:
         coordinator.time += period
@@ -121,7 +125,7 @@ class SourceLoop:
     def _keep_pace(self, coordinator: Coordinator, pace: _Pace, period: int) -> _Pace:
         if self._source.speed == "max":
             coordinator.idle_until(time.monotonic())
-            return pace
+            return _Pace(time.monotonic(), coordinator.time / 1e9)
         due = pace.wall_for((coordinator.time + period) / 1e9)
         coordinator.idle_until(due)
         if time.monotonic() - due > LATE_AT_MOST:

@@ -46,9 +46,7 @@ class Detector(Component):
     farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, unit="m")
 
     image = Input(Image, latest_only=True, text="where to look")
-    odometry = Input(
-        Odometry, latest_only=True, required=False, text="where the robot, and so its camera, is"
-    )
+    odometry = Input(Odometry, latest_only=True, required=False, text="where the robot, and so its camera, is")
     detections = Output(Detections, text="what each picture shows that was looked at")
     energy = Output(EnergyUse, text="what an on-board picture takes")
 
@@ -90,11 +88,7 @@ class Detector(Component):
 
         async def expire() -> None:
             await self.kit.sleep(within)
-            coming.fail(
-                NoPictureError(
-                    f"no picture within {within:g} s: is the camera active that 'image' is fed by?"
-                )
-            )
+            coming.fail(NoPictureError(f"no picture within {within:g} s: is the camera active that 'image' is fed by?"))
 
         expiry = self.kit.spawn(expire(), "wait for a picture")
         try:
@@ -128,9 +122,7 @@ class Detector(Component):
         distance = view.depth(candidate) / math.cos(bearing)
         frame, camera = self._camera_pose(image)
         direction = camera.yaw + bearing
-        position = Vector3(
-            camera.x + distance * math.cos(direction), camera.y + distance * math.sin(direction), 0.0
-        )
+        position = Vector3(camera.x + distance * math.cos(direction), camera.y + distance * math.sin(direction), 0.0)
         return Detection(LABEL, candidate.score, frame, position, bearing, distance)
 
     def _camera_pose(self, image: Image) -> tuple[str, Pose]:

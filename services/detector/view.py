@@ -30,9 +30,7 @@ class View:
         ``base_height`` is how far (m) above the floor the frame of the pose is.
         """
         focal = width / 2.0 / math.tan(field_of_view / 2.0)
-        return cls(
-            focal, (width / 2.0, height / 2.0), pose.position.z + base_height, _pitch(pose.orientation)
-        )
+        return cls(focal, (width / 2.0, height / 2.0), pose.position.z + base_height, _pitch(pose.orientation))
 
     def bearing(self, column: float) -> float:
         """Return the angle (rad, left is positive) at which a column (px) is seen."""

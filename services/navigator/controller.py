@@ -222,6 +222,4 @@ def _stretch(path: FloatArray, pose: Pose, length: float) -> FloatArray:
 def _points_along(points: FloatArray, distances: FloatArray) -> FloatArray:
     """Return the points (K, 2) at `distances` (K,) in m along a polyline (N, 2), its end beyond the end."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    return np.column_stack(
-        [np.interp(distances, along, points[:, 0]), np.interp(distances, along, points[:, 1])]
-    )
+    return np.column_stack([np.interp(distances, along, points[:, 0]), np.interp(distances, along, points[:, 1])])

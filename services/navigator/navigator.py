@@ -37,15 +37,11 @@ class Navigator(Component):
 
     max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")
-    goal_distance = Parameter(
-        0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m", read_only=True
-    )
+    goal_distance = Parameter(0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m", read_only=True)
     goal_angle = Parameter(
         0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad", read_only=True
     )
-    ready_within = Parameter(
-        5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s"
-    )
+    ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
 
     odometry = Input(sensors.Odometry, latest_only=True, text="where the robot is and how it moves")
     scan = Input(sensors.LaserScan, latest_only=True, text="what is around")

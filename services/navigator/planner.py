@@ -25,9 +25,7 @@ class NoPath(Exception):
 
     def __init__(self, start: Point, goal: Point, reason: str) -> None:
         """Keep the ends (m) and the reason for programs; the message says them all."""
-        super().__init__(
-            f"no path from ({start[0]:.3f}, {start[1]:.3f}) to ({goal[0]:.3f}, {goal[1]:.3f}): {reason}"
-        )
+        super().__init__(f"no path from ({start[0]:.3f}, {start[1]:.3f}) to ({goal[0]:.3f}, {goal[1]:.3f}): {reason}")
         self.start, self.goal, self.reason = start, goal, reason
 
 

@@ -46,9 +46,7 @@ class Terrain:
     open: NDArray[np.bool_]
 
     @classmethod
-    def of(
-        cls, grid: OccupancyGrid, inflation: Inflation, obstacles: FloatArray, cross_unknown: bool
-    ) -> Self:
+    def of(cls, grid: OccupancyGrid, inflation: Inflation, obstacles: FloatArray, cross_unknown: bool) -> Self:
         """Inflate the map's obstacles and the (N, 2) points `obstacles` (m) that are not on the map."""
         occupied = grid.occupied
         occupied[grid.cells_of(grid.on_map(obstacles))] = True
@@ -58,9 +56,7 @@ class Terrain:
             clearance = (distance_transform_edt(~occupied) - 0.5) * grid.resolution
         unknown = grid.cells < 0
         open_ = ~occupied if cross_unknown else ~(occupied | unknown)
-        nearness = np.clip(
-            (inflation.fades - clearance) / max(inflation.fades - inflation.lethal, 1e-9), 0.0, 1.0
-        )
+        nearness = np.clip((inflation.fades - clearance) / max(inflation.fades - inflation.lethal, 1e-9), 0.0, 1.0)
         cost = NEAR_OBSTACLE * nearness**2 + UNKNOWN * unknown
         # Inside the lethal radius (only where start or goal are) the shortest way out is the best.
         cost[clearance < inflation.lethal] += 3 * NEAR_OBSTACLE

@@ -132,6 +132,4 @@ class Planner(Component):
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
             request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
-            self.reports.append(
-                await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0)
-            )
+            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))

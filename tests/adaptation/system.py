@@ -167,9 +167,7 @@ class System:
 
     # --- asking ---
 
-    def adapt(
-        self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any
-    ) -> AdaptationReport:
+    def adapt(self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any) -> AdaptationReport:
         """Ask for an adaptation and wait for its end."""
         return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, 15.0)
 
@@ -179,9 +177,7 @@ class System:
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Ask for an adaptation to be cancelled."""
-        return self.client.call(
-            "adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0
-        )
+        return self.client.call("adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0)
 
     def lines(self, **how: Any) -> JournalPage:
         """Read the journal."""
@@ -223,6 +219,4 @@ def small_architecture(constraints: tuple[Constraint, ...] = ()) -> Architecture
     ]
     twists = {name: TopicSpec(name, "regraft/Twist") for name in ("numbers", "others", "hints", "spare")}
     topics = {**twists, "scan": TopicSpec("scan", "regraft/LaserScan")}
-    return Architecture(
-        SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints
-    )
+    return Architecture(SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints)

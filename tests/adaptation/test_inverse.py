@@ -24,13 +24,9 @@ from tests.adaptation.system import small_architecture
 BEFORE = small_architecture()
 LISTENERS = st.sampled_from(["listener", "second"])
 CHANGES = st.one_of(
-    st.builds(
-        SetParameters, LISTENERS, st.fixed_dictionaries({"gain": st.floats(0, 1), "label": st.just("fancy")})
-    ),
+    st.builds(SetParameters, LISTENERS, st.fixed_dictionaries({"gain": st.floats(0, 1), "label": st.just("fancy")})),
     st.builds(Connect, LISTENERS, st.sampled_from(["heard", "hint"]), st.sampled_from(["numbers", "others"])),
-    st.builds(
-        ChangeState, LISTENERS, st.sampled_from([t for t in Transition if t is not Transition.SHUTDOWN])
-    ),
+    st.builds(ChangeState, LISTENERS, st.sampled_from([t for t in Transition if t is not Transition.SHUTDOWN])),
 )
 
 

@@ -52,9 +52,7 @@ def test_every_revision_can_be_read_again(system: System) -> None:
         system.adapt(SetParameters("listener", {"gain": gain}))
 
     def at(revision: int | None) -> Architecture:
-        return system.client.call(
-            "adaptation_manager/architecture", ArchitectureRequest(revision), Architecture
-        )
+        return system.client.call("adaptation_manager/architecture", ArchitectureRequest(revision), Architecture)
 
     gains = [at(revision).components["listener"].parameters.get("gain") for revision in (1, 2, 3, None)]
     assert gains == [None, 0.1, 0.2, 0.2]
@@ -84,9 +82,7 @@ def test_a_full_journal_rejects_and_recovers(system: System, monkeypatch: pytest
     before = system.views()
     database = system.running["manager"].component._books.journal._database
     system.running["manager"].runtime.post(
-        lambda: database.execute(
-            f"PRAGMA max_page_count = {database.execute('PRAGMA page_count').fetchone()[0]}"
-        )
+        lambda: database.execute(f"PRAGMA max_page_count = {database.execute('PRAGMA page_count').fetchone()[0]}")
     )
     reports = [system.adapt(SetParameters("listener", {"gain": 0.3}), reason="x" * 1000) for _ in range(20)]
     assert reports[-1].outcome is Outcome.REJECTED

@@ -104,8 +104,7 @@ def test_an_old_manager_is_fenced(system: System) -> None:
     services |= {f"adaptation_manager/{name}": f"old_manager/{name}" for name in ("journal", "architecture")}
     system.start_manager("old", services)
     assert (
-        system.adapt(SetParameters("listener", {"gain": 0.1}), service="old_manager/adapt").outcome
-        is Outcome.APPLIED
+        system.adapt(SetParameters("listener", {"gain": 0.1}), service="old_manager/adapt").outcome is Outcome.APPLIED
     )
     system.start_manager("new")
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED

@@ -99,9 +99,7 @@ def test_a_component_that_hangs_already_is_named(impatient: System) -> None:
 def test_changes_that_are_not_carried_out_yet_say_so(system: System, change: Change) -> None:
     report = system.adapt(change)
     assert report.outcome is Outcome.REJECTED
-    assert any(
-        f"{change.change} is not supported yet by this version" in v.problem for v in report.violations
-    )
+    assert any(f"{change.change} is not supported yet by this version" in v.problem for v in report.violations)
 
 
 def test_an_empty_adaptation_is_rejected(system: System) -> None:

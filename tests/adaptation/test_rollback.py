@@ -61,9 +61,7 @@ def test_what_cannot_be_undone_is_said_to_be_stuck(impatient: System) -> None:
     system = impatient
     system.adapt(SetParameters("fragile", {"mood": "fails"}))
     system.host.refuse = "not today"
-    report = system.adapt(
-        SetParameters("listener", {"gain": 0.9}), ChangeState("fragile", Transition.DEACTIVATE)
-    )
+    report = system.adapt(SetParameters("listener", {"gain": 0.9}), ChangeState("fragile", Transition.DEACTIVATE))
     assert report.outcome is Outcome.STUCK
     assert "cannot be activated in this mood" in report.error
     assert [step.state for step in report.steps] == [StepState.UNDONE, StepState.UNDO_FAILED]

@@ -39,9 +39,7 @@ def test_a_failing_activation_leads_back_to_where_it_was(system: System) -> None
     assert system.adapt(ChangeState("fragile", Transition.DEACTIVATE)).outcome is Outcome.APPLIED
     assert system.adapt(SetParameters("fragile", {"mood": "fails"})).outcome is Outcome.APPLIED
     before = system.views()
-    report = system.adapt(
-        SetParameters("listener", {"gain": 0.1}), ChangeState("fragile", Transition.ACTIVATE)
-    )
+    report = system.adapt(SetParameters("listener", {"gain": 0.1}), ChangeState("fragile", Transition.ACTIVATE))
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert "cannot be activated in this mood" in report.error
     assert system.views() == before
@@ -62,9 +60,7 @@ def test_connecting_an_unconfigured_component_takes_effect_when_it_is_configured
     report = system.adapt(Connect("listener", "heard", "others"))
     assert (report.outcome, report.steps) == (Outcome.APPLIED, ())
     assert system.host.specs["listener"].connections["heard"] == "others"
-    report = system.adapt(
-        ChangeState("listener", Transition.CONFIGURE), ChangeState("listener", Transition.ACTIVATE)
-    )
+    report = system.adapt(ChangeState("listener", Transition.CONFIGURE), ChangeState("listener", Transition.ACTIVATE))
     assert report.outcome is Outcome.APPLIED, report
     assert system.view("listener").connections["heard"] == "others"
 

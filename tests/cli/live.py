@@ -130,9 +130,7 @@ def regraft(home: Path, *arguments: str) -> Done:
         process = start(home, *arguments, errors=subprocess.PIPE)
         stdout, stderr = process.communicate(timeout=WITHIN)
         return Done(process.returncode, stdout, stderr)
-    result = CliRunner().invoke(
-        build(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None}
-    )
+    result = CliRunner().invoke(build(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None})
     return Done(result.exit_code, result.stdout, result.stderr)
 
 

@@ -197,9 +197,7 @@ def test_a_run_with_a_quarantined_component_exits_with_1(tmp_path: Path) -> None
 
 
 def test_a_component_runs_alone_and_takes_changes_from_anybody(tmp_path: Path) -> None:
-    with System(
-        tmp_path, command=("run", "tiny_parts:Talker", "--set", "step=3"), ready="talker runs"
-    ) as alone:
+    with System(tmp_path, command=("run", "tiny_parts:Talker", "--set", "step=3"), ready="talker runs") as alone:
         assert alone.component_after("talker", 0)["state"] == "active"
         assert alone.ask("param", "get", "talker", "step")["value"] == 3
         alone.ask("param", "set", "talker", "step=4", "rate=50")

@@ -52,9 +52,7 @@ def test_an_event_is_one_line_that_names_its_subject_once() -> None:
 
 
 def test_the_live_line_says_time_speed_mission_and_battery() -> None:
-    mission = MissionStatus(
-        2.0, MissionState.RUNNING, "Frog", 3, running=("Look::19/NavigateTo::14", "Detect::23")
-    )
+    mission = MissionStatus(2.0, MissionState.RUNNING, "Frog", 3, running=("Look::19/NavigateTo::14", "Detect::23"))
     line = status_line(CLOCK, mission, BatteryState(2.0, 5.0, 10.0, 0.5, 1.0), 1.0)
     for part in ("2.0 s", "9.8 x", "running: Detect", "battery 50%"):
         assert part in line
@@ -64,8 +62,10 @@ def test_the_live_line_says_time_speed_mission_and_battery() -> None:
 def test_a_status_detail_gives_away_gateway_and_renderer() -> None:
     url = URL.search("http://127.0.0.1:8000/api/v1")
     renderer = RENDERER.search("renders 320x240 on egl")
-    assert url and url.group() == "http://127.0.0.1:8000/api/v1"
-    assert renderer and renderer.group(1) == "egl"
+    assert url is not None
+    assert url.group() == "http://127.0.0.1:8000/api/v1"
+    assert renderer is not None
+    assert renderer.group(1) == "egl"
 
 
 def closing(**changes: object) -> Closing:
@@ -136,10 +136,7 @@ def test_a_report_is_headed_by_its_outcome_and_says_every_violation() -> None:
     report = AdaptationReport("7", Outcome.APPLIED, AdaptationRequest(()), 3, 4, 0.0, 0.012)
     assert headline(report) == "adaptation 7 applied, revision 3 to 4, in 12 ms"
     violation = Violation(1, "navigator", "parameters.max_velocity", "9: must be at most 0.26 m/s")
-    assert (
-        violation_line(violation)
-        == "change 1: navigator.parameters.max_velocity: 9: must be at most 0.26 m/s"
-    )
+    assert violation_line(violation) == "change 1: navigator.parameters.max_velocity: 9: must be at most 0.26 m/s"
     assert violation_line(Violation(None, "", "", "the journal is full")) == "the journal is full"
 
 

@@ -13,6 +13,7 @@ from regraft.cli.main import build
 from tests.cli.conftest import Regraft
 
 SURFACE = Path(__file__).parent / "surface.txt"
+DOCUMENTED = Path(__file__).parents[2] / "docs" / "commands.md"
 
 
 def surface(command: Any, path: str) -> Iterator[str]:
@@ -33,10 +34,24 @@ def test_commands_and_options_are_those_that_were_promised() -> None:
     assert found == SURFACE.read_text().splitlines()
 
 
+def words(line: str) -> list[str]:
+    """Return the names of a command in a line of the surface."""
+    return [word for word in line.split()[1:] if word.islower() and not word.startswith("-")]
+
+
 @pytest.mark.parametrize("line", SURFACE.read_text().splitlines())
 def test_every_command_has_help(regraft: Regraft, line: str) -> None:
-    words = [word for word in line.split()[1:] if word.islower() and not word.startswith("-")]
-    assert regraft(*words, "--help").exit_code == 0
+    assert regraft(*words(line), "--help").exit_code == 0
+
+
+@pytest.mark.parametrize("line", SURFACE.read_text().splitlines())
+def test_every_command_is_documented(line: str) -> None:
+    told = [text for text in DOCUMENTED.read_text().splitlines() if text.startswith("| `regraft ")]
+    group, *command = words(line) or ["up"]
+    assert any(
+        f"`regraft {group}" in text and all(f"{name}`" in text or f" {name} " in text for name in command)
+        for text in told
+    )
 
 
 def test_help_lists_the_exit_codes(regraft: Regraft) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -90,10 +91,8 @@ def same(one: Any, other: Any) -> bool:
 
 @given(st.text(max_size=60))
 def test_whatever_is_typed_is_read_or_is_bad_input(text: str) -> None:
-    try:
+    with suppress(BadInput):
         value_of(text)
-    except BadInput as error:
-        assert str(error)
 
 
 def test_a_file_that_cannot_be_read_is_bad_input(tmp_path: Path) -> None:

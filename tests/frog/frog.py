@@ -71,7 +71,9 @@ class Frog(System):
     def __init__(self, folder: Path, *options: str) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}/api/v1"
-        super().__init__(STACK, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log")
+        super().__init__(
+            STACK, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
+        )
         self.rest = httpx.Client(base_url=self.url, timeout=30.0)
         wait_until(self._serving, "the gateway", PATIENCE)
         wait_until(lambda: self.states() == {"active"}, "everybody active", PATIENCE)
@@ -95,7 +97,11 @@ class Frog(System):
 
     def wait_for_time(self, seconds: float) -> None:
         """Wait until simulated time has gone on by ``seconds``."""
-        end = self.clock().time + seconds * 1e9
+        self.wait_for_time_after(self.clock().time, seconds)
+
+    def wait_for_time_after(self, start: int, seconds: float) -> None:
+        """Wait until simulated time is ``seconds`` past ``start`` (nanoseconds)."""
+        end = start + seconds * 1e9
         wait_until(lambda: self.clock().time >= end, f"{seconds} simulated seconds", PATIENCE)
 
     def listen(self, topic: str, cls: type[M]) -> list[M]:

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import ROOT, STACK, Load, free_port, run_frog
+from tests.frog.frog import STACK, Load, free_port, run_frog
+from tests.host.system import ROOT
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:

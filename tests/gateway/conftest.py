@@ -7,12 +7,13 @@ from typing import Any
 import httpx
 import pytest
 
+from bus_schema.messages.control import ParameterValues
 from dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
 from tests.kit.site import Site, wait_until
 
-GATEWAY = {"port": 0, "answer_within": 1.0, "adaptation_within": 1.5}
+GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
 
 
 @dataclass
@@ -28,6 +29,11 @@ class Running:
     def post(self, path: str, body: Any = None, **more: Any) -> httpx.Response:
         """Post JSON."""
         return self.http.post(path, json=body, **more)
+
+    def impatient(self) -> None:
+        """Let the gateway wait for half a second at the most."""
+        values = {"answer_within": 0.5, "adaptation_within": 0.5}
+        self.site.client.control("gateway", "parameters", ParameterValues(values))
 
     def connect(self) -> httpx.Client:
         """Return another client, without checks."""

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from bus_schema.adaptation import Outcome
-from bus_schema.messages.control import ParameterValues
 from tests.gateway.conftest import Running
 from tests.kit.site import wait_until
 
@@ -149,6 +148,7 @@ def test_the_journal_is_read_page_by_page(running: Running) -> None:
 
 
 def test_a_silent_manager_is_unavailable_within_the_bound(running: Running) -> None:
+    running.impatient()
     running.manager.silent = True
     response = running.post("/adaptations", adaptation())
     assert response.status_code == 503
@@ -158,6 +158,7 @@ def test_a_silent_manager_is_unavailable_within_the_bound(running: Running) -> N
 
 
 def test_a_manager_that_is_not_there_is_unavailable(running: Running) -> None:
+    running.impatient()
     running.site.stop("adaptation_manager")
     wait_until(lambda: not running.site.bus.present(running.site.keys.alive("adaptation_manager", "*"), 1.0))
     assert running.post("/adaptations", adaptation()).status_code == 503
@@ -176,7 +177,6 @@ def test_a_manager_that_cannot_work_now_is_unavailable(running: Running, why: st
 
 
 def test_many_that_wait_for_their_adaptation_leave_room_for_others(running: Running) -> None:
-    running.site.client.control("gateway", "parameters", ParameterValues({"adaptation_within": 60.0}))
     running.manager.silent = True
     statuses: list[int] = []
     refusals: list[str] = []

@@ -30,6 +30,7 @@ def test_a_malformed_command_is_told_by_field(running: Running) -> None:
 
 
 def test_without_an_executor_the_mission_is_unavailable(running: Running) -> None:
+    running.impatient()
     running.site.stop("bt_executor")
     wait_until(lambda: not running.site.bus.present(running.site.keys.alive("bt_executor", "*"), 1.0))
     assert running.http.get("/mission").status_code == 503

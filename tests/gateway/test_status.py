@@ -89,6 +89,7 @@ def test_former_revisions_can_be_read_and_compared(running: Running) -> None:
 
 def test_overviews_stand_while_the_manager_is_silent(running: Running) -> None:
     running.http.get("/components")
+    running.impatient()
     running.manager.silent = True
     assert running.http.get("/components/navigator").json()["spec"]["name"] == "navigator"
     assert running.http.get("/system").status_code == 200

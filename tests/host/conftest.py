@@ -11,6 +11,15 @@ from tests.host.system import System
 
 Start = Callable[..., System]
 
+HEAD = """\
+system: tests
+clock: real
+imports: [tests.host.parts]
+topics:
+  ticks: {type: host_tests/Tick}
+components:
+"""
+
 
 @pytest.fixture
 def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
@@ -20,8 +29,7 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
 
     def run(components: str, *options: str) -> System:
         stack = tmp_path / "stack.yaml"
-        text = "system: tests\nclock: real\nimports: [tests.host.parts]\ntopics:\n  ticks: {type: host_tests/Tick}\ncomponents:\n"
-        stack.write_text(text + components)
+        stack.write_text(HEAD + components)
         system = System(stack, *options)
         started.append(system)
         return system

@@ -194,12 +194,12 @@ class Latest(Component):
 class Follower(Component):
     """Has somebody walk for it, all the time."""
 
+    def __init__(self) -> None:
+        self.sent = False
+
     @every(seconds=0.05)
     async def send(self) -> None:
         if not self.sent:
             self.sent = True
-            goal = self.kit.goal("walk", Number(10_000), Number)
+            goal = self.kit.goal("walk", Number(10_000), Number, Number)
             await goal.outcome()
-
-    def __init__(self) -> None:
-        self.sent = False

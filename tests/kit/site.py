@@ -12,6 +12,8 @@ from bus_schema import codec
 from bus_schema.envelope import Envelope, Kind
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
+from bus_schema.messages.control import ComponentView, ParameterValues
+from bus_schema.messages.health import ComponentStatus
 from bus_schema.registry import type_of
 from regraft.assignment import Assignment
 from regraft.bus import Bus
@@ -99,6 +101,18 @@ class Site:
         component = self.runtimes[name].component
         assert isinstance(component, cls)
         return component
+
+    def status(self, name: str) -> ComponentStatus:
+        """Return what a component last said of itself."""
+        status = self.client.components()[name].status
+        assert status is not None
+        return status
+
+    def set_parameters(self, name: str, values: dict[str, Any], term: int | None = None) -> ComponentView:
+        """Set parameters by a control query."""
+        view = self.client.control(name, "parameters", ParameterValues(values, term))
+        assert isinstance(view, ComponentView)
+        return view
 
     def stop(self, name: str) -> None:
         """Shut a component down."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.control import ControlCode, ParameterValues, SetTransition, StateRequest, StateStep
+from bus_schema.messages.control import ControlCode, SetTransition, Snapshot, StateRequest, StateStep
 from regraft.client.errors import ControlRefused
 from regraft.parameters import ParameterError
 from tests.kit.parts import Counter, Fragile, Number
@@ -25,19 +25,19 @@ def test_a_component_describes_itself(site: Site) -> None:
 def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
     site.start(Counter, "counter")
     with pytest.raises(ControlRefused) as refused:
-        site.client.control("counter", "parameters", ParameterValues({"step": 3, "label": "ugly", "speed": 1}))
+        site.set_parameters("counter", {"step": 3, "label": "ugly", "speed": 1})
     text = str(refused.value)
     assert "plain, fancy" in text
     assert "no such parameter" in text
     assert site.client.view("counter").parameters["step"] == 1
-    view = site.client.control("counter", "parameters", ParameterValues({"step": 3, "label": "fancy"}))
+    view = site.set_parameters("counter", {"step": 3, "label": "fancy"})
     assert view.parameters["step"] == 3
 
 
 def test_a_component_may_refuse_values_and_keeps_the_old_ones(site: Site) -> None:
     site.start(Counter, "counter")
     with pytest.raises(ControlRefused, match="seven is never right"):
-        site.client.control("counter", "parameters", ParameterValues({"step": 7, "rate": 10.0}))
+        site.set_parameters("counter", {"step": 7, "rate": 10.0})
     view = site.client.view("counter")
     assert (view.parameters["step"], view.parameters["rate"]) == (1, 50.0)
 
@@ -45,7 +45,7 @@ def test_a_component_may_refuse_values_and_keeps_the_old_ones(site: Site) -> Non
 def test_a_read_only_parameter_is_set_at_the_start_alone(site: Site) -> None:
     site.start(Counter, "counter", parameters={"serial": "A1"})
     with pytest.raises(ControlRefused, match="read-only"):
-        site.client.control("counter", "parameters", ParameterValues({"serial": "B2"}))
+        site.set_parameters("counter", {"serial": "B2"})
     assert site.client.view("counter").parameters["serial"] == "A1"
 
 
@@ -57,7 +57,7 @@ def test_a_component_does_not_start_with_parameters_that_do_not_fit(site: Site) 
 def test_the_rate_of_a_timer_follows_its_parameter(site: Site) -> None:
     site.start(Counter, "counter", parameters={"rate": 0.0})
     counts = site.collect("count", Number)
-    site.client.control("counter", "parameters", ParameterValues({"rate": 200.0}))
+    site.set_parameters("counter", {"rate": 200.0})
     wait_until(lambda: len(counts) > 10)
 
 
@@ -94,8 +94,8 @@ def test_an_inactive_component_is_silent_and_comes_back(site: Site) -> None:
 @pytest.mark.parametrize("where", ["configure", "activate"])
 def test_a_hook_that_fails_leads_back_to_unconfigured(site: Site, where: str) -> None:
     site.start(Fragile, "fragile", parameters={"where": where})
-    wait_until(lambda: f"broken in {where}" in site.client.components()["fragile"].status.error)
-    assert site.client.components()["fragile"].status.state is State.UNCONFIGURED
+    wait_until(lambda: f"broken in {where}" in site.status("fragile").error)
+    assert site.status("fragile").state is State.UNCONFIGURED
 
 
 def test_a_component_beyond_repair_is_finalized(site: Site) -> None:
@@ -108,9 +108,9 @@ def test_control_without_the_current_term_is_fenced(site: Site) -> None:
     site.start(Counter, "counter", term=3)
     for term in (None, 2):
         with pytest.raises(ControlRefused) as refused:
-            site.client.control("counter", "parameters", ParameterValues({"step": 2}, term))
+            site.set_parameters("counter", {"step": 2}, term)
         assert refused.value.code is ControlCode.FENCED
-    site.client.control("counter", "parameters", ParameterValues({"step": 2}, 4))
+    site.set_parameters("counter", {"step": 2}, 4)
     with pytest.raises(ControlRefused):
         site.client.control("counter", "transition", SetTransition(Transition.DEACTIVATE, 3))
     assert site.client.view("counter").parameters["step"] == 2
@@ -120,6 +120,7 @@ def test_state_is_taken_and_given_back(site: Site) -> None:
     counter = site.start(Counter, "counter", parameters={"rate": 0.0})
     counter.value = 41
     snapshot = site.client.control("counter", "state")
+    assert isinstance(snapshot, Snapshot)
     counter.value = 0
     site.client.control("counter", "state", StateRequest(StateStep.RESTORE, snapshot.state, snapshot.version))
     assert counter.value == 41

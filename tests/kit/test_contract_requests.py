@@ -159,7 +159,7 @@ def test_a_client_name_that_is_no_name_is_refused(site: Site) -> None:
     requests.wait_for_reader(5.0)
     plain = {"client": "../**", "number": 1, "verb": "call", "body": None, "patience": 1.0}
     requests.put(codec.pack_plain(plain))
-    wait_until(lambda: site.client.components()["oracle"].status.refused == 1)
+    wait_until(lambda: site.status("oracle").refused == 1)
 
 
 def test_a_goal_cancelled_before_anybody_accepted_it_is_never_begun() -> None:

@@ -39,9 +39,7 @@ def settle(obstacles: FloatArray, path: FloatArray, limits: Limits, pose: Pose =
     w=st.floats(-1.0, 1.0),
     distance=st.floats(0.1, 2.0),
 )
-def test_no_limit_is_ever_exceeded(
-    max_velocity: float, yaw: float, v: float, w: float, distance: float
-) -> None:
+def test_no_limit_is_ever_exceeded(max_velocity: float, yaw: float, v: float, w: float, distance: float) -> None:
     limits = Limits(max_velocity=max_velocity)
     now = Situation(Pose(0.0, 0.0, yaw), Twist(v, w), wall(distance), limits)
     for twist in (
@@ -148,9 +146,7 @@ def test_robot_that_may_not_drive_stands() -> None:
     front=st.floats(0.05, 0.3),
     half_width=st.floats(0.05, 0.3),
 )
-def test_distance_to_the_outline_is_that_to_a_rectangle(
-    x: float, y: float, front: float, half_width: float
-) -> None:
+def test_distance_to_the_outline_is_that_to_a_rectangle(x: float, y: float, front: float, half_width: float) -> None:
     outline = Footprint(front=front, rear=0.2, half_width=half_width)
     edges_x = np.linspace(-0.2, front, 400)
     edges_y = np.linspace(-half_width, half_width, 400)
@@ -164,6 +160,4 @@ def test_distance_to_the_outline_is_that_to_a_rectangle(
     )
     distance = np.hypot(edge[:, 0] - x, edge[:, 1] - y).min()
     inside = -0.2 < x < front and abs(y) < half_width
-    assert outline.nearest(np.array([x]), np.array([y])) == pytest.approx(
-        -distance if inside else distance, abs=2e-3
-    )
+    assert outline.nearest(np.array([x]), np.array([y])) == pytest.approx(-distance if inside else distance, abs=2e-3)

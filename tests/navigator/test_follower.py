@@ -25,9 +25,7 @@ ROOM_PLANNER = GridPlanner(rasterise(ROOM, (84, 84), (-0.1, -0.1)))
 LONGEST = 12000  # ticks: far more than any drive may take
 
 
-def drive(
-    follower: Follower, robot: Robot, watch: Callable[[Command], None] = lambda command: None
-) -> Command:
+def drive(follower: Follower, robot: Robot, watch: Callable[[Command], None] = lambda command: None) -> Command:
     """Let the robot do what the follower says until the drive is over; return the last command."""
     for _ in range(LONGEST):
         command = follower.update(robot.time, robot.pose, robot.twist, robot.scan())

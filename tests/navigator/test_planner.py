@@ -77,9 +77,7 @@ def test_goal_that_is_walled_in_has_no_path_and_the_error_says_so() -> None:
         ((0.5, 2.5), (math.nan, 1.0), "the goal is outside the map"),
     ],
 )
-def test_impossible_ends_are_named(
-    start: tuple[float, float], goal: tuple[float, float], reason: str
-) -> None:
+def test_impossible_ends_are_named(start: tuple[float, float], goal: tuple[float, float], reason: str) -> None:
     with pytest.raises(NoPath, match=reason):
         GridPlanner(rasterise([WALL], (60, 60), (0.0, 0.0))).plan(start, goal)
 
@@ -165,9 +163,7 @@ def test_path_joins_its_ends_and_keeps_off_obstacles_in_any_room(
     assert path[-1].tolist() == list(goal)
     gaps = gap_to_obstacles(path, grid)
     assert gaps.min(initial=math.inf) >= 0.0
-    near_ends = (
-        np.minimum(np.hypot(*(path - np.array(start)).T), np.hypot(*(path - np.array(goal)).T)) <= 0.22 + 0.15
-    )
+    near_ends = np.minimum(np.hypot(*(path - np.array(start)).T), np.hypot(*(path - np.array(goal)).T)) <= 0.22 + 0.15
     inner = path[~near_ends]
     # A path's cells are all free; cells are known to half their diagonal.
     assert planner.clearance(inner).min(initial=math.inf) >= 0.22

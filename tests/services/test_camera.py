@@ -120,9 +120,7 @@ def test_equal_runs_give_equal_pictures() -> None:
 def test_a_foreign_world_is_not_drawn_and_the_camera_says_so_once() -> None:
     with Rig(seed=3) as rig, Rig(seed=4) as other:
         diagnostics: list[Diagnostic] = []
-        rig.bus.subscribe(
-            rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic))
-        )
+        rig.bus.subscribe(rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic)))
         camera_on(rig)
         images = rig.collect("camera/image", Image)
         states = other.collect("world_state", WorldState)

@@ -81,9 +81,7 @@ def test_a_hydrant_ahead_is_found_where_it_stands(renderer: RendererName) -> Non
     assert sighting.confidence > 0.85
 
 
-@pytest.mark.parametrize(
-    "robot", [Pose2D(0.8, -1.2, math.pi / 2), Pose2D(-1.7, 0.1, 0.0), Pose2D(1.9, -0.6, 2.5)]
-)
+@pytest.mark.parametrize("robot", [Pose2D(0.8, -1.2, math.pi / 2), Pose2D(-1.7, 0.1, 0.0), Pose2D(1.9, -0.6, 2.5)])
 def test_it_is_found_from_all_sides(renderer: RendererName, robot: Pose2D) -> None:
     sighting = look(before_hydrant(renderer), robot)
     assert sighting is not None
@@ -99,9 +97,7 @@ def test_it_is_found_in_dim_light_but_not_in_the_dark(renderer: RendererName) ->
 
 def test_a_red_box_and_an_orange_ball_are_no_hydrants(renderer: RendererName) -> None:
     for yaw in (0.0, 0.4, 0.8, 1.2):
-        studio = Studio(
-            renderer, red_box=Pose2D(0.6, 0.15, yaw), orange_ball=Pose2D(0.6, -0.15, 0.0), base=BEFORE
-        )
+        studio = Studio(renderer, red_box=Pose2D(0.6, 0.15, yaw), orange_ball=Pose2D(0.6, -0.15, 0.0), base=BEFORE)
         for light in (1.0, 0.6, 0.45):
             assert look(studio, light=light) is None
 

@@ -127,9 +127,7 @@ def test_pictures_and_hits_are_counted_by_camera() -> None:
 def test_adaptations_count_for_what_they_changed_not_for_how_long_they_took() -> None:
     base = with_reports(SLOWER)
     step = replace(SLOWER.steps[0], duration=0.4)
-    same = replace(
-        SLOWER, id="a9", duration=2.0, started=3.1, steps=(step,), request=replace(SLOWER.request, key="k2")
-    )
+    same = replace(SLOWER, id="a9", duration=2.0, started=3.1, steps=(step,), request=replace(SLOWER.request, key="k2"))
     assert with_reports(same).digest == base.digest
     assert base.adaptations == {"applied": 1}
     faster = replace(SLOWER.request, changes=(SetParameters("navigator", {"max_velocity": 0.26}),))

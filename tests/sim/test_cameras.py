@@ -88,9 +88,7 @@ def test_noise_repeats_for_the_same_seed_and_moment_only() -> None:
     simulation = before_the_hydrant()
     settings = CameraSettings("camera", *SMALL, noise=SensorNoise(), seed=3)
     camera = RayCamera(simulation.scene, simulation.placement, settings)
-    other = RayCamera(
-        simulation.scene, simulation.placement, CameraSettings("camera", *SMALL, noise=SensorNoise())
-    )
+    other = RayCamera(simulation.scene, simulation.placement, CameraSettings("camera", *SMALL, noise=SensorNoise()))
     first = camera.render(simulation.render_state())
     np.testing.assert_array_equal(first, camera.render(simulation.render_state()))
     assert (first != other.render(simulation.render_state())).mean() > 0.3

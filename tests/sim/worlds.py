@@ -21,9 +21,7 @@ def frog() -> Scene:
     return load_scene(FROG)
 
 
-def frog_with_robot_at(
-    x: float, y: float, yaw: float, settings: SimulationSettings | None = None
-) -> Simulation:
+def frog_with_robot_at(x: float, y: float, yaw: float, settings: SimulationSettings | None = None) -> Simulation:
     """Return FROG with the robot at a pose and the placed objects in the corners."""
     placement = Placement({**OUT_OF_THE_WAY, "base": Pose2D(x, y, yaw)})
     return Simulation(frog(), seed=1, settings=settings, placement=placement)

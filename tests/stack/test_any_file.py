@@ -58,9 +58,7 @@ def test_random_bytes_are_refused_cleanly(data: bytes) -> None:
 
 @settings(max_examples=200)
 @given(st.integers(0, len(GOOD)), st.integers(0, 40), st.lists(PIECES, max_size=4))
-def test_good_file_with_a_piece_replaced_loads_or_is_refused_cleanly(
-    at: int, gone: int, pieces: list[str]
-) -> None:
+def test_good_file_with_a_piece_replaced_loads_or_is_refused_cleanly(at: int, gone: int, pieces: list[str]) -> None:
     loads_or_refuses((GOOD[:at] + "".join(pieces) + GOOD[at + gone :]).encode())
 
 

@@ -38,9 +38,7 @@ def test_empty_file_is_refused(tmp_path: Path, text: str) -> None:
     assert problem.problem.startswith(("is empty", "must be a map"))
 
 
-@pytest.mark.parametrize(
-    ("text", "kind"), [("- a\n- b\n", "a list"), ("frog\n", "a text"), ("7\n", "a number")]
-)
+@pytest.mark.parametrize(("text", "kind"), [("- a\n- b\n", "a list"), ("frog\n", "a text"), ("7\n", "a number")])
 def test_file_that_is_no_map_is_refused(tmp_path: Path, text: str, kind: str) -> None:
     (problem,) = problems(tmp_path, text)
     assert problem.line == 1
@@ -90,9 +88,7 @@ def test_every_duplicate_key_is_found(tmp_path: Path) -> None:
     text = "system: frog\nsystem: toad\ncomponents:\n  eye: {class: 'a:B'}\n  eye: {class: 'c:D'}\n"
     first, second = problems(tmp_path, text)
     assert (first.line, first.field) == (2, "system")
-    assert str(second).endswith(
-        "stack.yaml:5: components.eye: is given twice, first in line 4: leave one out"
-    )
+    assert str(second).endswith("stack.yaml:5: components.eye: is given twice, first in line 4: leave one out")
 
 
 def test_tag_is_refused(tmp_path: Path) -> None:

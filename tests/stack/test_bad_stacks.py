@@ -229,9 +229,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[3]}: {case[1].strip()}")
-def test_problem_is_told_with_line_field_and_remedy(
-    tmp_path: Path, case: tuple[str, str, str, str, str]
-) -> None:
+def test_problem_is_told_with_line_field_and_remedy(tmp_path: Path, case: tuple[str, str, str, str, str]) -> None:
     old, new, piece, field, start = case
     text = changed((old, new))
     found = problems(tmp_path, text)

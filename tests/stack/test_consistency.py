@@ -34,9 +34,7 @@ from regraft.parameters import ParameterError
 IMAGE = "test/Image"
 
 
-def camera(
-    name: str, topic: str = "image", *, version: int = 1, state: State = State.ACTIVE
-) -> ComponentSpec:
+def camera(name: str, topic: str = "image", *, version: int = 1, state: State = State.ACTIVE) -> ComponentSpec:
     """Return a component that writes images, and serves them, and holds a device."""
     description = Description(
         "cameras:Camera",
@@ -132,9 +130,7 @@ def test_two_active_writers_share_a_topic_only_if_it_takes_many() -> None:
 
 def test_output_must_be_connected() -> None:
     violation = only(system(replace(camera("eye"), connections={})))
-    assert violation.problem.startswith(
-        "output 'image' is connected to no topic; topics that carry test/Image"
-    )
+    assert violation.problem.startswith("output 'image' is connected to no topic; topics that carry test/Image")
 
 
 def test_service_offered_twice_is_told_even_of_idle_components() -> None:

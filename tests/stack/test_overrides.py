@@ -38,9 +38,7 @@ def test_values_are_yaml(tmp_path: Path, text: str, value: object) -> None:
     assert stack.architecture.components["rescuer.navigator"].parameters[name] == value
 
 
-def test_overriding_path_is_looked_for_in_the_current_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_overriding_path_is_looked_for_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stack = good(tmp_path)
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")

@@ -38,9 +38,7 @@ class StepSite:
         self.client = Client(self._session(), "steps", "tester")
 
     def _session(self) -> Bus:
-        bus: Bus = (
-            MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), in_step=True)
-        )
+        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), in_step=True)
         self._buses.append(bus)
         return bus
 

@@ -1,0 +1,71 @@
+"""The FROG stack at full speed: how many simulated seconds pass in a second, starting apart."""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from typing import Any
+
+from benchmarks.harness import Effort, Result
+from benchmarks.system import ROOT
+
+STACK = ROOT / "stacks" / "frog"
+SIMULATED = 60.0
+"""Simulated seconds of a run."""
+LEAST = 3.0
+RUNS = 2
+ENDS_WITHIN = 180.0
+RAY = ("--set", "camera.renderer=ray", "--set", "corner_camera.renderer=ray")
+"""The ray camera's own defaults are 160 x 120 at 2 Hz, those of GL are 320 x 240 at 5 Hz."""
+
+
+def frog(effort: Effort) -> list[Result]:
+    """Run it on GL, where there is one, and on the ray camera, in turns."""
+    seconds = max(LEAST, SIMULATED * effort.share)
+    gl: list[dict[str, Any]] = []
+    ray: list[dict[str, Any]] = []
+    for _ in range(min(RUNS, effort.rounds)):
+        gl.append(_run(seconds))
+        ray.append(_run(seconds, *RAY))
+    return [_result("FROG at full speed, GL", gl, 10.0), _result("FROG at full speed, ray camera", ray, 5.0)]
+
+
+def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
+    factors = [float(run["real_time_factor"]) for run in runs]
+    note = f"{len(runs)} runs of {runs[0]['simulated_s']:g} s simulated, renderer {runs[0]['renderer']}"
+    return Result(
+        name,
+        statistics.median(factors),
+        "x real time",
+        spread=(min(factors), max(factors)),
+        limit=limit,
+        at_least=True,
+        note=note,
+    )
+
+
+def _run(seconds: float, *options: str) -> dict[str, Any]:
+    """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
+    command = [sys.executable, "-m", "regraft.cli", "up", str(STACK)]
+    command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), *options]
+    with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
+        environment = {**os.environ, "REGRAFT_HOME": home}
+        ended = subprocess.run(
+            command,
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=ENDS_WITHIN,
+            check=False,
+        )
+    if not ended.stdout.strip():
+        raise RuntimeError(f"FROG did not run: {ended.stderr.strip()[-2000:]}")
+    said: dict[str, Any] = json.loads(ended.stdout)
+    if said.get("real_time_factor") is None:
+        raise RuntimeError(f"FROG ended without a real-time factor: {said}")
+    return said

@@ -1,0 +1,96 @@
+"""Fifty trivial components up to the last liveliness token, against fifty bare zenoh processes.
+
+Ours is ``regraft up`` from the command to the last token: the command line, the hub and the forked components. A bare
+process is a fresh interpreter that imports zenoh, opens a client session to a hub that is already there, and declares
+one token: ``python -c``, nothing of ours in it.
+"""
+
+from __future__ import annotations
+
+import queue
+import subprocess
+import sys
+import time
+
+from benchmarks.harness import Effort, Result, compared, in_turns
+from benchmarks.system import SYSTEM, System
+from bus_schema.keys import Keys
+from regraft.bus import Presence
+from regraft.launch import free_endpoint
+from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.zenoh_config import Endpoints
+
+COUNT, LEAST = 50, 3
+ROUNDS = 3
+LIMIT = 1.3
+ALL_WITHIN = 60.0
+TOPICS = "  numbers: {type: benchmark/Number, writers: many}"
+BARE = """
+import sys, threading, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"client"')
+config.insert_json5("connect/endpoints", f'["{sys.argv[1]}"]')
+config.insert_json5("scouting/multicast/enabled", "false")
+config.insert_json5("scouting/gossip/enabled", "false")
+session = zenoh.open(config)
+token = session.liveliness().declare_token(f"bare/{sys.argv[2]}")
+threading.Event().wait()
+"""
+
+
+def start_up(effort: Effort) -> list[Result]:
+    """Start so many of both."""
+    count = effort.count(COUNT, least=LEAST)
+    rounds = min(ROUNDS, effort.rounds)
+    sides = in_turns(rounds, lambda: [_components(count)], lambda: [_bare(count)])
+    against = f"{count} bare zenoh processes"
+    note = f"{rounds} rounds, from the command to the last token"
+    return [compared(f"{count} trivial components live", sides, "s", against, LIMIT, note=note)]
+
+
+def _components(count: int) -> float:
+    specs = "".join(
+        f"\n  trivial_{n}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for n in range(count)
+    )
+    with System(TOPICS, specs) as system:
+        bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
+        try:
+            return _when_all_are_there(bus, Keys(SYSTEM).alive("*", "*"), count) - system.begun
+        finally:
+            bus.close()
+
+
+def _bare(count: int) -> float:
+    endpoint = free_endpoint()
+    hub = open_bus(Endpoints((endpoint,), router=True))
+    bus = open_bus(Endpoints(connect=(endpoint,)))
+    processes: list[subprocess.Popen[bytes]] = []
+    try:
+        begun = time.monotonic()
+        for number in range(count):
+            processes.append(subprocess.Popen([sys.executable, "-c", BARE, endpoint, str(number)]))
+        return _when_all_are_there(bus, "bare/*", count) - begun
+    finally:
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.wait()
+        bus.close()
+        hub.close()
+
+
+def _when_all_are_there(bus: ZenohBus, key: str, count: int) -> float:
+    """Return the time at which the last of ``count`` tokens appeared; raises TimeoutError."""
+    seen: queue.SimpleQueue[tuple[float, Presence]] = queue.SimpleQueue()
+    watching = bus.watch(key, lambda presence: seen.put((time.monotonic(), presence)))
+    keys: set[str] = set()
+    try:
+        while True:
+            when, presence = seen.get(timeout=ALL_WITHIN)
+            keys.add(presence.key)
+            if len(keys) == count:
+                return when
+    except queue.Empty:
+        raise TimeoutError(f"{len(keys)} of {count} tokens within {ALL_WITHIN:g} s") from None
+    finally:
+        watching.close()
