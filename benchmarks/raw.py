@@ -1,7 +1,8 @@
 """The other side of the round trips: zenoh-python as one would use it without a kit, over the same links.
 
-A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked. Like the kit, it
-keeps freed memory: otherwise large messages measure glibc's page faults, which differ from run to run.
+A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked. Like the
+kit, it keeps freed memory: otherwise large messages measure glibc's page faults, which differ from run to
+run.
 """
 
 from __future__ import annotations

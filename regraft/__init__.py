@@ -1,5 +1,10 @@
 """Regraft: robots that adapt while they work. This is the kit that a component's author imports."""
 
+import os
+
+# Before numpy is loaded: a robot has many small processes, and those that are forked must begin with one thread.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from regraft.component import Component
 from regraft.parameters import Parameter
 from regraft.ports import Input, Output

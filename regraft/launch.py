@@ -72,7 +72,6 @@ def run_system(
 
 def _prepare_process(architecture: Architecture) -> None:
     """Import and prepare what the components' processes share, before the first of them is forked."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for cls in _classes(architecture):
         cls.preload()
 

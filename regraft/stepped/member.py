@@ -191,6 +191,7 @@ class Member:
     def _slot(self, step: Step) -> tuple[str, ...]:
         """Hold the exclusive slot until no task needs it any more."""
         runtime = self._runtime
+        self._clock.advance_to(step.time)
         runtime.inbound.release_outside(step.outside)
         runtime.slots.grant()
         runtime.work()
