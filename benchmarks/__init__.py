@@ -1,1 +1,1 @@
-"""Every budget as a ratio against a baseline, both measured side by side in one run: ``python -m benchmarks``."""
+"""Every budget, as a ratio against a baseline measured side by side with it: ``python -m benchmarks``."""

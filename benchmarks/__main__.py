@@ -34,21 +34,38 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
 
 def main(
     names: Annotated[list[str] | None, typer.Argument(help=f"Of: {', '.join(ALL)}. All by default.")] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file too.")] =
-    None, rounds: Annotated[int, typer.Option(min=1, help="How often each side is measured, in turns.")] = 5,
-    share: Annotated[float, typer.Option(min=0.001, help="Scale every count; 1 is the default effort.")] =
-    1.0, ) -> None: """Measure every budget side by side with its baseline. Exits with 1 if a benchmark fails,
-    not if one is slow.""" console = Console(width=None if sys.stdout.isatty() else FILE_WIDTH) unknown =
-    [name for name in names or [] if name not in ALL] if unknown: raise typer.BadParameter(f"no benchmark {',
-    '.join(unknown)}; there are: {', '.join(ALL)}") results: list[Result] = [] failed: list[str] = [] before =
-    machine() for name in names or ALL: begun = time.monotonic() try: results += ALL[name](Effort(rounds,
-    share)) except Exception: failed.append(name) console.print(f"{name} failed:\n{traceback.format_exc()}",
-    markup=False) console.print(f"{name}: {time.monotonic() - begun:.0f} s", style="dim")
-    console.print(table(results)) console.print(f"before: {before}\nafter:  {machine()}", style="dim",
-    markup=False, highlight=False) if json_file: lines = [{**asdict(result), "within": result.within} for
-    result in results] figures = {"machine": {"before": before, "after": machine()}, "results": lines,
-    "failed": failed} json_file.write_text(json.dumps(figures, indent=2) + "\n") if failed: raise
-    typer.Exit(1)
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the figures to this file too.")
+    ] = None,
+    rounds: Annotated[int, typer.Option(min=1, help="How often each side is measured, in turns.")] = 5,
+    share: Annotated[
+        float, typer.Option(min=0.001, help="Scale every count; 1 is the default effort.")
+    ] = 1.0,
+) -> None:
+    """Measure every budget side by side with its baseline. Exits with 1 if a benchmark fails, not if one is slow."""
+    console = Console(width=None if sys.stdout.isatty() else FILE_WIDTH)
+    unknown = [name for name in names or [] if name not in ALL]
+    if unknown:
+        raise typer.BadParameter(f"no benchmark {', '.join(unknown)}; there are: {', '.join(ALL)}")
+    results: list[Result] = []
+    failed: list[str] = []
+    before = machine()
+    for name in names or ALL:
+        begun = time.monotonic()
+        try:
+            results += ALL[name](Effort(rounds, share))
+        except Exception:
+            failed.append(name)
+            console.print(f"{name} failed:\n{traceback.format_exc()}", markup=False)
+        console.print(f"{name}: {time.monotonic() - begun:.0f} s", style="dim")
+    console.print(table(results))
+    console.print(f"before: {before}\nafter:  {machine()}", style="dim", markup=False, highlight=False)
+    if json_file:
+        lines = [{**asdict(result), "within": result.within} for result in results]
+        figures = {"machine": {"before": before, "after": machine()}, "results": lines, "failed": failed}
+        json_file.write_text(json.dumps(figures, indent=2) + "\n")
+    if failed:
+        raise typer.Exit(1)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Components that count aloud and remember what they heard: for rewiring, parameters, kills and starting many."""
+"""Components that count aloud and remember what they heard: for rewiring, parameters, kills, starting many."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all benchmarks share: sides measured in turns, medians and percentiles, results, what machine this is."""
+"""What all benchmarks share: sides measured in turns, percentiles, results, what machine this is."""
 
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ class Effort:
 class Result:
     """One line of the table.
 
-    ``figure`` and ``baseline`` are in ``unit``, ``spread`` holds the least and the greatest value that single
-    rounds gave for what is judged: ``ratio`` where there is a baseline, ``figure`` where there is none.
-    ``limit`` is what it is judged by, from above unless ``at_least``; without a limit the line is told for
-    information.
+    ``figure`` and ``baseline`` are in ``unit``, ``spread`` holds the least and the greatest value that single rounds
+    gave for what is judged: ``ratio`` where there is a baseline, ``figure`` where there is none. ``limit`` is what it
+    is judged by, from above unless ``at_least``; without a limit the line is told for information.
     """
 
     name: str
@@ -64,10 +63,19 @@ class Sides:
     theirs: list[Sequence[float]] = field(default_factory=list)
 
 
-def in_turns(rounds: int, ours: Callable[[], Sequence[float]], theirs: Callable[[], Sequence[float]]) ->
-Sides: """Measure A B, B A, A B ...: what drifts (load, clock speed) meets both sides alike.""" sides =
-Sides() for number in range(rounds): if number % 2 == 0: sides.ours.append(ours())
-sides.theirs.append(theirs()) else: sides.theirs.append(theirs()) sides.ours.append(ours()) return sides
+def in_turns(
+    rounds: int, ours: Callable[[], Sequence[float]], theirs: Callable[[], Sequence[float]]
+) -> Sides:
+    """Measure A B, B A, A B ...: what drifts (load, clock speed) meets both sides alike."""
+    sides = Sides()
+    for number in range(rounds):
+        if number % 2 == 0:
+            sides.ours.append(ours())
+            sides.theirs.append(theirs())
+        else:
+            sides.theirs.append(theirs())
+            sides.ours.append(ours())
+    return sides
 
 
 def percentile(samples: Sequence[float], share: float) -> float:
@@ -90,8 +98,7 @@ def compared(
     times_faster: bool = False,
     note: str = "",
 ) -> Result:
-    """Return the result of two sides: the median over the rounds of each round's percentile, and of their
-    ratio.
+    """Return the result of two sides: the median over the rounds of each round's percentile, and of their ratio.
 
     Args:
         name: what was measured.

@@ -1,4 +1,4 @@
-"""A hub in this process and other processes around it: every benchmark's processes use the same kind of links."""
+"""A hub in this process, and others around it: the processes of both sides use the same kind of links."""
 
 from __future__ import annotations
 
@@ -60,8 +60,9 @@ class Site:
         def active() -> bool:
             seen = self.client.components()
             states = [seen[name].status for name in names if name in seen]
-            return sum(status is not None and status.state.value == "active" for status in states) ==
-            len(names)
+            return sum(status is not None and status.state.value == "active" for status in states) == len(
+                names
+            )
 
         wait_until(active, f"{', '.join(names)} active")
 

@@ -1,8 +1,7 @@
 """The other side of the round trips: zenoh-python as one would use it without a kit, over the same links.
 
 A callback copies the payload out and puts the next message; nothing is decoded, numbered or checked. Like the
-kit, it keeps freed memory: otherwise large messages measure glibc's page faults, which differ from run to
-run.
+kit, it keeps freed memory: otherwise large messages measure glibc's page faults, which differ from run to run.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ def echo(endpoint: str) -> None:
 
 
 def pinger(endpoint: str) -> None:
-    """Play volleys as they are asked for at ``VOLLEY`` (count, size), replying with the seconds, until terminated."""
+    """Play volleys as asked for at ``VOLLEY`` (count, size), replying with the seconds, until terminated."""
     session = _open(endpoint)
     ping = session.declare_publisher(PING, congestion_control=zenoh.CongestionControl.BLOCK)
     stamps: list[int] = []

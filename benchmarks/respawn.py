@@ -1,4 +1,4 @@
-"""The plain way to have a process started again: fork, open a session, declare a token. Nothing is watched or checked."""
+"""The plain way to have a process started again: fork, open a session, declare a token; nothing is watched."""
 
 from __future__ import annotations
 

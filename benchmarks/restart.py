@@ -1,7 +1,7 @@
 """A component is killed until it is active again; another hangs until it is found. The host is the real one.
 
-Every victim is killed once: its host waits before each restart (0.05 s before the first, doubled for each
-further one in half a minute), and that belongs to the figure. The baseline forks at once.
+Every victim is killed once: its host waits before each restart (0.05 s before the first, doubled for each further
+one in half a minute), and that belongs to the figure. The baseline forks at once.
 """
 
 from __future__ import annotations
@@ -36,16 +36,37 @@ def restart(effort: Effort) -> list[Result]:
     """Kill, and stop."""
     kills, hangs = effort.count(KILLS, least=2), effort.count(HANGS)
     names = [f"victim_{number}" for number in range(kills + hangs)]
-    specs = "".join(f"\n  {name}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for name
-    in names) with System(TOPICS, specs) as system, Processes() as processes:
-    system.wait_for_components(*names) wait_until(lambda: all(p.pid for p in system.processes().values()),
-    "all processes told of") bus = open_bus(Endpoints(connect=(system.info.endpoint,))) try: back =
-    _kill(system, bus, processes, names[:kills]) found = [_stop(system, name) for name in names[kills:]]
-    finally: bus.close() return [ Result( "kill -9 to active again, p95", percentile(back.ours[0], TAIL), "s",
-    limit=KILL_LIMIT, spread=(min(back.ours[0]), max(back.ours[0])), note=f"{kills} kills; 0.05 s of it is the
-    wait before a restart", ), compared("the same, ratio", back, "s", "fork + zenoh open", None, share=TAIL,
-    note="p95"), Result( "hung component found, worst", max(found), "s", limit=HANG_LIMIT, spread=(min(found),
-    max(found)), note=f"{hangs} stopped with SIGSTOP", ), ]
+    specs = "".join(
+        f"\n  {name}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for name in names
+    )
+    with System(TOPICS, specs) as system, Processes() as processes:
+        system.wait_for_components(*names)
+        wait_until(lambda: all(p.pid for p in system.processes().values()), "all processes told of")
+        bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
+        try:
+            back = _kill(system, bus, processes, names[:kills])
+            found = [_stop(system, name) for name in names[kills:]]
+        finally:
+            bus.close()
+    return [
+        Result(
+            "kill -9 to active again, p95",
+            percentile(back.ours[0], TAIL),
+            "s",
+            limit=KILL_LIMIT,
+            spread=(min(back.ours[0]), max(back.ours[0])),
+            note=f"{kills} kills; 0.05 s of it is the wait before a restart",
+        ),
+        compared("the same, ratio", back, "s", "fork + zenoh open", None, share=TAIL, note="p95"),
+        Result(
+            "hung component found, worst",
+            max(found),
+            "s",
+            limit=HANG_LIMIT,
+            spread=(min(found), max(found)),
+            note=f"{hangs} stopped with SIGSTOP",
+        ),
+    ]
 
 
 def _kill(system: System, bus: ZenohBus, processes: Processes, names: list[str]) -> Sides:
@@ -102,8 +123,11 @@ def _stop(system: System, name: str) -> float:
     os.kill(system.processes()[name].pid, signal.SIGSTOP)
 
     def said() -> list[float]:
-        return [when for when, event in list(system.events) if event.kind == "component.hung" and
-        event.subject == name]
+        return [
+            when
+            for when, event in list(system.events)
+            if event.kind == "component.hung" and event.subject == name
+        ]
 
     wait_until(said, f"{name} found hung", BACK_WITHIN)
     return said()[0] - begun

@@ -1,9 +1,8 @@
-"""A port moves to another topic and back while a thousand messages a second pass: what is lost, doubled,
-disordered?
+"""A port moves to another topic and back at a thousand messages a second: what is lost, doubled, disordered?
 
-Three ports are moved. An input between two talkers: what it hears of either, between two moves, must have no
-hole. An input between a talker and a silent source that speaks after each move. An output between two
-listeners: each number must have been heard by one of them, once.
+Three ports are moved. An input between two talkers: what it hears of either, between two moves, must have no hole.
+An input between a talker and a silent source that speaks after each move. An output between two listeners: each
+number must have been heard by one of them, once.
 """
 
 from __future__ import annotations
@@ -21,13 +20,17 @@ from bus_schema.adaptation import Connect
 
 MOVES, SILENT_MOVES = 300, 60
 SETTLE = 0.3
-TOPICS = "\n".join(f"  {name}: {{type: benchmark/Number}}" for name in ("one", "two", "silent", "left",
-"right")) COMPONENTS = """ first: {class: benchmarks.counting:Talker, connect: {numbers: one}} second: {class:
-benchmarks.counting:Talker, connect: {numbers: two}} speaker: {class: benchmarks.counting:Speaker, connect:
-{numbers: silent}, services: {say: say}} mover: {class: benchmarks.counting:Listener, connect: {heard: one},
-services: {tell: mover/tell}} rover: {class: benchmarks.counting:Talker, connect: {numbers: left}} lefty:
-{class: benchmarks.counting:Listener, connect: {heard: left}, services: {tell: lefty/tell}} righty: {class:
-benchmarks.counting:Listener, connect: {heard: right}, services: {tell: righty/tell}}
+TOPICS = "\n".join(
+    f"  {name}: {{type: benchmark/Number}}" for name in ("one", "two", "silent", "left", "right")
+)
+COMPONENTS = """
+  first: {class: benchmarks.counting:Talker, connect: {numbers: one}}
+  second: {class: benchmarks.counting:Talker, connect: {numbers: two}}
+  speaker: {class: benchmarks.counting:Speaker, connect: {numbers: silent}, services: {say: say}}
+  mover: {class: benchmarks.counting:Listener, connect: {heard: one}, services: {tell: mover/tell}}
+  rover: {class: benchmarks.counting:Talker, connect: {numbers: left}}
+  lefty: {class: benchmarks.counting:Listener, connect: {heard: left}, services: {tell: lefty/tell}}
+  righty: {class: benchmarks.counting:Listener, connect: {heard: right}, services: {tell: righty/tell}}
 """
 NAMES = ("first", "second", "speaker", "mover", "rover", "lefty", "righty", "adaptation_manager")
 
@@ -65,8 +68,9 @@ def rewire(effort: Effort) -> list[Result]:
 def _results(what: str, faults: Faults, moves: int, heard: int, seconds: float) -> list[Result]:
     note = f"{moves} moves, {heard} messages, {seconds / moves * 1e3:.0f} ms a move"
     found = {"lost": faults.lost, "doubled": faults.doubled, "out of order": faults.disordered}
-    return [Result(f"{what}: {name}", count, "messages", limit=0.0, note=note) for name, count in
-    found.items()]
+    return [
+        Result(f"{what}: {name}", count, "messages", limit=0.0, note=note) for name, count in found.items()
+    ]
 
 
 def _input_between_talkers(system: System, moves: int) -> list[Result]:
@@ -123,10 +127,14 @@ def _output_between_listeners(system: System, moves: int) -> list[Result]:
     if moves % 2:
         system.adapt(Connect("rover", "numbers", "left"))
     time.sleep(SETTLE)
-    # The left one goes on hearing while it is asked: it is asked last, and what came after the right one's
-    end is whole. right, left = _tell(system, "righty").numbers, _tell(system, "lefty").numbers faults =
-    Faults() faults.check_order(left) faults.check_order(right) counts = Counter([*left, *right])
-    faults.doubled += len(set(left) & set(right)) faults.lost = max(counts) - min(counts) + 1 - len(counts)
+    # The left one goes on hearing while it is asked, so it is asked last.
+    right, left = _tell(system, "righty").numbers, _tell(system, "lefty").numbers
+    faults = Faults()
+    faults.check_order(left)
+    faults.check_order(right)
+    counts = Counter([*left, *right])
+    faults.doubled += len(set(left) & set(right))
+    faults.lost = max(counts) - min(counts) + 1 - len(counts)
     return _results("rewire an output, busy", faults, moves, len(left) + len(right), seconds)
 
 

@@ -1,4 +1,4 @@
-"""Set a parameter through the adaptation manager: checked, journalled, committed, verified; against one raw query."""
+"""Set a parameter through the adaptation manager, with check, journal and verification; against one raw query."""
 
 from __future__ import annotations
 
@@ -31,12 +31,20 @@ def set_parameter(effort: Effort) -> list[Result]:
         processes.spawn(answerer, system.info.endpoint)
         session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
         try:
-            wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the
-            answerer") sides = in_turns(effort.rounds, lambda: _adaptations(system, count), lambda:
-            _queries(session, count)) finally: session.close()  # type: ignore[no-untyped-call] note =
-            f"{effort.rounds} rounds of {count}" against = "one raw zenoh query" return [ compared("set a
-            parameter, p95", sides, "ms", against, LIMIT, share=TAIL, scale=1e3, note=note), compared("set a
-            parameter, median", sides, "ms", against, None, scale=1e3, note=note), ]
+            wait_until(
+                lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer"
+            )
+            sides = in_turns(
+                effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count)
+            )
+        finally:
+            session.close()  # type: ignore[no-untyped-call]
+    note = f"{effort.rounds} rounds of {count}"
+    against = "one raw zenoh query"
+    return [
+        compared("set a parameter, p95", sides, "ms", against, LIMIT, share=TAIL, scale=1e3, note=note),
+        compared("set a parameter, median", sides, "ms", against, None, scale=1e3, note=note),
+    ]
 
 
 def _adaptations(system: System, count: int) -> list[float]:

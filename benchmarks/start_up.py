@@ -1,9 +1,8 @@
 """Fifty trivial components up to the last liveliness token, against fifty bare zenoh processes.
 
-A bare process is a fresh interpreter that imports zenoh, opens a client session to a hub that is already
-there, and declares one token: ``python -c``, nothing of ours in it. So ours is judged from the moment at
-which the host, whose hub is then there, starts the first process. What ``regraft up`` takes from the command
-on is told beside it.
+A bare process is a fresh interpreter that imports zenoh, opens a client session to a hub that is already there, and
+declares one token: ``python -c``, nothing of ours in it. So ours is judged from the moment at which the host,
+whose hub is then there, starts the first process. What ``regraft up`` takes from the command on is told beside it.
 """
 
 from __future__ import annotations
@@ -58,15 +57,16 @@ def start_up(effort: Effort) -> list[Result]:
     whole = Sides(list(from_command), sides.theirs)
     return [
         compared(name, sides, "s", against, LIMIT, note=note),
-        compared(f"{name}, from the command", whole, "s", against, None, note="with the command line's
-        start"), ]
+        compared(
+            f"{name}, from the command", whole, "s", against, None, note="with the command line's start"
+        ),
+    ]
 
 
 def _components(count: int) -> tuple[float, float]:
     """Return the seconds from the command, and from the first process's start, to the last token."""
-    specs = "".join(
-        f"\n  trivial_{n}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for n in range(count)
-    )
+    trivial = "{class: benchmarks.counting:Trivial, connect: {out: numbers}}"
+    specs = "".join(f"\n  trivial_{number}: {trivial}" for number in range(count))
     with System(TOPICS, specs) as system:
         bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
         try:

@@ -9,6 +9,7 @@ from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.world import GroundTruth
@@ -17,8 +18,10 @@ from regraft import Component, Input, every, service
 
 AT_GOAL = 0.25
 """m from a goal's position: Nav2's default tolerance."""
+FACING = 0.3
+"""rad from a goal's heading: one place may be the goal of two objects, seen in two directions."""
 STANDING = 0.03
-"""m/s: slower than this is standing."""
+"""m/s and rad/s: slower than this is standing."""
 
 
 class Recorder(Component):
@@ -70,20 +73,21 @@ class Recorder(Component):
             self._distance += math.dist(self._position, position)
         self._position = position
         self._ticks, self._contacts = truth.tick, truth.contacts
-        if abs(truth.twist.forward) < STANDING:
-            self._note_visit(position)
+        if abs(truth.twist.forward) < STANDING and abs(truth.twist.turn) < STANDING:
+            self._note_visit(truth.pose)
 
-    def _note_visit(self, position: tuple[float, float]) -> None:
-        """Count a visit when the robot stands at another goal than the one it last stood at."""
+    def _note_visit(self, pose: Pose) -> None:
+        """Count a visit when the robot stands at another goal than the one it last stood at, and faces its object."""
         known = self.goals.latest
-        distances = {
-            goal.name: math.dist(position, (goal.pose.pose.x, goal.pose.pose.y))
+        here = {
+            goal.name: abs(math.remainder(pose.yaw - goal.pose.pose.yaw, math.tau))
             for goal in (known.goals if known else ())
+            if math.dist((pose.x, pose.y), (goal.pose.pose.x, goal.pose.pose.y)) <= AT_GOAL
         }
-        nearest = min(distances, key=lambda name: distances[name], default="")
-        if nearest != self._at and distances[nearest] <= AT_GOAL:
-            self._at = nearest
-            self._counts["visits"][nearest] += 1
+        faced = min(here, key=lambda name: here[name], default="")
+        if faced and faced != self._at and here[faced] <= FACING:
+            self._at = faced
+            self._counts["visits"][faced] += 1
 
     @service("run_summary")
     def run_summary(self, request: RunSummaryRequest) -> RunSummary:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import time
 from typing import Any
 
 from bus_schema.lifecycle import State
@@ -11,7 +12,8 @@ from regraft.runtime.runtime import Runtime
 
 NEVER = 3600.0
 MOST_AT_ONCE = 1000
-"""Items taken from the inbox before timers and the heartbeat get their turn."""
+LONGEST_AT_ONCE = 0.05
+"""Items taken from the inbox, and seconds spent on them, before timers and the heartbeat get their turn."""
 
 
 def get(inbox: queue.SimpleQueue[Any], timeout: float) -> Any:
@@ -52,9 +54,9 @@ def run(runtime: Runtime) -> None:
     start(runtime)
     while runtime.state is not State.FINALIZED:
         item = get(runtime.inbox, pump(runtime))
-        taken = 0
+        taken, until = 0, time.monotonic() + LONGEST_AT_ONCE
         while item is not None:
             runtime.take(item)
             runtime.work()
             taken += 1
-            item = get(runtime.inbox, 0.0) if taken < MOST_AT_ONCE else None
+            item = get(runtime.inbox, 0.0) if taken < MOST_AT_ONCE and time.monotonic() < until else None

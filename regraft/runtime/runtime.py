@@ -185,6 +185,7 @@ class Runtime:
                     consumer.deliver(envelope, sample)
                 except Exception as error:
                     self.herald.fault("delivery", error)
+                self.herald.beat_if_due()  # many messages take long, and only a handler that does not return hangs
             elif not self.tasks.run():
                 return
 

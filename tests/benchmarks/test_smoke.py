@@ -21,7 +21,8 @@ def test_a_benchmark_gives_a_figure_for_each_of_its_budgets(name: str) -> None:
     results = ALL[name](TINY)
     assert any(result.limit is not None for result in results)
     for result in results:
-        assert math.isfinite(result.figure) and math.isfinite(result.judged), result
+        assert math.isfinite(result.figure), result
+        assert math.isfinite(result.judged), result
 
 
 def test_the_command_prints_a_table_and_writes_the_figures(tmp_path: Path) -> None:

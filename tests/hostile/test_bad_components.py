@@ -1,0 +1,76 @@
+"""Components whose authors made mistakes, in systems that have to go on."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from bus_schema.messages.host import ProcessState
+from tests.host.system import System
+from tests.hostile.conftest import SINK, SOURCE, Start
+from tests.hostile.parts import Word
+from tests.kit.site import wait_until
+
+LITTLE = "restart: {limit: 1, backoff: 0.01}"
+
+
+def heard(system: System, patience: float = 5.0) -> int:
+    """Return how many numbers the sink has heard."""
+    return system.client.call("heard", Word(""), Word, patience).count
+
+
+def test_a_component_that_cannot_be_made_is_quarantined_and_its_log_says_why(start: Start) -> None:
+    system = start(f"  unborn: {{class: 'tests.hostile.parts:Unborn', {LITTLE}}}\n" + SOURCE)
+    system.wait_for("unborn", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    assert any("cannot be made" in line for line in system.client.logs("unborn"))
+    system.wait_running("source")
+
+
+def test_a_handler_that_always_fails_is_said_once_and_harms_nobody(start: Start) -> None:
+    system = start("  clumsy: {class: 'tests.hostile.parts:Clumsy'}\n" + SOURCE + SINK)
+    wait_until(lambda: heard(system) > 20)
+    wait_until(lambda: system.said("component.fault", "clumsy"))
+    assert len(system.said("component.fault", "clumsy")) == 1
+    assert "I drop everything" in system.said("component.fault", "clumsy")[0].text
+    assert system.processes()["clumsy"].incarnation == 1
+
+
+def test_a_number_that_is_none_is_never_sent_and_the_author_is_told(start: Start) -> None:
+    system = start("  nan: {class: 'tests.hostile.parts:Nan'}\n" + SINK)
+    wait_until(lambda: system.said("component.fault", "nan"))
+    assert "value" in system.said("component.fault", "nan")[0].text
+    assert heard(system) == 0
+
+
+def test_publishing_from_a_thread_is_refused_where_it_happens(start: Start) -> None:
+    system = start("  sneaky: {class: 'tests.hostile.parts:Sneaky', services: {failure: failure}}\n" + SINK)
+    system.wait_running("sneaky")
+    wait_until(lambda: "own thread" in system.client.call("failure", Word(""), Word).text)
+    assert heard(system) == 0
+
+
+def test_a_component_that_is_deaf_to_the_request_to_end_is_ended(start: Start) -> None:
+    system = start("  deaf: {class: 'tests.hostile.parts:Deaf'}\n" + SOURCE)
+    system.wait_running("deaf")
+    assert system.end() == 0
+
+
+def test_a_component_that_clings_to_its_activity_is_ended(start: Start) -> None:
+    system = start("  clinging: {class: 'tests.hostile.parts:Clinging'}\n" + SOURCE)
+    system.wait_running("clinging")
+    assert system.end() == 0
+
+
+def test_a_flood_is_survived_by_those_who_hear_it_and_those_beside_it(start: Start) -> None:
+    flood = "  flood: {class: 'tests.hostile.parts:Flood'}\n"
+    system = start(flood + SOURCE + SINK.replace("}", ", parameters: {delay: 0.003}}"))
+    sink = system.wait_running("sink")
+    time.sleep(4.0)
+    assert system.client.call("ticked", Word(""), Word, 20.0).count > 10
+    assert {name: p.incarnation for name, p in system.processes().items()} == {"flood": 1, "source": 1, "sink": 1}
+    print("memory of the sink", _resident(sink.pid))
+
+
+def _resident(pid: int) -> int:
+    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * 4096
