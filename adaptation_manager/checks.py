@@ -112,11 +112,11 @@ def _of_result(request: AdaptationRequest, before: Architecture, after: Architec
     """Return what the changes would break; what is broken already is not held against them."""
     broken = violations(after)
     already = {(v.component, v.field, v.problem) for v in violations(before)} if broken else set()
-    found = []
-    for violation in broken:
-        if (violation.component, violation.field, violation.problem) not in already:
-            found.append(replace(violation, change=_culprit(request.changes, violation)))
-    return found
+    return [
+        replace(violation, change=_culprit(request.changes, violation))
+        for violation in broken
+        if (violation.component, violation.field, violation.problem) not in already
+    ]
 
 
 def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:

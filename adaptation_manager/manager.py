@@ -344,7 +344,8 @@ class AdaptationManager(Component):
             journal.architecture(undone.revision_before),
             journal.architecture(undone.revision_after),
         )
-        assert before is not None and behind is not None
+        assert before is not None
+        assert behind is not None
         complete = replace(request, changes=inverse(undone.request.changes, before))
         later = journal.applied_after(int(undone.id))
         return complete, tuple(conflicts(undone, behind, self._current(), later))

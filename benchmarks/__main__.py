@@ -34,13 +34,9 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
 
 def main(
     names: Annotated[list[str] | None, typer.Argument(help=f"Of: {', '.join(ALL)}. All by default.")] = None,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the figures to this file too.")
-    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file too.")] = None,
     rounds: Annotated[int, typer.Option(min=1, help="How often each side is measured, in turns.")] = 5,
-    share: Annotated[
-        float, typer.Option(min=0.001, help="Scale every count; 1 is the default effort.")
-    ] = 1.0,
+    share: Annotated[float, typer.Option(min=0.001, help="Scale every count; 1 is the default effort.")] = 1.0,
 ) -> None:
     """Measure every budget side by side with its baseline. Exits with 1 if a benchmark fails, not if one is slow."""
     console = Console(width=None if sys.stdout.isatty() else FILE_WIDTH)

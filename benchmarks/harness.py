@@ -63,9 +63,7 @@ class Sides:
     theirs: list[Sequence[float]] = field(default_factory=list)
 
 
-def in_turns(
-    rounds: int, ours: Callable[[], Sequence[float]], theirs: Callable[[], Sequence[float]]
-) -> Sides:
+def in_turns(rounds: int, ours: Callable[[], Sequence[float]], theirs: Callable[[], Sequence[float]]) -> Sides:
     """Measure A B, B A, A B ...: what drifts (load, clock speed) meets both sides alike."""
     sides = Sides()
     for number in range(rounds):

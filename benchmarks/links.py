@@ -60,9 +60,7 @@ class Site:
         def active() -> bool:
             seen = self.client.components()
             states = [seen[name].status for name in names if name in seen]
-            return sum(status is not None and status.state.value == "active" for status in states) == len(
-                names
-            )
+            return sum(status is not None and status.state.value == "active" for status in states) == len(names)
 
         wait_until(active, f"{', '.join(names)} active")
 

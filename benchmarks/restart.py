@@ -36,9 +36,7 @@ def restart(effort: Effort) -> list[Result]:
     """Kill, and stop."""
     kills, hangs = effort.count(KILLS, least=2), effort.count(HANGS)
     names = [f"victim_{number}" for number in range(kills + hangs)]
-    specs = "".join(
-        f"\n  {name}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for name in names
-    )
+    specs = "".join(f"\n  {name}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for name in names)
     with System(TOPICS, specs) as system, Processes() as processes:
         system.wait_for_components(*names)
         wait_until(lambda: all(p.pid for p in system.processes().values()), "all processes told of")
@@ -123,11 +121,7 @@ def _stop(system: System, name: str) -> float:
     os.kill(system.processes()[name].pid, signal.SIGSTOP)
 
     def said() -> list[float]:
-        return [
-            when
-            for when, event in list(system.events)
-            if event.kind == "component.hung" and event.subject == name
-        ]
+        return [when for when, event in list(system.events) if event.kind == "component.hung" and event.subject == name]
 
     wait_until(said, f"{name} found hung", BACK_WITHIN)
     return said()[0] - begun

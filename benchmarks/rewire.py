@@ -20,9 +20,7 @@ from bus_schema.adaptation import Connect
 
 MOVES, SILENT_MOVES = 300, 60
 SETTLE = 0.3
-TOPICS = "\n".join(
-    f"  {name}: {{type: benchmark/Number}}" for name in ("one", "two", "silent", "left", "right")
-)
+TOPICS = "\n".join(f"  {name}: {{type: benchmark/Number}}" for name in ("one", "two", "silent", "left", "right"))
 COMPONENTS = """
   first: {class: benchmarks.counting:Talker, connect: {numbers: one}}
   second: {class: benchmarks.counting:Talker, connect: {numbers: two}}
@@ -68,9 +66,7 @@ def rewire(effort: Effort) -> list[Result]:
 def _results(what: str, faults: Faults, moves: int, heard: int, seconds: float) -> list[Result]:
     note = f"{moves} moves, {heard} messages, {seconds / moves * 1e3:.0f} ms a move"
     found = {"lost": faults.lost, "doubled": faults.doubled, "out of order": faults.disordered}
-    return [
-        Result(f"{what}: {name}", count, "messages", limit=0.0, note=note) for name, count in found.items()
-    ]
+    return [Result(f"{what}: {name}", count, "messages", limit=0.0, note=note) for name, count in found.items()]
 
 
 def _input_between_talkers(system: System, moves: int) -> list[Result]:

@@ -28,9 +28,7 @@ def small(effort: Effort) -> list[Result]:
             sides = _play(site, "volley", count, size, rounds)
             note = f"{rounds} rounds of {count}"
             against = "raw zenoh callback echo"
-            results.append(
-                compared(f"round trip, {name}", sides, "µs", against, SMALL_LIMIT, scale=1e6, note=note)
-            )
+            results.append(compared(f"round trip, {name}", sides, "µs", against, SMALL_LIMIT, scale=1e6, note=note))
     return results
 
 

@@ -31,12 +31,8 @@ def set_parameter(effort: Effort) -> list[Result]:
         processes.spawn(answerer, system.info.endpoint)
         session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
         try:
-            wait_until(
-                lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer"
-            )
-            sides = in_turns(
-                effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count)
-            )
+            wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
+            sides = in_turns(effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count))
         finally:
             session.close()  # type: ignore[no-untyped-call]
     note = f"{effort.rounds} rounds of {count}"

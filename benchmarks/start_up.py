@@ -57,9 +57,7 @@ def start_up(effort: Effort) -> list[Result]:
     whole = Sides(list(from_command), sides.theirs)
     return [
         compared(name, sides, "s", against, LIMIT, note=note),
-        compared(
-            f"{name}, from the command", whole, "s", against, None, note="with the command line's start"
-        ),
+        compared(f"{name}, from the command", whole, "s", against, None, note="with the command line's start"),
     ]
 
 
@@ -86,9 +84,7 @@ def _bare(count: int) -> float:
     processes: list[subprocess.Popen[bytes]] = []
     try:
         begun = time.monotonic()
-        processes += [
-            subprocess.Popen([sys.executable, "-c", BARE, endpoint, str(number)]) for number in range(count)
-        ]
+        processes += [subprocess.Popen([sys.executable, "-c", BARE, endpoint, str(number)]) for number in range(count)]
         return _when_all_are_there(bus, "bare/*", count) - begun
     finally:
         for process in processes:

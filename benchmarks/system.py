@@ -93,9 +93,7 @@ class System:
         def active() -> bool:
             seen = self.client.components()
             states = [seen[name].status for name in names if name in seen]
-            return sum(status is not None and status.state.value == "active" for status in states) == len(
-                names
-            )
+            return sum(status is not None and status.state.value == "active" for status in states) == len(names)
 
         wait_until(active, f"{', '.join(names)} active")
 
@@ -111,9 +109,7 @@ class System:
 
     def adapt(self, *changes: Change) -> AdaptationReport:
         """Have the adaptation manager apply changes; raises RuntimeError unless it does."""
-        report = self.call(
-            "adaptation_manager/adapt", AdaptationRequest(changes, reason="benchmark"), AdaptationReport
-        )
+        report = self.call("adaptation_manager/adapt", AdaptationRequest(changes, reason="benchmark"), AdaptationReport)
         if report.outcome is not Outcome.APPLIED:
             raise RuntimeError(f"the adaptation was not applied: {report}")
         return report

@@ -67,9 +67,7 @@ def mission() -> py_trees.behaviour.Behaviour:
 
 def parallel() -> py_trees.behaviour.Behaviour:
     """Return py_trees' parallel tree: 49 running actions."""
-    root = py_trees.composites.Parallel(
-        "root", policy=py_trees.common.ParallelPolicy.SuccessOnAll(synchronise=False)
-    )
+    root = py_trees.composites.Parallel("root", policy=py_trees.common.ParallelPolicy.SuccessOnAll(synchronise=False))
     root.add_children([py_trees.behaviours.Running(f"act {number}") for number in range(49)])
     return root
 
@@ -103,9 +101,7 @@ def tree_tick(effort: Effort) -> list[Result]:
         )
         note = f"{len(ours.nodes)} nodes; {effort.rounds} rounds of {count}"
         results.append(
-            compared(
-                f"tree tick, {name}", sides, "µs", "py_trees", limit, scale=1e6, times_faster=True, note=note
-            )
+            compared(f"tree tick, {name}", sides, "µs", "py_trees", limit, scale=1e6, times_faster=True, note=note)
         )
     return results
 

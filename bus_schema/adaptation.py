@@ -125,7 +125,7 @@ class AdaptationRequest:
 @message("regraft/Violation")
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """One thing wrong with a request: the index of the change, the component and field, what is wrong and what would do."""
+    """One thing wrong with a request: the change's index, the component and field, what is wrong and what would do."""
 
     change: int | None
     component: str

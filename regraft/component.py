@@ -46,7 +46,7 @@ class Component:
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Say what qualities the component would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
+        """Say what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
         return {}
 
     def evaluate(self) -> dict[str, float]:

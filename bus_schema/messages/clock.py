@@ -1,4 +1,4 @@
-"""The protocol of simulated time in step (docs/protocol.md, "Simulated time"). Times are nanoseconds of simulated time."""
+"""The protocol of simulated time in step (docs/protocol.md, "Simulated time"). Times are simulated nanoseconds."""
 
 from __future__ import annotations
 

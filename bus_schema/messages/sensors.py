@@ -14,7 +14,7 @@ from bus_schema.registry import message
 @message("regraft/Odometry")
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Pose of ``child_frame`` in ``frame`` (REP 105: odom drifts, but never jumps) and its velocity in ``child_frame``."""
+    """Pose of ``child_frame`` in ``frame`` (REP 105: odom drifts, never jumps) and its velocity in ``child_frame``."""
 
     stamp: Seconds
     frame: str

@@ -13,7 +13,8 @@ class HostPlan:
     """One machine's part of a system.
 
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
-    the components. ``folder`` is the system's folder (``regraft.rundir``), ``stack_folder`` where the stack file is and programs run.
+    the components. ``folder`` is the system's folder (``regraft.rundir``), ``stack_folder`` where the stack file is
+    and programs run.
     """
 
     architecture: Architecture

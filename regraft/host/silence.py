@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 HUNG_AFTER = 0.45
-"""Seconds of silence, waits for a processor apart, after which a loop counts as hung, unless its class declares more."""
+"""Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
 LOOK_CLOSER_AFTER = 0.2
 
 

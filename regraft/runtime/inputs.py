@@ -78,7 +78,7 @@ class InputPort(Generic[M]):
         return self._latest
 
     def take(self) -> list[M]:
-        """Return the messages that came since the last call, oldest first; the input must have been declared with ``keep``."""
+        """Return the messages that came since the last call, oldest first; raises TypeError without ``keep``."""
         if not self.declared.keep:
             raise TypeError(f"the input {self.name!r} keeps nothing to take: declare it with keep=N")
         taken = list(self._kept)
@@ -165,7 +165,7 @@ class TopicReader:
     @property
     def paused(self) -> bool:
         """Whether nobody reads now."""
-        for port in self.ports:  # asked for every sample: a plain loop costs a third of all(...)
+        for port in self.ports:  # noqa: SIM110  asked for every sample: a plain loop costs a third of all(...)
             if not port.paused or port.move is not None:
                 return False
         return True

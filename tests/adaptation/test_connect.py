@@ -88,7 +88,8 @@ def test_a_wrong_topic_type_and_an_unknown_port_are_both_named(system: System) -
     report = system.adapt(Connect("listener", "heard", "scan"), Connect("listener", "nose", "others"))
     assert report.outcome is Outcome.REJECTED
     text = " ".join(violation.problem for violation in report.violations)
-    assert "regraft/Twist" in text and "regraft/LaserScan" in text
+    assert "regraft/Twist" in text
+    assert "regraft/LaserScan" in text
     assert {violation.field for violation in report.violations} >= {"connections.heard", "connections.nose"}
     assert system.views() == before
 

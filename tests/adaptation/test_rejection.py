@@ -113,7 +113,8 @@ def test_a_dry_run_shows_the_plan_and_the_architecture_and_touches_nothing(syste
     )
     assert report.outcome is Outcome.PENDING
     assert [(step.component, step.state) for step in report.steps] == [("listener", StepState.PLANNED)] * 2
-    assert report.architecture is not None and report.architecture.revision == 2
+    assert report.architecture is not None
+    assert report.architecture.revision == 2
     assert report.architecture.components["listener"].connections["heard"] == "others"
     assert system.views() == before
     assert len(system.lines().entries) == 1

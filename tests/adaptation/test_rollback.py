@@ -52,7 +52,8 @@ def test_a_host_that_refuses_the_specs_leads_to_rolled_back_and_then_to_stuck(sy
     system.host.refuse = "not today"
     report = system.adapt(SetParameters("listener", {"gain": 0.9}))
     assert report.outcome is Outcome.STUCK
-    assert "the former specs of listener" in report.error and "not today" in report.error
+    assert "the former specs of listener" in report.error
+    assert "not today" in report.error
     assert report.steps[0].state is StepState.UNDONE
     assert system.views() == before
 
