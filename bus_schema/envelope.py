@@ -68,3 +68,8 @@ class Envelope(NamedTuple):
         except UnicodeDecodeError:
             raise BadMessage("has an envelope whose source is not UTF-8") from None
         return cls(source, epoch, incarnation, sequence, stamp, KINDS[kind])
+
+
+def is_marker(attachment: bytes) -> bool:
+    """Tell whether an attachment is a marker's envelope, without opening it."""
+    return len(attachment) > LAYOUT.size and attachment[1] == Kind.MARKER

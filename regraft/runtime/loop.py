@@ -15,6 +15,9 @@ MOST_AT_ONCE = 1000
 LONGEST_AT_ONCE = 0.05
 """Items taken from the inbox, and seconds spent on them, before timers and the heartbeat get their turn."""
 
+MOST_WAITING = 10_000
+"""Items that may wait in the inbox: whoever cannot keep up loses messages, and says so, rather than grow for ever."""
+
 
 def get(inbox: queue.SimpleQueue[Any], timeout: float) -> Any:
     """Return the next item, None after ``timeout`` seconds."""
@@ -60,3 +63,12 @@ def run(runtime: Runtime) -> None:
             runtime.work()
             taken += 1
             item = get(runtime.inbox, 0.0) if taken < MOST_AT_ONCE and time.monotonic() < until else None
+        if runtime.inbox.qsize() > MOST_WAITING:
+            shed(runtime)
+
+
+def shed(runtime: Runtime) -> None:
+    """Let messages of topics go by until half of what may wait is left; the holes in their numbering are reported."""
+    for _ in range(runtime.inbox.qsize() - MOST_WAITING // 2):
+        runtime.take_unless_data(get(runtime.inbox, 0.0))
+        runtime.work()

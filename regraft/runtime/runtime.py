@@ -8,6 +8,7 @@ from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
+from bus_schema.envelope import is_marker
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from regraft.assignment import Assignment
@@ -171,6 +172,12 @@ class Runtime:
             self.control.take(query)
         elif callable(item):
             item()
+
+    def take_unless_data(self, item: Any) -> None:
+        """Take one item from the inbox, but drop a topic's message: markers, requests and queries still count."""
+        sample = self.bus.open_sample(item)
+        if sample is None or self.keys.topic_of(sample.key) is None or is_marker(sample.attachment):
+            self.take(item)
 
     def post(self, call: Callable[[], object]) -> None:
         """Have something called on the component's thread; may be called from any thread."""

@@ -9,6 +9,8 @@ from regraft.bus import Sample
 
 HOLE_CLOSES_WITHIN = 50_000_000
 """Nanoseconds that an early arrival is held for the ones before it."""
+MOST_HELD_OF_A_STRANGER = 10_000
+"""Samples held in step for a source that is not wired: no member, or not yet."""
 
 Arrival = tuple[Envelope, Sample]
 
@@ -99,7 +101,10 @@ class Stream:
     # --- in step: hold everything until the frontier allows it ---
 
     def hold(self, envelope: Envelope, sample: Sample) -> None:
-        """Keep a sample until its step."""
+        """Keep a sample until its step; a stranger who sends more than anybody handles loses it."""
+        if not self.wired and len(self.waiting) >= MOST_HELD_OF_A_STRANGER:
+            self.lost += 1
+            return
         if self.handled is None or envelope.sequence > self.handled:
             self.waiting.setdefault(envelope.sequence, (envelope, sample))
 

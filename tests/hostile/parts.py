@@ -158,9 +158,15 @@ class Flood(Component):
 
     numbers = Output(Number)
     size = Parameter(1000, minimum=0, maximum=10_000_000, unit="B")
+    seconds = Parameter(3.0, "then it is silent", minimum=0.0, maximum=60.0, unit="s")
+
+    def on_activate(self) -> None:
+        self.until = self.kit.now() + self.seconds
 
     @every(hz=100)
     def pour(self) -> None:
+        if self.kit.now() > self.until:
+            return
         end = time.monotonic() + 0.05
         number = Number(0.0, bytes(self.size))
         while time.monotonic() < end:

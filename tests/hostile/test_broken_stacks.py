@@ -1,0 +1,95 @@
+"""Stack files that cannot be: ``regraft up`` says what is wrong and where, exits with 2, and leaves nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from regraft import rundir
+from tests.host.system import ROOT
+from tests.hostile.conftest import HEAD, SINK, SOURCE
+
+Write = Callable[..., Path]
+
+FEEDS_NOBODY = HEAD.replace(", writers: many", "")
+
+BROKEN = {
+    "an unknown class": (SINK + "  x: {class: 'tests.hostile.parts:Nope'}\n", "has no class 'Nope'"),
+    "an unknown module": ("  x: {class: 'no.such.module:Nope'}\n", "cannot import 'no.such.module'"),
+    "a duplicate name": (SOURCE + SOURCE, "is given twice"),
+    "a wrong type": ("  x: {class: 'tests.hostile.parts:Source', parameters: {step: many}}\n", "x.parameters.step"),
+    "a value out of bounds": (
+        "  x: {class: 'tests.hostile.parts:Source', parameters: {step: 11}}\n",
+        "must be at most 10",
+    ),
+    "an unknown parameter": (
+        "  x: {class: 'tests.hostile.parts:Source', parameters: {stpe: 1}}\n",
+        "there is no such parameter; there are: step",
+    ),
+    "an input that nobody feeds": (SINK, "numbers"),
+    "two writers": (SOURCE + SOURCE.replace("source:", "other:"), "it may have one writer"),
+    "a port of another type": (SOURCE + "  x: {class: 'tests.hostile.parts:Words'}\n", "hostile_tests/Word"),
+    "a class that raises": ("  x: {class: 'tests.hostile.raising_import:X'}\n", "RuntimeError: not today"),
+    "a class that cannot be prepared": ("  x: {class: 'tests.hostile.parts:Unprepared'}\n", "cannot be prepared"),
+    "a path for a name": ("  ../../x: {class: 'tests.hostile.parts:Source'}\n", "cannot name a component"),
+    "a name of another alphabet": ("  рoбот: {class: 'tests.hostile.parts:Source'}\n", "cannot name a component"),
+}
+
+
+def up(stack: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run ``regraft up`` to its end."""
+    return subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
+        cwd=ROOT,
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        timeout=60,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_stack_that_cannot_be_is_refused_before_anything_runs(stack: Write, what: str) -> None:
+    components, said = BROKEN[what]
+    path = stack(components, HEAD if what != "two writers" else FEEDS_NOBODY)
+    done = up(path)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not rundir.running()
+    assert not (rundir.folder("tests") / "run.json").exists()
+    assert not list((rundir.folder("tests") / "logs").glob("x.log"))
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("source.step=11", "must be at most 10"),
+        ("source.step=fast", "source.parameters.step"),
+        ("source.nope=1", "there is no such parameter"),
+        ("nobody.step=1", "nobody"),
+        ("source.step", "="),
+        ("../source.step=1", "../source"),
+    ],
+)
+def test_an_override_that_cannot_be_is_refused_before_anything_runs(stack: Write, override: str, said: str) -> None:
+    done = up(stack(SOURCE), "--set", override)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not rundir.running()
+
+
+@pytest.mark.parametrize("name", ["../escape", "a/b", "", "*", "a b", "naïve", "x" * 65])
+def test_a_system_name_that_is_none_is_refused_and_makes_no_folder(stack: Write, name: str) -> None:
+    done = up(stack(SOURCE), "--system", name)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "cannot name a system" in done.stderr
+    assert not list(rundir.home().parent.glob("escape*"))
