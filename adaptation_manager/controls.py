@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from adaptation_manager.remembered import Remembered
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
@@ -58,8 +59,12 @@ def refusal(who: str, what: str, answer: Answer) -> ControlFailed:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A control query under way, to one run of a component; ``failure`` is why it could not even be sent."""
+    """A control query under way, to one run of a component; ``failure`` is why it could not even be sent.
 
+    What it answers is ``remembered``; if it does not answer as it should, nothing of it is.
+    """
+
+    remembered: Remembered
     component: str
     incarnation: int
     what: str
@@ -70,6 +75,15 @@ class Asked:
 
     async def view(self) -> ComponentView:
         """Return the component as it is after the query; raises ControlFailed, NoAnswer."""
+        try:
+            view = await self._answer()
+        except ControlFailed:
+            self.remembered.forget(self.component)
+            raise
+        self.remembered.note(view)
+        return view
+
+    async def _answer(self) -> ComponentView:
         if self.waiting is None:
             raise NoAnswer(f"{self.component}: {self.what}: {self.failure}", gone=True)
         answers = await self.waiting
@@ -96,15 +110,21 @@ class Controls:
     def __init__(self, kit: Kit, within: float) -> None:
         """Know nobody yet; an answer may take ``within`` seconds."""
         self.within = within
+        self.remembered = Remembered(kit.bus, kit.system)
         self.term = 0
         self.processes: dict[str, ProcessStatus] = {}
         self._kit = kit
         self._keys = Keys(kit.system)
 
-    def is_of_living(self, asked: Asked) -> bool:
-        """Tell whether a query went to the component's living run."""
-        process = self.living(asked.component)
-        return process is not None and process.incarnation == asked.incarnation
+    def is_living(self, run: Asked | ComponentView) -> bool:
+        """Tell whether a query went to, or a view is of, the component's living run."""
+        process = self.living(run.component)
+        return process is not None and process.incarnation == run.incarnation
+
+    def last_answer(self, component: str, host: str) -> ComponentView | None:
+        """Return what a component answered last, None unless it must still be so."""
+        view = self.remembered.view(component, host)
+        return view if view is not None and self.is_living(view) else None
 
     def living(self, component: str) -> ProcessStatus | None:
         """Return the component's running process, None if there is none."""
@@ -116,13 +136,13 @@ class Controls:
         sent = time.monotonic()
         process = self.living(component)
         if process is None:
-            return Asked(component, 0, what, within, sent, None, "it is not running")
+            return Asked(self.remembered, component, 0, what, within, sent, None, "it is not running")
         key = self._keys.control(component, process.incarnation, verb)
         try:
             waiting = self._kit.ask(key, codec.encode(message), within)
         except BusError as error:
-            return Asked(component, process.incarnation, what, within, sent, None, str(error))
-        return Asked(component, process.incarnation, what, within, sent, waiting)
+            return Asked(self.remembered, component, process.incarnation, what, within, sent, None, str(error))
+        return Asked(self.remembered, component, process.incarnation, what, within, sent, waiting)
 
     def read(self, component: str, within: float | None = None) -> Asked:
         """Ask how a component is."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from adaptation_manager.controls import ControlFailed, NoAnswer, refusal
@@ -19,6 +20,33 @@ if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
 
 M = TypeVar("M", HostStatus, HostView)
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """New specs under way to hosts: all are asked even if one fails, so that a restoration reaches whom it can."""
+
+    waiting: dict[str, Waiting[list[Answer]]]
+
+    async def processes(self) -> dict[str, ProcessStatus]:
+        """Return the processes that the hosts run now that they have the specs; raises ControlFailed."""
+        processes, failures = await self.answers()
+        if failures:
+            raise ControlFailed("; ".join(map(str, failures.values())), next(iter(failures.values())).code)
+        return processes
+
+    async def answers(self) -> tuple[dict[str, ProcessStatus], dict[str, ControlFailed]]:
+        """Return the processes of the hosts that answered, and what went wrong with the others."""
+        processes: dict[str, ProcessStatus] = {}
+        failures: dict[str, ControlFailed] = {}
+        for host, waiting in self.waiting.items():
+            try:
+                status = _read(host, "specs", await waiting, HostStatus)
+            except ControlFailed as error:
+                failures[host] = error
+                continue
+            processes |= {process.component: process for process in status.processes}
+        return processes, failures
 
 
 class Hosts:
@@ -50,37 +78,15 @@ class Hosts:
                 views.append(_read(name, "view", await waiting, HostView))
         return views
 
-    async def update(self, updates: dict[str, UpdateSpecs]) -> dict[str, ProcessStatus]:
-        """Give hosts their new specs; returns the processes that they then run. Raises ControlFailed.
-
-        All are asked even if one fails, so that a restoration reaches whom it can.
-        """
-        processes, failures = await self._update(updates)
-        if failures:
-            raise ControlFailed("; ".join(map(str, failures.values())), next(iter(failures.values())).code)
-        return processes
-
-    async def _update(
-        self, updates: dict[str, UpdateSpecs]
-    ) -> tuple[dict[str, ProcessStatus], dict[str, ControlFailed]]:
-        asked = [(host, self._ask(host, "specs", codec.encode(updates[host]))) for host in sorted(updates)]
-        processes: dict[str, ProcessStatus] = {}
-        failures: dict[str, ControlFailed] = {}
-        for host, waiting in asked:
-            try:
-                status = _read(host, "specs", await waiting, HostStatus)
-            except ControlFailed as error:
-                failures[host] = error
-                continue
-            processes |= {process.component: process for process in status.processes}
-        return processes, failures
+    def _update(self, updates: dict[str, UpdateSpecs]) -> Update:
+        return Update({host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)})
 
     async def processes(self, revision: int) -> dict[str, ProcessStatus]:
         """Ask every host which processes it runs; an empty update asks that, and fences older managers.
 
         A host that is silent concerns only its own components. Raises ControlFailed if one refuses.
         """
-        processes, failures = await self._update({name: UpdateSpecs(revision, term=self.term) for name in self.names})
+        processes, failures = await self._update({name: UpdateSpecs(revision, term=self.term) for name in self.names}).answers()
         for error in failures.values():
             if not isinstance(error, NoAnswer):
                 raise error
@@ -88,11 +94,15 @@ class Hosts:
         return processes
 
     async def give(self, specs: Iterable[ComponentSpec], revision: int) -> dict[str, ProcessStatus]:
-        """Give each of ``specs`` to its host."""
+        """Give each of ``specs`` to its host; returns the processes that these then run. Raises ControlFailed."""
+        return await self.begin_giving(specs, revision).processes()
+
+    def begin_giving(self, specs: Iterable[ComponentSpec], revision: int) -> Update:
+        """Give each of ``specs`` to its host, without waiting for the answers; raises NoAnswer."""
         per_host: dict[str, list[ComponentSpec]] = {}
         for spec in specs:
             per_host.setdefault(spec.host, []).append(spec)
-        return await self.update(
+        return self._update(
             {host: UpdateSpecs(revision, tuple(mine), term=self.term) for host, mine in per_host.items()}
         )
 

@@ -1,4 +1,8 @@
-"""The journal: every adaptation, written ahead, in SQLite. What is committed here is on the disk."""
+"""The journal: every adaptation, written ahead, in SQLite.
+
+What is committed here outlives the manager, however that ends. After a power loss the last lines may be missing,
+never half there: the whole system is gone then, and starts as a new run.
+"""
 
 from __future__ import annotations
 
@@ -27,10 +31,9 @@ class JournalCorrupt(JournalError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An adaptation that was begun and not ended: its report, specs before and after, and steps so far."""
+    """An adaptation that was begun and not ended: its report, the specs it changes as they would be, steps so far."""
 
     report: AdaptationReport
-    former: tuple[ComponentSpec, ...]
     following: tuple[ComponentSpec, ...]
     steps: tuple[tuple[PlannedStep, StepState], ...]
 
@@ -42,6 +45,7 @@ class Journal:
         """Open ``path``, new if need be; empty for one in memory. Raises JournalError, JournalCorrupt."""
         self.path = path
         self.run = ""
+        self.term = 0
         with self._told("cannot be opened"):
             if path:
                 Path(path).parent.mkdir(parents=True, exist_ok=True)
@@ -55,7 +59,7 @@ class Journal:
 
     def _prepare(self) -> None:
         self._database.execute("PRAGMA journal_mode = WAL")
-        self._database.execute("PRAGMA synchronous = FULL")
+        self._database.execute("PRAGMA synchronous = NORMAL")
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if version == 0:
             self._database.executescript(f"BEGIN;{SCHEMA}PRAGMA user_version = {VERSION};COMMIT;")
@@ -100,7 +104,8 @@ class Journal:
             (term,) = database.execute("SELECT term FROM reign").fetchone()
             term = max(term, above) + 1
             database.execute("UPDATE reign SET term = ?", (term,))
-        return int(term)
+        self.term = int(term)
+        return self.term
 
     def knows(self, run: str) -> bool:
         """Tell whether a run has begun here."""
@@ -111,7 +116,7 @@ class Journal:
         """Begin a run with the stack's start as its first line."""
         with self._transaction() as database:
             database.execute("INSERT INTO runs VALUES (?, ?)", (run, codec.encode(architecture)))
-            self._insert(run, report, (), ())
+            self._insert(run, report, ())
         self.run = run
 
     def architecture(self, revision: int | None = None) -> Architecture | None:
@@ -134,10 +139,16 @@ class Journal:
     # --- adaptations ---
 
     def begin(self, report: AdaptationReport, plan: Plan) -> None:
-        """Write an adaptation ahead, its first step as started: from here on it is finished or undone."""
+        """Write an adaptation ahead, its first step as started: from here on it is finished or undone.
+
+        Raises:
+            JournalError: it cannot be written, or a manager with a later term keeps this journal by now.
+        """
         with self._transaction() as database:
-            former, following = plan.changed(plan.before), plan.changed(plan.after)
-            self._insert(self.run, report, former, following)
+            (term,) = database.execute("SELECT term FROM reign").fetchone()
+            if term > self.term:
+                raise JournalError(f"the journal is kept under term {term} by now, this manager's is {self.term}")
+            self._insert(self.run, report, plan.changed(plan.after))
             for step, planned in enumerate(plan.steps, start=1):
                 state = StepState.STARTED if step == 1 else StepState.PLANNED
                 row = (self.run, int(report.id), step, state.value, codec.encode(planned))
@@ -146,15 +157,9 @@ class Journal:
     def record(self, report: AdaptationReport) -> None:
         """Write an adaptation that ended before it began: rejected, or cancelled while it waited."""
         with self._transaction():
-            self._insert(self.run, report, (), ())
+            self._insert(self.run, report, ())
 
-    def _insert(
-        self,
-        run: str,
-        report: AdaptationReport,
-        former: tuple[ComponentSpec, ...],
-        following: tuple[ComponentSpec, ...],
-    ) -> None:
+    def _insert(self, run: str, report: AdaptationReport, following: tuple[ComponentSpec, ...]) -> None:
         request = report.request
         row = (
             run,
@@ -165,10 +170,9 @@ class Journal:
             report.outcome.value,
             _revision(report),
             codec.encode(report),
-            codec.encode(UpdateSpecs(report.revision_before, former)),
             codec.encode(UpdateSpecs(report.revision_after, following)),
         )
-        self._database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
+        self._database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def progress(self, number: int, states: Mapping[int, StepState]) -> None:
         """Note how far steps (counted from 1) of an open adaptation have come."""
@@ -238,15 +242,15 @@ class Journal:
         for report in self._reports("outcome = 'pending' ORDER BY number DESC"):
             with self._told("cannot be read"):
                 place = (self.run, int(report.id))
-                specs = self._database.execute(
-                    "SELECT former, following FROM adaptations WHERE run = ? AND number = ?", place
+                (specs,) = self._database.execute(
+                    "SELECT following FROM adaptations WHERE run = ? AND number = ?", place
                 ).fetchone()
-                former, following = (codec.decode(blob, UpdateSpecs).specs for blob in specs)
+                following = codec.decode(specs, UpdateSpecs).specs
                 rows = self._database.execute(
                     "SELECT plan, state FROM steps WHERE run = ? AND number = ? ORDER BY step", place
                 ).fetchall()
                 steps = tuple((codec.decode(plan, PlannedStep), StepState(state)) for plan, state in rows)
-                lines.append(OpenLine(report, former, following, steps))
+                lines.append(OpenLine(report, following, steps))
         return lines
 
 

@@ -1,6 +1,6 @@
 """The journal's tables. Messages are kept as on the bus; what one searches by stands beside them."""
 
-VERSION = 1
+VERSION = 2
 
 SCHEMA = """
 CREATE TABLE reign (term INTEGER NOT NULL);
@@ -18,7 +18,6 @@ CREATE TABLE adaptations (
     outcome TEXT NOT NULL,
     revision INTEGER,
     report BLOB NOT NULL,
-    former BLOB NOT NULL,
     following BLOB NOT NULL,
     PRIMARY KEY (run, number)
 ) WITHOUT ROWID;
@@ -34,4 +33,4 @@ CREATE TABLE steps (
     PRIMARY KEY (run, number, step)
 ) WITHOUT ROWID;
 """
-"""``revision`` is set on lines that gave one; ``former`` and ``following`` are the changed specs."""
+"""``revision`` is set on lines that gave one; ``following`` are the changed specs."""

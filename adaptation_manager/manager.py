@@ -75,6 +75,7 @@ class AdaptationManager(Component):
 
     def on_deactivate(self) -> None:
         """Close the journal; what was under way is undone at the next activation."""
+        self._controls.remembered.close()
         self._books.close()
 
     # --- services ---
@@ -360,10 +361,11 @@ class AdaptationManager(Component):
 
     async def _tell_all(self, report: AdaptationReport) -> None:
         self._tell(report)
-        if report.outcome is Outcome.APPLIED:
+        if report.outcome is Outcome.APPLIED and self.architecture.wanted:
             self.architecture.publish(self._current())
 
     def _tell(self, report: AdaptationReport) -> None:
-        self.adaptations.publish(report)
+        if self.adaptations.wanted:
+            self.adaptations.publish(report)
         self.kit.event(EVENTS[report.outcome], summary(report), id=report.id, revision=report.revision_after)
         self.kit.say(f"revision {self._current().revision}; last: {summary(report)}")

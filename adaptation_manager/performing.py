@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from adaptation_manager.controls import ControlFailed
 from adaptation_manager.rewiring import abandon, move_port
 from adaptation_manager.site import Site
@@ -10,20 +12,26 @@ from bus_schema.lifecycle import Transition, after, route
 from bus_schema.messages.control import ComponentView
 
 
-async def perform(site: Site, action: Action) -> None:
-    """Reach the end that ``action`` names; raises ControlFailed where it cannot be reached."""
+async def perform(site: Site, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
+    """Reach the end that ``action`` names; raises ControlFailed where it cannot be reached.
+
+    ``meanwhile`` is called while a component is setting its values.
+    """
     if isinstance(action, GiveValues):
-        await _give_values(site, action)
+        await _give_values(site, action, meanwhile)
     elif isinstance(action, ConnectPort):
         await _connect_port(site, action)
     else:
         await _reach_state(site, action)
 
 
-async def _give_values(site: Site, action: GiveValues) -> None:
+async def _give_values(site: Site, action: GiveValues, meanwhile: Callable[[], object] | None) -> None:
     if action.values:
         site.touch(action.component)
-        await site.controls.set_parameters(action.component, action.values, site.revision).view()
+        asked = site.controls.set_parameters(action.component, action.values, site.revision)
+        if meanwhile is not None:
+            meanwhile()
+        await asked.view()
 
 
 async def _connect_port(site: Site, action: ConnectPort) -> None:

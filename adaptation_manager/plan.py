@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from adaptation_manager.steps.actions import PlannedStep
+from adaptation_manager.steps.actions import GiveValues, PlannedStep
 from bus_schema.adaptation import StepReport, StepState
 from bus_schema.architecture import Architecture, ComponentSpec
 
@@ -24,6 +24,11 @@ class Plan:
             for name in sorted(self.after.components)
             if self.before.components.get(name) != self.after.components[name] and name in architecture.components
         )
+
+    @property
+    def only_gives_values(self) -> bool:
+        """Whether all that is done is to set parameters, each step all or nothing."""
+        return all(isinstance(step.do, GiveValues) for step in self.steps)
 
     def reports(self) -> list[StepReport]:
         """Return the steps as not yet begun."""

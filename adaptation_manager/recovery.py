@@ -34,7 +34,8 @@ async def _undone(
         after = after.with_component(spec)
     reports = [replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)]
     planned = tuple(step for step, _ in line.steps)
-    problems = await undo(site_for(current, after), line.former, planned, reports)
+    former = tuple(current.components[spec.name] for spec in line.following if spec.name in current.components)
+    problems = await undo(site_for(current, after), former, planned, reports)
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED
     return replace(
         line.report,

@@ -7,12 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from adaptation_manager.controls import ControlFailed, NoAnswer
+from adaptation_manager.hosts import Update
 from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import GiveValues, PlannedStep
-from adaptation_manager.verify import give_and_verify
+from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, StepReport, StepState
 from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.control import ControlCode
@@ -43,6 +44,7 @@ class Transaction:
     cancelled: Callable[[], bool]
     steps: list[StepReport] = field(default_factory=list)
     error: str = ""
+    update: Update | None = None
 
     async def run(self) -> Outcome:
         """Do it; never raises. The first step is noted as started already."""
@@ -52,7 +54,7 @@ class Transaction:
                 self._check_cancelled()
                 await self._do(index)
             self._check_cancelled()
-            await give_and_verify(self.plan, self.site)
+            await verify(self.plan, self.site, self.update or self._give_specs())
             self.commit(self.steps)
             return Outcome.APPLIED
         except CancelWanted:
@@ -74,12 +76,18 @@ class Transaction:
             self.note({number - 1: StepState.DONE, number: StepState.STARTED})
         began = time.monotonic()
         self._mark(index, StepState.STARTED)
+        # Setting values is all or nothing, so after the last of them there is nothing that the hosts could wait for.
+        overlapping = self.plan.only_gives_values and number == len(self.steps)
         try:
-            await perform(self.site, self.plan.steps[index].do)
+            await perform(self.site, self.plan.steps[index].do, self._give_specs if overlapping else None)
         except Exception as error:
             self._mark(index, StepState.FAILED, str(error), time.monotonic() - began)
             raise
         self._mark(index, StepState.DONE, "", time.monotonic() - began)
+
+    def _give_specs(self) -> Update:
+        self.update = self.site.hosts.begin_giving(self.plan.changed(self.plan.after), self.plan.after.revision)
+        return self.update
 
     def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:
         step = self.steps[index]

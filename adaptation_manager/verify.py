@@ -3,34 +3,40 @@
 from __future__ import annotations
 
 from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
+from adaptation_manager.hosts import Update
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
 from bus_schema.messages.control import ComponentView
 
 
-async def give_and_verify(plan: Plan, site: Site) -> None:
-    """Give the hosts the new specs and read every component of the plan back.
+async def verify(plan: Plan, site: Site, update: Update) -> None:
+    """Wait until the hosts have the new specs, and read every component of the plan back.
 
     A component that was restarted meanwhile is as good as any other, if it came back with what it should
     have. It is read while its host is told: a host that names the run that was read has the new specs for all
-    later ones.
+    later ones. Where only values were given, the answers to that are the reading back.
 
     Raises:
         ControlFailed: with everything that is not as it should be, or a host that did not take the specs.
     """
     names = sorted({step.component for step in plan.steps})
-    reading = {name: site.controls.read(name) for name in names}
-    site.controls.processes |= await site.hosts.give(plan.changed(plan.after), plan.after.revision)
+    reading = {} if plan.only_gives_values else {name: site.controls.read(name) for name in names}
+    site.controls.processes |= await update.processes()
     wrong = []
-    for name, asked in reading.items():
-        wrong += _differences(plan, await _newest_view(site, name, asked))
+    for name in names:
+        wrong += _differences(plan, await _newest_view(site, name, reading.get(name)))
     if wrong:
         raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
 
 
-async def _newest_view(site: Site, name: str, asked: Asked) -> ComponentView:
-    if site.controls.is_of_living(asked):
+async def _newest_view(site: Site, name: str, asked: Asked | None) -> ComponentView:
+    if asked is None:
+        view = site.controls.last_answer(name, site.after.components[name].host)
+        if view is not None:
+            return view
+        await site.refresh()
+    elif site.controls.is_living(asked):
         try:
             return await asked.view()
         except NoAnswer as error:

@@ -17,13 +17,14 @@ from regraft.component import Component
 from regraft.host.host import Host
 from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
-from regraft.process import load_class
-from regraft.stack import Stack, time_source
+from regraft.process import NoSuchClass, load_class
+from regraft.stack import Problem, Stack, StackError, time_source
 from regraft.stack.components import RUN_FOLDER
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
 PUMP = 0.05
+LOCAL = "local"
 
 
 @dataclass(slots=True)
@@ -55,30 +56,51 @@ def run_system(
     SIGINT and SIGTERM end it too. When this returns, every process has ended.
 
     Raises:
+        StackError: the stack has components on other hosts.
         AlreadyRunning: a system of that name is running.
+        NoSuchClass: a class cannot be prepared.
+        NoRoom: the system's folder cannot be written.
         BusError: the hub cannot listen.
     """
+    _refuse_other_hosts(stack)
     system = stack.architecture.system
     held = rundir.lock(system)
     try:
         _prepare_process(stack.architecture)
         zygote = start_zygote()
-        plan = _plan(stack, duration)
-        _run(plan, stack, zygote, step)
+        try:
+            _run(_plan(stack, duration), stack, zygote, step)
+        finally:
+            zygote.close()
     finally:
         rundir.forget_info(system)
         held.close()
 
 
+def _refuse_other_hosts(stack: Stack) -> None:
+    """Refuse what nobody would start: this version runs one machine."""
+    problems = []
+    for spec in stack.architecture.components.values():
+        if spec.host != LOCAL:
+            where = f"components.{spec.name}.host"
+            what = f"{spec.host!r}: this version starts components on {LOCAL!r} alone"
+            problems.append(Problem(str(stack.file), stack.lines.get(where), where, what))
+    if problems:
+        raise StackError(problems)
+
+
 def _prepare_process(architecture: Architecture) -> None:
     """Import and prepare what the components' processes share, before the first of them is forked."""
-    for cls in _classes(architecture):
-        cls.preload()
+    for path, cls in _classes(architecture).items():
+        try:
+            cls.preload()
+        except Exception as error:
+            raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {error}") from error
 
 
-def _classes(architecture: Architecture) -> list[type[Component]]:
+def _classes(architecture: Architecture) -> dict[str, type[Component]]:
     paths = sorted({spec.cls for spec in architecture.components.values() if spec.cls})
-    return [load_class(path) for path in paths]
+    return {path: load_class(path) for path in paths}
 
 
 def _plan(stack: Stack, duration: float | None) -> HostPlan:
@@ -125,8 +147,8 @@ def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running],
         running = Running(host, bus, info)
         _stop_on_signals(running)
         host.start()
-        rundir.write_info(info)
         try:
+            rundir.write_info(info)
             while not running.stopping and not host.ended:
                 host.pump(PUMP)
                 step(running)

@@ -22,6 +22,10 @@ class NotRunning(Exception):
     """No system of that name is running, or it is not clear which one is meant."""
 
 
+class NoRoom(Exception):
+    """The system's folder cannot be written; the text says why."""
+
+
 @dataclass(frozen=True, slots=True)
 class RunInfo:
     """How to reach a running system."""
@@ -46,10 +50,13 @@ def folder(system: str) -> Path:
 
 
 def lock(system: str) -> IO[str]:
-    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning."""
+    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom."""
     place = folder(system)
-    (place / "logs").mkdir(parents=True, exist_ok=True, mode=0o700)
-    held = (place / "lock").open("a+")
+    try:
+        (place / "logs").mkdir(parents=True, exist_ok=True, mode=0o700)
+        held = (place / "lock").open("a+")
+    except OSError as error:
+        raise _no_room(place, error) from None
     try:
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -64,11 +71,19 @@ def lock(system: str) -> IO[str]:
 
 
 def write_info(info: RunInfo) -> None:
-    """Say how to reach the system."""
+    """Say how to reach the system; raises NoRoom, leaving what was said before."""
     path = folder(info.system) / "run.json"
     fresh = path.with_suffix(".new")
-    fresh.write_text(json.dumps(asdict(info), indent=2) + "\n")
-    fresh.replace(path)
+    try:
+        fresh.write_text(json.dumps(asdict(info), indent=2) + "\n")
+        fresh.replace(path)
+    except OSError as error:
+        fresh.unlink(missing_ok=True)
+        raise _no_room(path, error) from None
+
+
+def _no_room(path: Path, error: OSError) -> NoRoom:
+    return NoRoom(f"cannot write {path}: {error.strerror}; REGRAFT_HOME names another place")
 
 
 def forget_info(system: str) -> None:
@@ -80,7 +95,7 @@ def read_info(system: str) -> RunInfo | None:
     """Return how to reach a system, None if it says nothing."""
     try:
         return RunInfo(**json.loads((folder(system) / "run.json").read_text()))
-    except (OSError, ValueError, TypeError):
+    except (OSError, ValueError, TypeError, RecursionError):
         return None
 
 

@@ -154,7 +154,10 @@ class ZenohBus:
         return [answer for answer in answers if answer.payload != b"Timeout"]
 
     def ask(self, key: str, payload: bytes, timeout: float, done: Callable[[list[Answer]], object]) -> None:
-        """Ask; ``done`` runs on a thread of Zenoh's when the last answer is in or the time is over."""
+        """Ask; ``done`` runs on a network thread when the last answer is in or the time is over.
+
+        It must only pass the answers on: on that thread nothing else arrives meanwhile.
+        """
         answers: list[Answer] = []
         finished = threading.Lock()
 
@@ -168,8 +171,9 @@ class ZenohBus:
                 done(answers)
 
         try:
+            # An indirect callback would start a Python thread for every query.
             self.session.get(
-                key, zenoh.handlers.Callback(take, drop=dropped), payload=payload, timeout=timeout, **_target(False)
+                key, Direct(take, drop=dropped, indirect=False), payload=payload, timeout=timeout, **_target(False)
             )
         except zenoh.ZError as error:
             raise BusError(f"cannot ask {key}: {_first_line(error)}") from None

@@ -13,7 +13,7 @@ from regraft.cli.output import complain
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass
-from regraft.rundir import AlreadyRunning, NotRunning
+from regraft.rundir import AlreadyRunning, NoRoom, NotRunning
 from regraft.runtime.calling import CallFailed
 from regraft.stack import StackError
 
@@ -43,7 +43,7 @@ class Failed(Exception):
 
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
-    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, ParameterError, SchemaError)),
+    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, ParameterError, SchemaError)),
     (BAD_INPUT, (NoSuchComponent, NoSuchHost)),
     (NOT_REACHABLE, (Unreachable, NotRunning, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),

@@ -110,7 +110,10 @@ class Run:
         self._url = url
         self._display.line(f"gateway at {url}")
         running.info = replace(running.info, gateway=url)
-        rundir.write_info(running.info)
+        try:
+            rundir.write_info(running.info)
+        except rundir.NoRoom as error:
+            self._display.line(str(error))
 
     def _show_status(self, watch: Watch, now: float) -> None:
         if self._up_at is not None:

@@ -104,8 +104,8 @@ class Watch:
         return events
 
     def _take_status(self, status: ComponentStatus) -> None:
-        known = self.statuses.get(status.component)
-        if known is None or known.incarnation <= status.incarnation:
+        ward = self._running.host.wards.get(status.component)
+        if ward is not None and status.incarnation == ward.incarnation:
             self.statuses[status.component] = status
 
     # --- what is seen ---

@@ -174,16 +174,14 @@ class Client:
         return self._board.components(alive)
 
     def _living_run(self, component: str) -> int:
-        tokens = self._bus.present(self.keys.alive(component_name(component), "*"), PRESENCE_WITHIN)
-        runs = [int(token.rsplit("/", 1)[-1]) for token in tokens]
-        if not runs:
+        runs = _newest_runs(self._bus.present(self.keys.alive(component_name(component), "*"), PRESENCE_WITHIN))
+        if component not in runs:
             living = ", ".join(sorted(self._alive_components())) or "none"
             raise NoSuchComponent(f"no component {component!r} is alive; alive: {living}")
-        return max(runs)
+        return runs[component]
 
-    def _alive_components(self) -> set[str]:
-        tokens = self._bus.present(self.keys.alive("*", "*"), PRESENCE_WITHIN)
-        return {token.split("/")[-3] for token in tokens}
+    def _alive_components(self) -> dict[str, int]:
+        return _newest_runs(self._bus.present(self.keys.alive("*", "*"), PRESENCE_WITHIN))
 
     # --- hosts ---
 
@@ -191,7 +189,7 @@ class Client:
         """Return all hosts by name, waiting at most ``wait`` seconds until each has told its status."""
         self._may_wait()
         alive = self._alive_hosts()
-        self._board.wait_until_heard(set(), alive, wait)
+        self._board.wait_until_heard({}, alive, wait)
         return self._board.hosts(alive)
 
     def host_view(self, host: str, timeout: float = 2.0) -> HostView:
@@ -274,3 +272,13 @@ class Client:
             return codec.decode(answers[0].payload, reply)
         except BadMessage as error:
             raise ClientError(f"{who} sent an answer that does not fit: {error}") from None
+
+
+def _newest_runs(tokens: list[str]) -> dict[str, int]:
+    """Return the newest living run of each component; a token that names no run is nobody's."""
+    runs: dict[str, int] = {}
+    for token in tokens:
+        name, _, run = token.split("/")[-3:]
+        if run.isascii() and run.isdecimal():
+            runs[name] = max(runs.get(name, 0), int(run))
+    return runs

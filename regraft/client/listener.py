@@ -14,6 +14,8 @@ LOG = logging.getLogger("regraft.client")
 LOOK_AROUND = 0.2
 """Seconds between looks at requests that have met with silence."""
 LEAVE_WITHIN = 1.0
+MOST_WAITING = 10_000
+"""Samples that may wait to be handled; under a flood, later ones are dropped."""
 
 
 class Listener:
@@ -36,7 +38,7 @@ class Listener:
         """
 
         def sink(item: Any) -> None:
-            if admit():
+            if self._inbox.qsize() < MOST_WAITING and admit():
                 self._inbox.put((handler, item))
 
         return self._bus.subscribe(key, sink)

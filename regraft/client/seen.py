@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -16,6 +16,14 @@ from bus_schema.messages.host import HostStatus, ProcessStatus
 from regraft.bus import Sample
 
 M = TypeVar("M")
+K = TypeVar("K")
+V = TypeVar("V")
+
+MOST_NAMES = 1000
+MOST_RUNS = 8
+"""Components, and runs of each, whose status is kept: those heard of last."""
+
+Heard = tuple[ComponentStatus, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,20 +58,23 @@ class Board:
     def __init__(self) -> None:
         """Start empty."""
         self._changed = threading.Condition()
-        self._components: dict[str, tuple[ComponentStatus, float]] = {}
+        self._components: dict[str, dict[int, Heard]] = {}
         self._hosts: dict[str, tuple[HostStatus, float]] = {}
         self._clock: ClockTime | None = None
 
     def take_component(self, sample: Sample) -> None:
-        """Note a component's status; a run that has been replaced no longer speaks for it."""
+        """Note what a run of a component says: which one speaks for it, its liveliness token decides later."""
         status = _decoded(sample, ComponentStatus)
         if status is None:
             return
         with self._changed:
-            known = self._components.get(status.component)
-            if known is None or known[0].incarnation <= status.incarnation:
-                self._components[status.component] = (status, time.monotonic())
-                self._changed.notify_all()
+            runs = self._components.pop(status.component, {})
+            runs.pop(status.incarnation, None)
+            runs[status.incarnation] = (status, time.monotonic())
+            self._components[status.component] = runs
+            _forget_oldest(runs, MOST_RUNS)
+            _forget_oldest(self._components, MOST_NAMES)
+            self._changed.notify_all()
 
     def take_host(self, sample: Sample) -> None:
         """Note a host's status."""
@@ -71,7 +82,9 @@ class Board:
         if status is None:
             return
         with self._changed:
+            self._hosts.pop(status.host, None)
             self._hosts[status.host] = (status, time.monotonic())
+            _forget_oldest(self._hosts, MOST_NAMES)
             self._changed.notify_all()
 
     def take_clock(self, sample: Sample) -> None:
@@ -83,9 +96,14 @@ class Board:
             self._clock = clock
             self._changed.notify_all()
 
-    def wait_until_heard(self, components: set[str], hosts: set[str], seconds: float) -> None:
-        """Wait until all of these have told their status, at most ``seconds``."""
-        self._wait(lambda: components <= self._components.keys() and hosts <= self._hosts.keys(), seconds)
+    def wait_until_heard(self, runs: Mapping[str, int], hosts: set[str], seconds: float) -> None:
+        """Wait until all of these runs and hosts have told their status, at most ``seconds``."""
+
+        def heard() -> bool:
+            told = all(run in self._components.get(name, {}) for name, run in runs.items())
+            return told and hosts <= self._hosts.keys()
+
+        self._wait(heard, seconds)
 
     def clock(self, seconds: float) -> ClockTime | None:
         """Return simulated time, waiting at most ``seconds`` for it to be told; None if it is not."""
@@ -96,8 +114,8 @@ class Board:
         with self._changed:
             self._changed.wait_for(heard, timeout=seconds)
 
-    def components(self, alive: set[str]) -> dict[str, ComponentSeen]:
-        """Return the components that are alive or that a host has a process for, by name."""
+    def components(self, alive: Mapping[str, int]) -> dict[str, ComponentSeen]:
+        """Return the components that are alive (name and living run) or that a host has a process for, by name."""
         with self._changed:
             now = time.monotonic()
             processes = {
@@ -106,14 +124,15 @@ class Board:
                 for process in status.processes
             }
             names = sorted(alive | processes.keys())
-            return {name: self._component(name, name in alive, processes.get(name), now) for name in names}
+            return {name: self._component(name, alive.get(name), processes.get(name), now) for name in names}
 
     def _component(
-        self, name: str, alive: bool, process: tuple[str, ProcessStatus] | None, now: float
+        self, name: str, run: int | None, process: tuple[str, ProcessStatus] | None, now: float
     ) -> ComponentSeen:
-        status, heard = self._components.get(name, (None, now))
         host, running = process or (None, None)
-        return ComponentSeen(name, alive, status, now - heard if status else None, host, running)
+        speaks = run if run is not None or running is None else running.incarnation
+        status, heard = self._components.get(name, {}).get(-1 if speaks is None else speaks, (None, now))
+        return ComponentSeen(name, run is not None, status, now - heard if status else None, host, running)
 
     def hosts(self, alive: set[str]) -> dict[str, HostSeen]:
         """Return the hosts that are alive or were heard of, by name."""
@@ -124,6 +143,11 @@ class Board:
                 status, heard = self._hosts.get(name, (None, now))
                 seen[name] = HostSeen(name, name in alive, status, now - heard if status else None)
             return seen
+
+
+def _forget_oldest(heard: dict[K, V], most: int) -> None:
+    while len(heard) > most:
+        del heard[next(iter(heard))]
 
 
 def _decoded(sample: Sample, cls: type[M]) -> M | None:

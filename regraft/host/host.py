@@ -36,6 +36,12 @@ STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0
 END_WITHIN = 3.0
 SOURCE_WITHIN = 5.0
+MOST_WAITING = 10_000
+"""Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
+
+
+class UnknownComponent(Exception):
+    """The host has no component of that name."""
 
 
 class Fenced(Exception):
@@ -82,7 +88,7 @@ class Host:
             *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._verbs),
             self._bus.announce(keys.host(name, "alive")),
         ]
-        threading.Thread(target=self._zygote.reports, args=(self.inbox.put,), daemon=True).start()
+        threading.Thread(target=self._hear_zygote, daemon=True).start()
         now = time.monotonic()
         source = self.plan.source
         self._source_up_by = now + SOURCE_WITHIN if source else now
@@ -95,9 +101,12 @@ class Host:
         self._start_due()
         self._look()
         item = get(self.inbox, min(timeout, self._until_due()))
+        until = time.monotonic() + LOOK_EVERY
         while item is not None:
             self._take(item)
-            item = get(self.inbox, 0.0)
+            item = get(self.inbox, 0.0) if time.monotonic() < until else None
+        for _ in range(self.inbox.qsize() - MOST_WAITING):
+            self._take(get(self.inbox, 0.0), shed=True)
 
     def end(self) -> None:
         """End every process, the time source first: once time stands still, nobody misses those who leave.
@@ -109,7 +118,7 @@ class Host:
             for ward in wards:
                 self._ask_to_end(ward, END_WITHIN)
             deadline = time.monotonic() + END_WITHIN + 1.0
-            while any(ward.pid for ward in wards) and time.monotonic() < deadline:
+            while any(ward.has_process for ward in wards) and time.monotonic() < deadline:
                 self.pump(LOOK_EVERY)
         self.ended = True
         self._zygote.close()
@@ -119,13 +128,15 @@ class Host:
         starts = [w.start_at - now for w in self.wards.values() if w.start_at is not None]
         return max(0.0, min([LOOK_EVERY, *starts]))
 
-    def _take(self, item: Any) -> None:
+    def _take(self, item: Any, *, shed: bool = False) -> None:
+        """Take what has arrived; ``shed`` drops samples: heartbeats and checkpoints come again."""
         if isinstance(item, dict):
             self._zygote_reports(item)
             return
         sample = self._bus.open_sample(item)
         if sample is not None:
-            self._take_sample(sample)
+            if not shed:
+                self._take_sample(sample)
             return
         query = self._bus.open_query(item)
         if query is not None:
@@ -154,21 +165,38 @@ class Host:
         try:
             self._zygote.spawn(order, str(self.plan.stack_folder), log, list(ward.spec.command) or None)
         except OSError:
-            self._log.error("the process that starts the others is gone: the system ends")
-            self.ended = True
+            self._zygote_gone()
+            return
+        ward.ordered = True
+
+    def _hear_zygote(self) -> None:
+        """Pass on what the zygote reports, on a thread of its own, and that it is gone."""
+        self._zygote.reports(self.inbox.put)
+        self.inbox.put(self._zygote_gone)
+
+    def _zygote_gone(self) -> None:
+        """Everything it had started has ended with it."""
+        if not self.ended:
+            text = "the process that starts the others is gone: the system ends"
+            self._event("host.fault", self.plan.name, text)
+        self.ended = True
+        for ward in self.wards.values():
+            ward.ordered, ward.pid, ward.start_at, ward.kill_at = False, 0, None, None
+            self._silence.forget(ward.spec.name)
 
     def _zygote_reports(self, report: dict[str, Any]) -> None:
         ward = self.wards.get(report["name"])
         if ward is None or report["incarnation"] != ward.incarnation:
             return
+        ward.ordered = False
         if "started" in report:
             ward.pid = report["started"]
-            if ward.spec.managed:
+            if ward.stopping:
+                self._zygote.signal(ward.pid, signal.SIGTERM)
+            elif ward.spec.managed:
                 self._silence.watch(ward.spec.name, ward.pid, FIRST_BEAT_WITHIN, time.monotonic())
             else:
                 ward.state = ProcessState.RUNNING
-            if ward.stopping:
-                self._zygote.signal(ward.pid, signal.SIGTERM)
         else:
             self._process_ended(ward, report["code"])
         self._next_status = 0.0
@@ -180,6 +208,7 @@ class Host:
         ward.last_end = ward.why_killed or how_it_ended(code)
         if ward.stopping:
             ward.state = ProcessState.STOPPED
+            ward.start_at = time.monotonic() if ward.start_again else None
             return
         if not ward.history.wants_restart(code):
             ward.state = ProcessState.STOPPED
@@ -197,13 +226,15 @@ class Host:
         self._event("component.restarted", name, text, incarnation=ward.incarnation + 1, ended=ward.last_end)
 
     def _ask_to_end(self, ward: Ward, grace: float) -> None:
-        ward.stopping, ward.start_at = True, None
+        ward.stopping, ward.start_again, ward.start_at = True, False, None
+        if not ward.has_process:
+            ward.state = ProcessState.STOPPED
+            return
+        self._silence.forget(ward.spec.name)
+        ward.kill_at = time.monotonic() + grace
         if ward.pid:
             self._zygote.signal(ward.pid, signal.SIGTERM)
             self._zygote.signal(ward.pid, signal.SIGCONT)
-            ward.kill_at = time.monotonic() + grace
-        else:
-            ward.state = ProcessState.STOPPED
 
     # --- watching ---
 
@@ -247,9 +278,11 @@ class Host:
             self._silence.beat(ward.spec.name, now)
             return
         ward.seen, ward.state = True, ProcessState.RUNNING
+        self._next_status = 0.0
+        if ward.stopping:
+            return
         longest = ward.spec.description.longest_handler if ward.spec.description else HUNG_AFTER
         self._silence.watch(ward.spec.name, ward.pid, longest, now)
-        self._next_status = 0.0
         if ward.spec.name == self.plan.source:
             self._start_the_others(now)
 
@@ -263,11 +296,16 @@ class Host:
     def _answer(self, query: Query) -> None:
         verb = query.key.rsplit("/", 1)[-1]
         try:
+            if verb not in self._verbs:
+                raise UnknownComponent(f"there is no such question; there are: {', '.join(self._verbs)}")
             query.reply(codec.encode(self._verbs[verb](query.payload)))
         except Fenced as error:
-            query.reply(codec.encode(ControlError(ControlCode.FENCED, (str(error),))), error=True)
-        except (SchemaError, KeyError) as error:
-            query.reply(codec.encode(ControlError(ControlCode.MALFORMED, (f"{verb}: {error}",))), error=True)
+            _refuse(query, ControlCode.FENCED, str(error))
+        except (SchemaError, UnknownComponent) as error:
+            _refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
+        except Exception as error:
+            self._log.exception("%s failed", verb)
+            _refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
 
     def _fence(self, term: int | None) -> None:
         if term is None or term < self.term:
@@ -298,11 +336,13 @@ class Host:
         asked = codec.decode(payload, StartComponent)
         self._fence(asked.term)
         ward = self._ward(asked.component)
-        if not ward.pid and ward.start_at is None:
+        if not ward.has_process and ward.start_at is None:
             ward.history.pardon()
             if asked.incarnation is not None:
                 ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
             ward.start_at = time.monotonic()
+        elif ward.stopping:
+            ward.start_again = True
         return self.status()
 
     def _stop_asked(self, payload: bytes) -> HostStatus:
@@ -313,7 +353,7 @@ class Host:
 
     def _ward(self, name: str) -> Ward:
         if name not in self.wards:
-            raise KeyError(f"no component {name!r} on host {self.plan.name!r}")
+            raise UnknownComponent(f"there is no component {name!r} on host {self.plan.name!r}")
         return self.wards[name]
 
     def _logs(self, payload: bytes) -> object:
@@ -338,3 +378,7 @@ class Host:
             self._writers.open(key, type_of(type(message)).encoding).put(codec.encode(message))
         except BusError as error:
             self._log.warning("%s", error)
+
+
+def _refuse(query: Query, code: ControlCode, why: str) -> None:
+    query.reply(codec.encode(ControlError(code, (why,))), error=True)

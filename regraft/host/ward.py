@@ -19,7 +19,9 @@ from regraft.host.restarts import RestartHistory
 class Ward:
     """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds.
 
-    ``checkpoint`` is the payload of the last Snapshot that it put, empty before the first.
+    ``ordered`` is set from the order to start it until the report that it has started; ``pid`` is 0 until then.
+    ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
+    payload of the last Snapshot that it put, empty before the first.
     """
 
     spec: ComponentSpec
@@ -29,12 +31,19 @@ class Ward:
     pid: int = 0
     started: float = 0.0
     start_at: float | None = None
+    ordered: bool = False
     kill_at: float | None = None
     last_end: str = ""
     stopping: bool = False
+    start_again: bool = False
     seen: bool = False
     checkpoint: bytes = b""
     why_killed: str = ""
+
+    @property
+    def has_process(self) -> bool:
+        """Whether there is a process, or one on its way."""
+        return self.ordered or self.pid != 0
 
     def status(self) -> ProcessStatus:
         """Return the process's status, for whoever asks."""

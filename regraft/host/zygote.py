@@ -6,6 +6,7 @@ not their parent. Whatever kills the host kills the zygote, and that kills them.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import select
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from typing import Any
 
 from regraft.host import children, frames
+from regraft.process import EXIT_FAULT
 
 
 class Zygote:
@@ -32,8 +34,9 @@ class Zygote:
         frames.send(self._line, {"assignment": assignment, "folder": folder, "log": log, "command": command})
 
     def signal(self, pid: int, signum: int) -> None:
-        """Send a signal to a child, unless it has ended."""
-        frames.send(self._line, {"signal": signum, "pid": pid})
+        """Send a signal to a child, unless it has ended; a zygote that is gone has none."""
+        with contextlib.suppress(OSError):
+            frames.send(self._line, {"signal": signum, "pid": pid})
 
     def reports(self, take: Callable[[dict[str, Any]], object]) -> None:
         """Hand every report to ``take`` until the zygote is gone; for a thread of its own."""
@@ -41,8 +44,16 @@ class Zygote:
             take(report)
 
     def close(self) -> None:
-        """Let the zygote end; its children have ended before."""
+        """End the zygote and, with it, what it started and still runs. Again does nothing."""
+        if not self.pid:
+            return
+        pid, self.pid = self.pid, 0
+        with contextlib.suppress(OSError):
+            self._line.shutdown(socket.SHUT_RDWR)  # closing alone would leave the reader waiting
         self._line.close()
+        with contextlib.suppress(ProcessLookupError, ChildProcessError):
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
 
 
 def start_zygote() -> Zygote:
@@ -100,7 +111,12 @@ def _obey(order: dict[str, Any], line: socket.socket, alive: dict[int, tuple[str
     zygote = os.getpid()
     sys.stdout.flush()
     sys.stderr.flush()
-    pid = os.fork()
+    try:
+        pid = os.fork()
+    except OSError as error:
+        sys.stderr.write(f"cannot start {name}: {error.strerror}\n")
+        frames.send(line, {"ended": 0, "name": name, "incarnation": incarnation, "code": EXIT_FAULT})
+        return
     if pid == 0:
         _be_child(order, line, zygote, pipe)
     alive[pid] = (name, incarnation)

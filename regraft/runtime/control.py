@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
@@ -53,6 +53,7 @@ class Control:
         """Fenced by the assignment's term, which a later one replaces."""
         self._runtime = runtime
         self._term = runtime.assignment.term
+        self._revised = False
         self._parked: list[_Parked] = []
         self._checkpoint = runtime.assignment.checkpoint
         self._verbs: dict[str, Callable[[bytes], object]] = {
@@ -81,6 +82,9 @@ class Control:
                 self.answer_parked()
             else:
                 query.reply(codec.encode(answer))
+        if self._revised:
+            self._revised = False
+            self._runtime.herald.beat()  # after the answer: whoever asked waits for that
 
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""
@@ -194,7 +198,9 @@ class Control:
 
     def _note_revision(self, revision: int | None) -> None:
         if revision is not None:
-            self._runtime.herald.say(revision=revision)
+            herald = self._runtime.herald
+            herald.status = replace(herald.status, revision=revision)
+            self._revised = True
 
     # --- snapshots and checkpoints ---
 

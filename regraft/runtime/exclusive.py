@@ -5,26 +5,38 @@ from __future__ import annotations
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from regraft.runtime.tasks import Waiting
+from regraft.runtime.tasks import Task, Waiting
 
 if TYPE_CHECKING:
     from regraft.runtime.runtime import Runtime
 
 
+class WaitsForEver(RuntimeError):
+    """The holder of an exclusive slot waits for what cannot happen in it."""
+
+    def __init__(self) -> None:
+        """Say what would do."""
+        super().__init__("waits for time, a message or a call while it holds the slot; in a slot, only ask and compute")
+
+
 class Slots:
-    """Who of a component's tasks waits for the slot, and who holds it. Under the real clock it is always granted."""
+    """Who of a component's tasks waits for the slot, and who holds it. Under the real clock it is always granted.
+
+    ``asking`` counts the questions to the bus that are under way.
+    """
 
     def __init__(self, *, stepped: bool) -> None:
         """Start without the slot."""
         self.granted = not stepped
-        self.holders = 0
+        self.holders: list[Task] = []
+        self.asking = 0
         self.touched: set[str] = set()
         self._waiters: list[Waiting[None]] = []
 
     @property
     def wanted(self) -> bool:
         """Whether somebody waits for the slot."""
-        return any(not waiting.done for waiting in self._waiters)
+        return any(not waiting.abandoned for waiting in self._waiters)
 
     def enter(self) -> Waiting[None]:
         """Return what the slot resolves."""
@@ -42,6 +54,18 @@ class Slots:
         for waiting in waiters:
             waiting.resolve(None)
 
+    def free(self) -> bool:
+        """Cancel the holders if nothing can wake them any more; returns whether that was so.
+
+        To be called when all work is done: in a slot no time passes and no message comes, so what is left to wait for
+        is an answer from the bus.
+        """
+        if not self.holders or self.asking > 0:
+            return False
+        for task in self.holders.copy():
+            task.cancel()
+        return True
+
     def withdraw(self) -> tuple[str, ...]:
         """End the slot; returns the components that were touched in it."""
         self.granted = False
@@ -56,11 +80,15 @@ class Exclusive:
     def __init__(self, runtime: Runtime) -> None:
         """Not yet entered."""
         self._slots = runtime.slots
+        self._tasks = runtime.tasks
+        self._holder: Task | None = None
 
     async def __aenter__(self) -> Exclusive:
         """Wait for the slot."""
         await self._slots.enter()
-        self._slots.holders += 1
+        self._holder = self._tasks.current
+        assert self._holder is not None, "only a task can await"
+        self._slots.holders.append(self._holder)
         return self
 
     def touch(self, component: str) -> None:
@@ -71,4 +99,5 @@ class Exclusive:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Give the slot back."""
-        self._slots.holders -= 1
+        assert self._holder is not None
+        self._slots.holders.remove(self._holder)

@@ -47,13 +47,11 @@ class Reporter(Protocol):
 class InputPort(Generic[M]):
     """An input as the component reads it."""
 
-    def __init__(
-        self, declared: Input[M], handle: Callable[[M], None] | None, reporter: Reporter, *, reliable: bool = True
-    ) -> None:
+    def __init__(self, declared: Input[M], handle: Callable[[M], None] | None, reporter: Reporter) -> None:
         """Start without a message, paused; ``handle`` is called with every message, if given."""
         self.declared = declared
         self.name = declared.name
-        self.reliable = reliable and not declared.latest_only
+        self.reliable = not declared.latest_only
         self.paused = True
         self.key = ""
         self.move: Move | None = None
@@ -66,6 +64,10 @@ class InputPort(Generic[M]):
         self._latest: M | None = None
         self._kept: deque[M] = deque(maxlen=declared.keep or 1)
         self._waiters: list[Waiting[M]] = []
+
+    def connect(self, key: str, *, reliable: bool) -> None:
+        """Read ``key`` from now on; holes are waited for and reported if its topic is ``reliable``."""
+        self.key, self.reliable = key, reliable and not self.declared.latest_only
 
     @property
     def latest(self) -> M | None:
@@ -88,13 +90,14 @@ class InputPort(Generic[M]):
     def next(self) -> Waiting[M]:
         """Return what the next message resolves: ``await self.image.next()``."""
         waiting: Waiting[M] = Waiting()
+        self._waiters = [other for other in self._waiters if not other.abandoned]
         self._waiters.append(waiting)
         return waiting
 
     @property
     def wakes(self) -> bool:
         """Whether a new message is to be handled at once, rather than found when it is looked for."""
-        return self._handle is not None or any(not waiting.done for waiting in self._waiters)
+        return self._handle is not None or any(not waiting.abandoned for waiting in self._waiters)
 
     def forget(self) -> None:
         """Drop what was received: the component starts anew."""

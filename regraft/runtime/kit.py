@@ -156,15 +156,24 @@ class Kit:
         return self._runtime.bus
 
     def exclusive(self) -> Exclusive:
-        """``async with`` it: under simulated time, an exclusive slot in which nothing else runs."""
+        """``async with`` it: under simulated time, an exclusive slot in which nothing else runs.
+
+        In it, await only ``ask`` and ``compute``: no time passes and no message comes, so whoever waits for those is
+        cancelled.
+        """
         return Exclusive(self._runtime)
 
     def ask(self, key: str, payload: bytes, timeout: float) -> Waiting[list[Answer]]:
         """``await`` it: the answers to a query on the bus; under simulated time only within an exclusive slot."""
-        if not self._runtime.slots.granted:
+        slots = self._runtime.slots
+        if not slots.granted:
             raise RuntimeError("under simulated time, ask the bus within an exclusive slot: async with kit.exclusive()")
         waiting: Waiting[list[Answer]] = Waiting()
-        self._runtime.bus.ask(
-            key, payload, timeout, lambda answers: self._runtime.post(lambda: waiting.resolve(answers))
-        )
+
+        def answered(answers: list[Answer]) -> None:
+            slots.asking -= 1
+            waiting.resolve(answers)
+
+        self._runtime.bus.ask(key, payload, timeout, lambda answers: self._runtime.post(lambda: answered(answers)))
+        slots.asking += 1
         return waiting

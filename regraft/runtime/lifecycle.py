@@ -118,20 +118,15 @@ class Lifecycle:
     # --- ports on the bus ---
 
     def _connect(self) -> None:
-        assignment = self._runtime.assignment
-        for name, port in self._runtime.inputs.items():
-            topic = assignment.connections.get(name, port.declared.topic or name)
-            self.read(name, self._runtime.keys.topic(topic))
-        for name, output in self._runtime.outputs.items():
-            topic = assignment.connections.get(name, output.declared.topic or name)
-            output.reliable = output.declared.reliable and topic not in assignment.sensor_streams
-            output.connect(self._runtime.keys.topic(topic))
-
-    def read(self, name: str, key: str) -> None:
-        """Connect an input to a key."""
-        port = self._runtime.inputs[name]
-        port.key = key
-        self.also_read(name, key)
+        runtime = self._runtime
+        connections = runtime.assignment.connections
+        for name, port in runtime.inputs.items():
+            key = runtime.keys.topic(connections.get(name, port.declared.topic or name))
+            port.connect(key, reliable=runtime.is_reliable(key))
+            self.also_read(name, key)
+        for name, output in runtime.outputs.items():
+            key = runtime.keys.topic(connections.get(name, output.declared.topic or name))
+            output.connect(key, reliable=runtime.is_reliable(key))
 
     def also_read(self, name: str, key: str) -> None:
         """Subscribe an input's second key, beside the one it has."""
@@ -166,5 +161,6 @@ class Lifecycle:
                 self.stop_reading(name, key)
             port.key, port.move, port.paused = "", None, True
             port.forget()
+        runtime.rewiring.forget()
         for output in runtime.outputs.values():
             output.disconnect()

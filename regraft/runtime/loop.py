@@ -28,12 +28,17 @@ def get(inbox: queue.SimpleQueue[Any], timeout: float) -> Any:
 
 
 def start(runtime: Runtime) -> None:
-    """Appear on the bus and go to the assigned state; a hook that fails leaves the component where it then is."""
+    """Appear on the bus and go to the assigned state."""
     runtime.declare()
+    reach(runtime, runtime.assignment.state)
+
+
+def reach(runtime: Runtime, state: State) -> None:
+    """Go to a state; a hook that fails is reported, and leaves the component where it then is."""
     try:
-        runtime.lifecycle.reach(runtime.assignment.state)
+        runtime.lifecycle.reach(state)
     except TransitionFailed as error:
-        runtime.herald.event("component.fault", f"did not become {runtime.assignment.state.value}: {error}")
+        runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
 
 
 def pump(runtime: Runtime) -> float:

@@ -24,21 +24,20 @@ class OutputPort(Generic[M]):
         """Start unconnected."""
         self.declared = declared
         self.name = declared.name
-        self.reliable = declared.reliable
         self.wanted_in_step: bool | None = None
         self._kind = type_of(declared.message)
         self._writers = writers
         self._writer: Writer | None = None
         self._may_publish = may_publish
 
-    def connect(self, key: str) -> Writer:
+    def connect(self, key: str, *, reliable: bool) -> Writer:
         """Write at ``key`` from now on; the former key stays declared until it is closed."""
-        self._writer = self._writers.open(key, self._kind.encoding, reliable=self.reliable)
+        self._writer = self.open(key, reliable=reliable)
         return self._writer
 
-    def open(self, key: str) -> Writer:
-        """Declare ``key`` beside the one in use, without writing there yet."""
-        return self._writers.open(key, self._kind.encoding, reliable=self.reliable)
+    def open(self, key: str, *, reliable: bool) -> Writer:
+        """Declare ``key`` beside the one in use, without writing there yet; ``reliable`` as its topic is."""
+        return self._writers.open(key, self._kind.encoding, reliable=self.declared.reliable and reliable)
 
     def disconnect(self) -> None:
         """Undeclare the key in use."""

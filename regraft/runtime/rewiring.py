@@ -69,6 +69,12 @@ class Rewiring:
             if port.move is not None and port.move.key == key:
                 port.move.marks.setdefault(source, (stream.incarnation, handled))
 
+    def forget(self) -> None:
+        """Give up every move of an output that was begun: the component leaves the bus, or its ports do."""
+        for key in self._opened.values():
+            self._runtime.writers.close(key)
+        self._opened.clear()
+
     def _key(self, step: Rewire) -> str:
         return self._runtime.keys.topic(topic_name(step.topic))
 
@@ -89,7 +95,7 @@ class Rewiring:
         if output is None or not output.key:
             raise RewiringRefused(f"there is no connected port {step.port!r}")
         self._opened[step.port] = key
-        writer = output.open(key)
+        writer = output.open(key, reliable=self._runtime.is_reliable(key))
         writer.mark()
         return {"sequence": writer.sequence}
 
@@ -123,9 +129,11 @@ class Rewiring:
         if output is None or self._opened.get(step.port) != key:
             raise RewiringRefused(f"port {step.port!r} has not been opened towards {step.topic!r}")
         old = output.key
+        if not old:
+            raise RewiringRefused(f"output {step.port!r} is not connected while the component is unconfigured")
         cut = self._runtime.writers.open_keys[old].sequence
         self._runtime.writers.open_keys[old].mark()
-        output.connect(key)
+        output.connect(key, reliable=self._runtime.is_reliable(key))
         del self._opened[step.port]
         if not any(other.key == old for other in self._runtime.outputs.values()):
             self._runtime.writers.close(old)
@@ -164,7 +172,8 @@ class Rewiring:
         move = port.move
         if move is None:
             return {"complete": complete}
-        old, port.key, port.move = port.key, move.key, None
+        old, port.move = port.key, None
+        port.connect(move.key, reliable=self._runtime.is_reliable(move.key))
         self._runtime.lifecycle.stop_reading(port.name, old)
         for envelope, sample in move.ours():
             port.deliver(envelope, sample)

@@ -83,9 +83,7 @@ class Runtime:
     def _input(self, name: str) -> InputPort[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
-        topic = self.assignment.connections.get(name, port.topic or name)
-        reliable = topic not in self.assignment.sensor_streams
-        return InputPort(port, self._handling(name, method) if method else None, self.herald, reliable=reliable)
+        return InputPort(port, self._handling(name, method) if method else None, self.herald)
 
     def _handling(self, name: str, method: Callable[[Any], Any]) -> Callable[[Any], None]:
         def handle(message: Any) -> None:
@@ -186,15 +184,15 @@ class Runtime:
     def work(self) -> None:
         """Handle all that is ready: samples in their order, then tasks, until nothing is left."""
         while True:
-            if self.inbound.ready:
-                consumer, envelope, sample = self.inbound.ready.popleft()
-                try:
+            try:
+                if self.inbound.ready:
+                    consumer, envelope, sample = self.inbound.ready.popleft()
                     consumer.deliver(envelope, sample)
-                except Exception as error:
-                    self.herald.fault("delivery", error)
-                self.herald.beat_if_due()  # many messages take long, and only a handler that does not return hangs
-            elif not self.tasks.run():
-                return
+                elif not self.tasks.run():
+                    return
+            except Exception as error:
+                self.herald.fault("delivery", error)
+            self.herald.beat_if_due()  # many messages take long, and only a handler that does not return hangs
 
     def fire(self) -> None:
         """Call the timers that are due, in order of declaration, then wake the sleepers that are due."""
@@ -259,6 +257,10 @@ class Runtime:
             listener(key, source, stream)
 
     # --- what is read and written, for the simulated clock ---
+
+    def is_reliable(self, key: str) -> bool:
+        """Tell whether the topic at ``key`` is reliable, rather than a sensor stream."""
+        return self.keys.topic_of(key) not in self.assignment.sensor_streams
 
     def reader(self, key: str) -> TopicReader | None:
         """Return the inputs that read ``key``."""

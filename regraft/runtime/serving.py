@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -17,11 +18,15 @@ from regraft.bus import Sample
 from regraft.requests import Service
 from regraft.runtime.inputs import Reporter
 from regraft.runtime.tasks import Cancelled, Task, Tasks
-from regraft.runtime.writers import Writers
+from regraft.runtime.writers import Writer, Writers
 
 MOST_CLIENTS = 256
 REMEMBERED_REPLIES = 32
+"""Replies kept per client for when they are asked for again; requests being worked on are kept beside them."""
 WAIT_FOR_CLIENT = 0.1
+WAIT_WHEN_SOME_ARE_GONE = 0.01
+"""Seconds that the first reply waits for its client's subscription; less for a while after one that never came."""
+GONE_FOR = 5.0
 
 
 class RequestRefused(Exception):
@@ -47,14 +52,21 @@ class RunningGoal:
 
 @dataclass(slots=True)
 class _Client:
-    """What is remembered of one client: its last replies, None where a request is still being worked on."""
+    """What is remembered of one client: what is being worked on, and its last replies.
 
-    replies: OrderedDict[int, Reply | None] = field(default_factory=OrderedDict)
+    ``forgotten`` is the highest number whose reply is kept no more.
+    """
 
-    def remember(self, number: int, reply: Reply | None) -> None:
+    open: set[int] = field(default_factory=set)
+    replies: OrderedDict[int, Reply] = field(default_factory=OrderedDict)
+    forgotten: int = 0
+
+    def remember(self, number: int, reply: Reply) -> None:
+        self.open.discard(number)
         self.replies[number] = reply
         while len(self.replies) > REMEMBERED_REPLIES:
-            self.replies.popitem(last=False)
+            oldest, _ = self.replies.popitem(last=False)
+            self.forgotten = max(self.forgotten, oldest)
 
 
 class Server:
@@ -87,6 +99,7 @@ class Server:
         self._faults = faults
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
+        self._hurried_until = 0.0
 
     def deliver(self, envelope: Envelope, sample: Sample) -> None:
         """Take a request in its turn."""
@@ -100,8 +113,10 @@ class Server:
         client = self._client(request.client)
         if request.verb is Verb.CANCEL:
             self._cancel(request)
-        elif request.number in client.replies:
-            self._say_again(request, client.replies[request.number])
+        elif request.number in client.open or request.number in client.replies:
+            self._say_again(request, client.replies.get(request.number))
+        elif request.number <= client.forgotten:
+            self._reply(request, Answer.REFUSED, error="newer requests were answered since: this one is too old")
         elif request.verb is Verb.RESULT:
             self._reply(request, Answer.REFUSED, error="this goal is not known here (the component was restarted)")
         else:
@@ -129,7 +144,7 @@ class Server:
         except BadMessage as error:
             self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
             return
-        client.remember(request.number, None)
+        client.open.add(request.number)
         if self.offered.action:
             self._pursue(request, body)
         else:
@@ -214,8 +229,14 @@ class Server:
     def _put(self, client: str, reply: Reply) -> None:
         writer = self._writers.open(self._keys.reply(self.name, client), type_of(Reply).encoding)
         if writer.sequence == 0:
-            writer.wait_for_reader(WAIT_FOR_CLIENT)
+            self._wait_for_client(writer)
         writer.put(codec.encode(reply))
+
+    def _wait_for_client(self, writer: Writer) -> None:
+        """Wait until the client listens; many that have gone must not keep the component from everybody else."""
+        hurried = time.monotonic() < self._hurried_until
+        if not writer.wait_for_reader(WAIT_WHEN_SOME_ARE_GONE if hurried else WAIT_FOR_CLIENT):
+            self._hurried_until = time.monotonic() + GONE_FOR
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a request that cannot be handled."""

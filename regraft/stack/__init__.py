@@ -3,10 +3,9 @@
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
 from regraft.stack.problems import Problem, StackError
-from regraft.stack.stack import Gateway, Stack, time_source
+from regraft.stack.stack import Stack, time_source
 
 __all__ = [
-    "Gateway",
     "Problem",
     "Stack",
     "StackError",

@@ -15,7 +15,7 @@ from regraft.stack.components import read_component, read_connections
 from regraft.stack.constraints import read_constraints
 from regraft.stack.document import read_document
 from regraft.stack.section import Section
-from regraft.stack.stack import Gateway, Stack, time_sources
+from regraft.stack.stack import Stack, time_sources
 from regraft.stack.topics import read_topics
 
 FIELDS = (
@@ -26,7 +26,6 @@ FIELDS = (
     "duration",
     "imports",
     "hosts",
-    "gateway",
     "topics",
     "components",
     "constraints",
@@ -64,7 +63,6 @@ def load(file: Path | str) -> Stack:
         architecture=architecture,
         seed=root.integer("seed", 0, 0, MOST_SEED),
         duration=root.number("duration", minimum=0.001),
-        gateway=_gateway(root),
         imports=imports,
         lines=report.lines,
     )
@@ -119,15 +117,6 @@ def _hosts(root: Section) -> tuple[str, ...]:
         except BadKey as error:
             root.wrong(f"hosts.{index}", str(error).replace("a system", "a host"))
     return tuple(dict.fromkeys(("local", *names)))
-
-
-def _gateway(root: Section) -> Gateway | None:
-    if "gateway" not in root:
-        return None
-    section = root.section("gateway")
-    section.only("address", "port")
-    usual = Gateway()
-    return Gateway(section.text("address", usual.address), section.integer("port", usual.port, 0, 65_535))
 
 
 def _with_speed(root: Section, architecture: Architecture) -> Architecture:

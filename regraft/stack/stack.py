@@ -11,14 +11,6 @@ from regraft.stepped.source import TimeSource
 
 
 @dataclass(frozen=True, slots=True)
-class Gateway:
-    """Where the REST gateway listens; port 0 is any free one."""
-
-    address: str = "127.0.0.1"
-    port: int = 8000
-
-
-@dataclass(frozen=True, slots=True)
 class Stack:
     """A checked stack. ``duration`` (seconds of the system's time) None runs until it is ended.
 
@@ -30,7 +22,6 @@ class Stack:
     architecture: Architecture
     seed: int = 0
     duration: float | None = None
-    gateway: Gateway | None = None
     imports: tuple[str, ...] = ()
     lines: dict[str, int] = field(default_factory=dict, repr=False, compare=False)
 

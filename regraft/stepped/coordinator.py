@@ -11,11 +11,14 @@ from typing import TypeVar
 
 from bus_schema import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want
+from bus_schema.lifecycle import State
+from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
 from regraft.bus import Closable, Presence, Sample
 from regraft.runtime.loop import get
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.roster import MemberState, Pair, Roster
+from regraft.stepped.run_report import RunReport
+from regraft.stepped.slot import hold_slot
 from regraft.stepped.wire import ClockLine
 from regraft.stepped.wiring import same_wiring, wiring_of
 
@@ -25,7 +28,6 @@ STEP_AGAIN_AFTER = 1.0
 MARK_AGAIN_AFTER = 0.1
 WIRED_WITHIN = 5.0
 MOST_ROUNDS = 32
-TELL_TIME_EVERY = 0.25
 
 M = TypeVar("M")
 
@@ -38,19 +40,16 @@ class Coordinator:
         self.roster = Roster()
         self.tick = 0
         self.time = 0
-        self.reproducible = runtime.assignment.incarnation == 1
-        self.dropped: list[str] = []
-        self.speed = 0.0
-        self.wall = 0.0
         self._runtime = runtime
         self._line = ClockLine(runtime.bus)
         self._keys = runtime.keys
+        first_run = runtime.assignment.incarnation == 1
+        self.report = RunReport(self._line, self._keys.clock("time"), reproducible=first_run)
         self._name = runtime.assignment.name
         self._joining: dict[str, Join] = {}
         self._acks: dict[str, Ack] = {}
         self._steps: dict[str, Step] = {}
         self._marked: set[Pair] = set()
-        self._next_time = 0.0
         self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
         self._told = wiring_of(runtime)
@@ -85,6 +84,9 @@ class Coordinator:
 
     def _take_join(self, join: Join) -> None:
         member = self.roster.members.get(join.member)
+        waiting = self._joining.get(join.member)
+        if waiting is not None and join.incarnation < waiting.incarnation:
+            return
         if member is None or join.incarnation > member.incarnation:
             self._joining[join.member] = join
 
@@ -106,25 +108,30 @@ class Coordinator:
 
     def _take_want(self, want: Want) -> None:
         member = self.roster.members.get(want.member)
-        if member is None:
-            return
-        strangers = {s for s in want.outside if s not in self.roster.members and s not in self._joining}
-        member.outside |= strangers
+        if member is not None and member.incarnation == want.incarnation:
+            member.outside |= self._strangers(want.outside)
+
+    def _strangers(self, sources: tuple[str, ...]) -> set[str]:
+        return {source for source in sources if source not in self.roster.members and source not in self._joining}
 
     def _presence(self, presence: Presence) -> None:
         name, _, incarnation = presence.key.split("/")[-3:]
-        member = self.roster.members.get(name)
-        if presence.present or member is None or name == self._name or str(member.incarnation) != incarnation:
+        if presence.present or name == self._name:
             return
-        self._drop(name, "its process is gone")
+        joining = self._joining.get(name)
+        if joining is not None and str(joining.incarnation) == incarnation:
+            del self._joining[name]
+        member = self.roster.members.get(name)
+        if member is not None and str(member.incarnation) == incarnation:
+            self._drop(name, "its process is gone")
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)
         self._steps.pop(name, None)
         self._acks.pop(name, None)
         self._marked = {pair for pair in self._marked if name not in pair[1:]}
-        self.reproducible = False
-        self.dropped.append(name)
+        self.report.reproducible = False
+        self.report.dropped.append(name)
         self._runtime.herald.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
 
     # --- joining and wiring ---
@@ -163,7 +170,7 @@ class Coordinator:
         for key, writer, reader in sorted(unwired):
             self._runtime.herald.event("clock.unwired", f"{reader} never saw a marker of {writer} on {key}")
             self.roster.wired.add((key, writer, reader))
-        self.reproducible = False
+        self.report.reproducible = False
 
     def _refresh_local(self) -> None:
         wiring = wiring_of(self._runtime)
@@ -203,17 +210,15 @@ class Coordinator:
 
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local
-        frontier, member.pending, member.due = member.pending, {}, False
-        runtime.inbound.forget_sources(tuple(member.gone))
-        member.gone.clear()
-        self._pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND)
+        runtime.inbound.forget_sources(tuple(sorted(member.gone)))
+        frontier = member.begin_step()
+        if not self._pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND):
+            self._fault(self._name, "some of the messages that were to be handled have not come")
         runtime.inbound.release(frontier)
         runtime.work()
         if number == 0:
             runtime.fire()
-        while runtime.computing:
-            self._pump(0.1)
-            runtime.work()
+        self._settle()
         member.next_wake = runtime.timers.next_due()
 
     def _take_local_output(self) -> None:
@@ -231,33 +236,39 @@ class Coordinator:
                 return
             member = wanting[0]
             member.wants_slot = False
-            if member is self.local:
-                self._slot_local()
-                continue
-            touched = self._grant(member)
+            touched = self._slot_local() if member is self.local else self._grant(member)
             present = [name for name in touched if name in self.roster.members and name != self._name]
             self._exchange(dict.fromkeys(present, StepKind.REPORT))
             self.wire()
             self.run_rounds()
 
     def _wanting(self) -> list[MemberState]:
+        self.local.outside = self._strangers(self._runtime.inbound.outsiders())
+        self.local.wants_slot = self._runtime.slots.wanted
         return [member for _, member in sorted(self.roster.members.items()) if member.wants_slot or member.outside]
 
     def _grant(self, member: MemberState) -> tuple[str, ...]:
+        """Let a member hold the slot until it gives it back; returns whose wiring or timing may have changed.
+
+        That is anybody's if the holder died in it.
+        """
         outside = tuple(sorted(member.outside))
         member.outside.clear()
         self._send({member.name: StepKind.SLOT}, outside=outside)
         touched: list[str] = []
         self._collect([member.name], bounded=False, touched=touched)
-        return tuple(touched)
+        return tuple(touched) if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
 
-    def _slot_local(self) -> None:
-        runtime = self._runtime
-        runtime.inbound.release_outside(tuple(self.local.outside))
-        self.local.outside.clear()
-        runtime.work()
-        self._take_local_output()
-        self.run_rounds()
+    def _slot_local(self) -> tuple[str, ...]:
+        outside = tuple(sorted(self.local.outside))
+        return hold_slot(self._runtime, outside, lambda: self._pump(0.1), self._settle)
+
+    def _settle(self) -> None:
+        """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
+        self._runtime.work()
+        while self._runtime.computing:
+            self._pump(0.1)
+            self._runtime.work()
 
     # --- sending steps and collecting acknowledgements ---
 
@@ -278,6 +289,8 @@ class Coordinator:
             member.number += 1
             working = kind is StepKind.STEP
             wanted = self.roster.wanted(member) if working else member.wanted
+            gone = tuple(sorted(member.gone)) if working else ()
+            frontier = member.begin_step() if working else {}
             step = Step(
                 member.incarnation,
                 member.number,
@@ -285,15 +298,13 @@ class Coordinator:
                 self.tick,
                 round_number,
                 self.time,
-                member.pending if working else {},
-                tuple(sorted(member.gone)) if working else (),
+                frontier,
+                gone,
                 wanted if wanted != member.wanted else None,
                 outside,
                 tuple(sorted((marks or {}).get(name, ()))),
             )
             member.wanted = wanted
-            if working:
-                member.pending, member.due, member.gone = {}, False, set()
             self._steps[name] = step
             self._line.put(self._keys.clock(f"step/{name}"), step)
 
@@ -301,6 +312,8 @@ class Coordinator:
         """Wait for the acknowledgements of ``names``, in any order, and take them in the order of names."""
         sent = again = time.monotonic()
         while waiting := [name for name in names if name in self._steps and name not in self._acks]:
+            if self._runtime.state is State.FINALIZED:
+                break
             now = time.monotonic()
             if bounded and now - sent > STEP_BOUND:
                 for name in waiting:
@@ -310,7 +323,7 @@ class Coordinator:
                 again = now
                 for name in waiting:
                     self._line.put(self._keys.clock(f"step/{name}"), self._steps[name])
-                self.tell_time(waiting)
+                self.tell_time(tuple(waiting))
             self._pump(0.1)
         for name in names:
             ack = self._acks.pop(name, None)
@@ -324,11 +337,14 @@ class Coordinator:
         member.next_wake = ack.next_wake
         member.wants_slot = ack.wants_slot
         if ack.error:
-            self.reproducible = False
-            self._runtime.herald.event("clock.fault", f"{ack.member}, tick {self.tick}: {ack.error}")
+            self._fault(ack.member, ack.error)
         self.roster.advance(member, ack.published)
         if ack.wiring is not None:
             self.roster.rewire(member, ack.wiring)
+
+    def _fault(self, member: str, error: str) -> None:
+        self.report.reproducible = False
+        self._runtime.herald.event("clock.fault", f"{member}, tick {self.tick}: {error}")
 
     # --- the source's own inbox ---
 
@@ -370,22 +386,6 @@ class Coordinator:
         self._pump_until(lambda: not missing(), time.monotonic() + seconds)
         return tuple(sorted(missing()))
 
-    def tell_time(self, waiting: list[str] | None = None, *, finished: bool = False) -> None:
+    def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        now = time.monotonic()
-        if now < self._next_time and not finished:
-            return
-        self._next_time = now + TELL_TIME_EVERY
-        names = tuple(sorted(self.roster.members))
-        told = ClockTime(
-            self.tick,
-            self.time,
-            self.speed,
-            names,
-            tuple(waiting or ()),
-            self.reproducible,
-            tuple(self.dropped),
-            finished,
-            self.wall,
-        )
-        self._line.put(self._keys.clock("time"), told)
+        self.report.tell(self.tick, self.time, sorted(self.roster.members), waiting, finished=finished)

@@ -13,10 +13,10 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want, Wiring
 from regraft.bus import Presence, Sample
 from regraft.clock import SteppedClock
-from regraft.runtime.lifecycle import TransitionFailed
-from regraft.runtime.loop import get
+from regraft.runtime.loop import get, reach
 from regraft.runtime.runtime import Runtime
 from regraft.runtime.stream import Stream
+from regraft.stepped.slot import hold_slot
 from regraft.stepped.wire import ClockLine
 from regraft.stepped.wiring import same_wiring, wiring_of
 
@@ -71,13 +71,7 @@ class Member:
 
     def _configure(self) -> None:
         if self._runtime.assignment.state in (State.INACTIVE, State.ACTIVE):
-            self._reach(State.INACTIVE)
-
-    def _reach(self, state: State) -> None:
-        try:
-            self._runtime.lifecycle.reach(state)
-        except TransitionFailed as error:
-            self._runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
+            reach(self._runtime, State.INACTIVE)
 
     # --- joining ---
 
@@ -150,7 +144,7 @@ class Member:
         elif step.kind is StepKind.STEP:
             error = self._work(step)
         elif step.kind is StepKind.SLOT:
-            touched = self._slot(step)
+            touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
             self._next_want = 0.0
         self._acknowledge(step, touched, error)
 
@@ -171,7 +165,7 @@ class Member:
         runtime.inbound.release(step.frontier)
         if not self._started:
             self._started = True
-            self._reach(runtime.assignment.state)
+            reach(runtime, runtime.assignment.state)
         runtime.work()
         self._settle()
         if step.round == 0:
@@ -187,20 +181,6 @@ class Member:
                 return "some of the messages that were to be handled have not come"
             self._pump_once()
         return ""
-
-    def _slot(self, step: Step) -> tuple[str, ...]:
-        """Hold the exclusive slot until no task needs it any more."""
-        runtime = self._runtime
-        self._clock.advance_to(step.time)
-        runtime.inbound.release_outside(step.outside)
-        runtime.slots.grant()
-        runtime.work()
-        self._settle()
-        while runtime.slots.holders and runtime.state is not State.FINALIZED:
-            self._pump_once()
-            runtime.work()
-            self._settle()
-        return runtime.slots.withdraw()
 
     def _settle(self) -> None:
         """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""

@@ -10,10 +10,16 @@ from bus_schema.messages.clock import Frontier, Wiring
 Pair = tuple[str, str, str]
 """A connection: key, the member that writes it, the member that reads it."""
 
+MOST_BACKLOG = 32
+"""Advances of its inputs after which a member is stepped although nothing wakes it: until then it holds the data."""
+
 
 @dataclass(slots=True)
 class MemberState:
-    """What the coordinator knows of one member. ``pending`` is what it has to handle in its next step."""
+    """What the coordinator knows of one member. ``pending`` is what it has to handle in its next step.
+
+    ``backlog`` counts the advances in it.
+    """
 
     name: str
     incarnation: int
@@ -24,9 +30,16 @@ class MemberState:
     due: bool = False
     number: int = 0
     pending: Frontier = field(default_factory=dict)
+    backlog: int = 0
     outside: set[str] = field(default_factory=set)
     gone: set[str] = field(default_factory=set)
     wanted: tuple[str, ...] | None = None
+
+    def begin_step(self) -> Frontier:
+        """Return what is to be handled in the step that begins now; from here on, nothing is pending."""
+        frontier, self.pending = self.pending, {}
+        self.backlog, self.due, self.gone = 0, False, set()
+        return frontier
 
     def wakes_on(self, key: str) -> bool | None:
         """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
@@ -50,7 +63,11 @@ class Roster:
         self._all_wired = True
 
     def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
-        """Take a member in, with nothing wired."""
+        """Take a member in, with nothing wired. One that was here before is not gone any more: its numbering goes on,
+        or its new epoch begins it anew, and to drop it now would drop what it puts from here on.
+        """
+        for other in self.members.values():
+            other.gone.discard(name)
         member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), next_wake)
         self.members[name] = member
         for key, sequence in wiring.outputs.items():
@@ -138,7 +155,8 @@ class Roster:
                     self.wired.add(pair)
                 if pair in self.wired:
                     reader.pending.setdefault(key, {})[writer.name] = sequence
-                    reader.due = reader.due or wakes
+                    reader.backlog += 1
+                    reader.due = reader.due or wakes or reader.backlog >= MOST_BACKLOG
 
     def wanted(self, member: MemberState) -> tuple[str, ...]:
         """Return the keys of a member's outputs that other members read."""

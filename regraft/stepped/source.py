@@ -10,7 +10,7 @@ from bus_schema.lifecycle import State
 from regraft.clock import SteppedClock
 from regraft.component import Component
 from regraft.parameters import Parameter
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.loop import reach
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.coordinator import Coordinator
 
@@ -65,20 +65,14 @@ class SourceLoop:
         """Run until the component is finalized."""
         runtime = self._runtime
         runtime.declare()
-        self._reach(State.INACTIVE)
+        reach(runtime, State.INACTIVE)
         coordinator = self._coordinator = Coordinator(runtime)
-        self._reach(runtime.assignment.state)
+        reach(runtime, runtime.assignment.state)
         coordinator.time = self._clock.now()
         coordinator.declare()
         self._wait_for_members(coordinator)
         coordinator.tick = round(coordinator.time / 1e9 * self._source.tick_rate)
         self._tick_until_finalized(coordinator)
-
-    def _reach(self, state: State) -> None:
-        try:
-            self._runtime.lifecycle.reach(state)
-        except TransitionFailed as error:
-            self._runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
 
     def _wait_for_members(self, coordinator: Coordinator) -> None:
         within = MEMBERS_WITHIN if self._runtime.assignment.incarnation == 1 else MEMBERS_BACK_WITHIN
@@ -106,7 +100,7 @@ class SourceLoop:
             pace = self._keep_pace(coordinator, pace, period)
             if self._is_active():
                 coordinator.run_tick(lambda: self._advance(coordinator, period))
-                self._runtime.control.checkpoint_if_any()
+                self._runtime.guarded("checkpoint", self._runtime.control.checkpoint_if_any)
                 self._measure_speed(coordinator)
 
     def _is_active(self) -> bool:
@@ -135,9 +129,9 @@ class SourceLoop:
     def _measure_speed(self, coordinator: Coordinator) -> None:
         since, simulated = self._speed_mark
         now = time.monotonic()
-        coordinator.wall = now - self._started
+        coordinator.report.wall = now - self._started
         if now - since >= SPEED_OVER:
-            coordinator.speed = (coordinator.time - simulated) / 1e9 / (now - since)
+            coordinator.report.speed = (coordinator.time - simulated) / 1e9 / (now - since)
             self._speed_mark = (now, coordinator.time)
 
     def _finish(self, coordinator: Coordinator) -> None:

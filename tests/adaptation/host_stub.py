@@ -29,6 +29,7 @@ class HostStub:
         self._lock = threading.Lock()
         self._bus = MemoryBus(hub)
         keys = Keys(architecture.system)
+        self._bus.announce(keys.host("local", "alive"))
         self._bus.serve(keys.host("local", "view"), self._view)
         self._bus.serve(keys.host("local", "specs"), self._specs)
 

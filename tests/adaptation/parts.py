@@ -52,15 +52,18 @@ class Fragile(Component):
 
     heard = Input(Twist, topic="numbers", required=False)
     level = Parameter(0, minimum=0, maximum=10)
-    mood = Parameter("well", choices=("well", "refuses", "hangs", "fails"))
+    mood = Parameter("well", choices=("well", "refuses", "hangs", "dies", "fails"))
     release: ClassVar[threading.Event] = threading.Event()
 
     def on_parameters(self, changed: frozenset[str]) -> None:
-        """Refuse or hang, as the mood is."""
+        """Refuse, hang or die, as the mood is."""
         if self.mood == "refuses" and "level" in changed:
             raise ValueError("not in this mood")
         if self.mood == "hangs" and "level" in changed:
             self.release.wait(10.0)
+        if self.mood == "dies" and "level" in changed:
+            self.release.wait(10.0)
+            raise SystemExit
 
     def on_activate(self) -> None:
         """Fail, as the mood is."""

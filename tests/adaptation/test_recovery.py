@@ -14,16 +14,22 @@ from bus_schema.adaptation import AdaptationReport, Change, ChangeState, Connect
 from bus_schema.lifecycle import Transition
 from tests.adaptation.system import System, wait_until
 
+VALUES: tuple[Change, ...] = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 3}))
 CHANGES: tuple[Change, ...] = (
     SetParameters("listener", {"gain": 0.9}),
     Connect("listener", "heard", "others"),
     ChangeState("fragile", Transition.DEACTIVATE),
 )
+POINTS_OF_VALUES = [
+    *[(name, 1, when) for name in ("begin", "progress", "begin_giving") for when in ("before", "after")],
+    *[("perform", call, when) for call in (1, 2) for when in ("before", "after")],
+    ("end", 1, "before"),
+]
 POINTS = [
     *[("begin", call, when) for call in (1,) for when in ("before", "after")],
     *[("perform", call, when) for call in (1, 2, 3) for when in ("before", "after")],
     *[("progress", call, when) for call in (1, 2) for when in ("before", "after")],
-    *[("give", call, when) for call in (1,) for when in ("before", "after")],
+    *[("begin_giving", call, when) for call in (1,) for when in ("before", "after")],
     ("end", 1, "before"),
 ]
 
@@ -56,18 +62,18 @@ def _dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, wh
             raise SystemExit
         return result
 
-    monkeypatch.setattr(owner, name, die_async if name in ("perform", "give") else die)
+    monkeypatch.setattr(owner, name, die_async if name == "perform" else die)
 
 
-@pytest.mark.parametrize(("name", "call", "when"), POINTS)
-def test_an_interrupted_adaptation_is_undone_on_return(
-    system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
+def _interrupted(
+    system: System, monkeypatch: pytest.MonkeyPatch, changes: tuple[Change, ...], name: str, call: int, when: str
 ) -> None:
+    """Adapt with a manager that dies half-way, and check what the next one makes of it."""
     before = system.views()
-    owner = {"perform": transaction, "give": Hosts}.get(name, Journal)
+    owner = {"perform": transaction, "begin_giving": Hosts}.get(name, Journal)
     with monkeypatch.context() as patch:
         _dying(patch, owner, name, call, when)
-        pending = system.adapt(*CHANGES, wait=False)
+        pending = system.adapt(*changes, wait=False)
         wait_until(lambda: not system.running["manager"].thread.is_alive())
     system.start_manager()
     lines = system.lines().entries
@@ -79,7 +85,21 @@ def test_an_interrupted_adaptation_is_undone_on_return(
     else:
         assert (lines[0].id, lines[0].outcome) == (pending.id, Outcome.ROLLED_BACK)
         assert lines[0].error == "interrupted: the manager was restarted"
-    assert system.adapt(*CHANGES).outcome is Outcome.APPLIED
+    assert system.adapt(*changes).outcome is Outcome.APPLIED
+
+
+@pytest.mark.parametrize(("name", "call", "when"), POINTS)
+def test_an_interrupted_adaptation_is_undone_on_return(
+    system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
+) -> None:
+    _interrupted(system, monkeypatch, CHANGES, name, call, when)
+
+
+@pytest.mark.parametrize(("name", "call", "when"), POINTS_OF_VALUES)
+def test_an_interrupted_setting_of_parameters_is_undone_on_return(
+    system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
+) -> None:
+    _interrupted(system, monkeypatch, VALUES, name, call, when)
 
 
 def test_an_adaptation_whose_end_was_written_stands(system: System, monkeypatch: pytest.MonkeyPatch) -> None:

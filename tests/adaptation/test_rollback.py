@@ -29,11 +29,11 @@ def test_a_component_that_dies_half_way_leads_to_rolled_back(impatient: System) 
     system = impatient
     before = system.views()
     fragile = system.running["fragile"]
-    system.adapt(SetParameters("fragile", {"mood": "hangs"}))
+    system.adapt(SetParameters("fragile", {"mood": "dies"}))
 
     def die() -> None:
         Fragile.release.set()
-        fragile.kill()
+        fragile.thread.join(5.0)
         system.host.ended("fragile")
 
     wanted = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 5}))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
 from regraft import CallFailed
-from tests.host.conftest import Start
+from tests.host.conftest import HEAD, Start
 from tests.host.parts import Tick
-from tests.host.system import System, children_of, exists, wait_gone
+from tests.host.system import ROOT, PATIENCE, System, children_of, exists, wait_gone
 from tests.kit.site import wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
@@ -119,3 +122,22 @@ def test_a_program_that_does_not_exist_is_quarantined_and_its_log_says_why(start
     system = start("  ghost: {command: [no-such-program], managed: false, restart: {limit: 1, backoff: 0.01}}\n")
     system.wait_for("ghost", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
     assert any("cannot run 'no-such-program'" in line for line in system.client.logs("ghost"))
+
+
+def test_a_system_whose_zygote_is_killed_ends_with_an_error_and_leaves_nothing(start: Start) -> None:
+    system = start(TICKER + MOODY)
+    system.wait_running("ticker")
+    pids = children_of(system.process.pid)
+    zygote = next(pid for pid in pids if len(children_of(pid)) == len(pids) - 1)
+    os.kill(zygote, signal.SIGKILL)
+    assert system.process.wait(PATIENCE) != 0
+    wait_gone(pids)
+
+
+def test_a_component_on_another_host_is_refused_with_its_line(tmp_path: Path) -> None:
+    stack = tmp_path / "stack.yaml"
+    stack.write_text(HEAD.replace("components:", "hosts: [arm]\ncomponents:") + TICKER.replace("}", ", host: arm}"))
+    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless"]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=30, check=False)
+    assert ended.returncode == 2
+    assert "stack.yaml:8: components.ticker.host: 'arm'" in ended.stderr

@@ -17,6 +17,8 @@ clock: real
 imports: [tests.hostile.parts]
 topics:
   numbers: {type: hostile_tests/Number, writers: many}
+  adaptations: {type: regraft/AdaptationReport}
+  architecture: {type: regraft/Architecture}
 components:
 """
 SOURCE = "  source: {class: 'tests.hostile.parts:Source'}\n"

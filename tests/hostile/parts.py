@@ -189,3 +189,12 @@ class Chatty(Component):
     def alive(self, word: Word) -> Word:
         print("asked")
         return word
+
+
+class Hanging(Component):
+    """Hangs when it is asked to."""
+
+    @service("hang")
+    def hang(self, word: Word) -> Word:
+        time.sleep(3600)
+        return word

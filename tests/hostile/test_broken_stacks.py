@@ -29,7 +29,7 @@ BROKEN = {
     ),
     "an unknown parameter": (
         "  x: {class: 'tests.hostile.parts:Source', parameters: {stpe: 1}}\n",
-        "there is no such parameter; there are: step",
+        "did you mean 'step'?",
     ),
     "an input that nobody feeds": (SINK, "numbers"),
     "two writers": (SOURCE + SOURCE.replace("source:", "other:"), "it may have one writer"),

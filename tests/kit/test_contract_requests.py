@@ -12,7 +12,8 @@ from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft import CallFailed
 from regraft.clock import RealClock
-from regraft.runtime.writers import Identity, Writers
+from regraft.runtime.serving import REMEMBERED_REPLIES
+from regraft.runtime.writers import Identity, Writer, Writers
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
 from tests.kit.site import PATIENCE, Site, wait_until
@@ -87,8 +88,8 @@ def test_one_component_can_call_another(site: Site) -> None:
     wait_until(lambda: answers == [Number(8)])
 
 
-def test_a_request_asked_twice_is_done_once_and_answered_twice(site: Site) -> None:
-    site.start(Oracle, "oracle")
+def _bare_client(site: Site, name: str) -> tuple[Writer, list[Reply]]:
+    """Return what asks the service ``double`` without the kit's help, and the replies that come."""
     bus = site.session()
     replies: list[Reply] = []
 
@@ -97,18 +98,33 @@ def test_a_request_asked_twice_is_done_once_and_answered_twice(site: Site) -> No
         if sample and sample.payload:
             replies.append(codec.decode(sample.payload, Reply))
 
-    bus.subscribe(site.keys.reply("double", "stutterer"), take)
-    writer = site.writer("unused", Number, "stutterer")
-    request = codec.encode(Request("stutterer", 1, Verb.CALL, {"value": 3, "share": 0.0}))
-    requests = Writers(bus, RealClock(), Identity("stutterer", 1, 1)).open(
+    bus.subscribe(site.keys.reply("double", name), take)
+    requests = Writers(bus, RealClock(), Identity(name, 1, 1)).open(
         site.keys.request("double"), type_of(Request).encoding
     )
     requests.wait_for_reader(5.0)
+    return requests, replies
+
+
+def test_a_request_asked_twice_is_done_once_and_answered_twice(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    requests, replies = _bare_client(site, "stutterer")
+    request = codec.encode(Request("stutterer", 1, Verb.CALL, {"value": 3, "share": 0.0}))
     requests.put(request)
     requests.put(request)
     wait_until(lambda: len(replies) == 2)
     assert replies[0] == replies[1]
-    writer.close()
+
+
+def test_a_call_whose_reply_is_forgotten_by_now_is_refused_not_done_again(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    requests, replies = _bare_client(site, "forgetful")
+    for number in (*range(1, REMEMBERED_REPLIES + 2), 1):
+        body = {"value": number, "share": 0.0}
+        requests.put(codec.encode(Request("forgetful", number, Verb.CALL, body)))
+    wait_until(lambda: len(replies) == REMEMBERED_REPLIES + 2)
+    assert {reply.answer for reply in replies[:-1]} == {Answer.RESULT}
+    assert (replies[-1].number, replies[-1].answer) == (1, Answer.REFUSED)
 
 
 def test_a_goal_is_accepted_gives_feedback_and_ends(site: Site) -> None:

@@ -58,7 +58,7 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
         assert process.poll() is None
 
         def echo() -> subprocess.CompletedProcess[str]:
-            return _regraft(environment, "--system", system, "--json", "topic", "echo", "weather", "--count", "1")
+            return _regraft(environment, "--system", system, "topic", "echo", "weather", "--count", "1", "--json")
 
         seen = echo()
         assert seen.returncode == 0, seen.stderr

@@ -12,7 +12,6 @@ clock: simulated
 seed: 1
 speed: max
 duration: 120
-gateway: {port: 8001}
 topics:
   odometry: {type: regraft/Odometry, rate: 20}
   scan: {type: regraft/LaserScan, rate: 5, sensor_stream: true}

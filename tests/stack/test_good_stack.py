@@ -18,7 +18,7 @@ from bus_schema.architecture import (
 from bus_schema.codec import decode, encode
 from bus_schema.consistency import violations
 from bus_schema.lifecycle import State
-from regraft.stack import Gateway, load, time_source
+from regraft.stack import load, time_source
 from tests.stack.files import GOOD, changed, good, write
 
 
@@ -26,7 +26,6 @@ def test_head_of_the_file_is_read(tmp_path: Path) -> None:
     stack = good(tmp_path)
     assert (stack.name, stack.clock, stack.seed, stack.speed) == ("frog", "simulated", 1, "max")
     assert stack.duration == 120.0
-    assert stack.gateway == Gateway("127.0.0.1", 8001)
     assert stack.folder == tmp_path
     assert stack.python_path == (str(tmp_path),)
     assert time_source(stack) == "world"

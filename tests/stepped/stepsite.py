@@ -5,8 +5,10 @@ from __future__ import annotations
 import threading
 from typing import Any
 
+from bus_schema import codec
 from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
+from bus_schema.registry import type_of
 from regraft.assignment import Assignment
 from regraft.bus import Bus
 from regraft.client import Client
@@ -14,6 +16,7 @@ from regraft.clock import SteppedClock
 from regraft.component import Component
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.runtime.runtime import Runtime
+from regraft.runtime.writers import Identity, Writers
 from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
 from regraft.zenoh_bus import ZenohBus, open_bus
@@ -78,6 +81,13 @@ class StepSite:
     def wait_for_time(self, seconds: float) -> None:
         """Wait until simulated time has come so far."""
         wait_until(lambda: (t := self.time()) is not None and t.time >= seconds * 1e9, f"{seconds} s", PATIENCE)
+
+    def publish(self, topic: str, message: object, source: str) -> None:
+        """Put one message at a topic, as somebody who is no member."""
+        writers = Writers(self._session(), SteppedClock(), Identity(source, 1, 1))
+        writer = writers.open(f"steps/topic/{topic}", type_of(type(message)).encoding)
+        assert writer.wait_for_reader(PATIENCE)
+        writer.put(codec.encode(message))
 
     def component(self, name: str) -> Any:
         """Return a component itself."""

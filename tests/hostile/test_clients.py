@@ -1,0 +1,86 @@
+"""Clients that come and go by the thousand, and those that stop in the middle."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from regraft.client import Client
+from tests.host.system import ROOT, System
+from tests.hostile.conftest import SINK, SOURCE, Start
+from tests.hostile.raw import stranger
+from tests.hostile.test_bad_components import heard
+from tests.kit.site import wait_until
+
+FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 6.0}}\n"
+
+
+def _goes_on(system: System) -> None:
+    before = heard(system)
+    wait_until(lambda: heard(system) > before + 20, "the sink to hear more", 20.0)
+    assert {p.incarnation for p in system.processes().values()} == {1}
+
+
+def _resident(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096
+
+
+def _come_and_go(system: System, count: int) -> None:
+    for number in range(count):
+        if number % 10:
+            with stranger(system.info.endpoint) as raw:
+                raw.put(system.client.keys.topic("numbers"), b"hello")
+        else:
+            with Client.connect(system.info) as client:
+                assert "sink" in client.components()
+
+
+def test_clients_that_come_and_go_leave_nothing_behind(start: Start) -> None:
+    system = start(SOURCE + SINK)
+    system.wait_running("sink")
+    _come_and_go(system, 60)
+    files = len(os.listdir(f"/proc/{system.process.pid}/fd"))
+    _come_and_go(system, 60)
+    wait_until(lambda: len(os.listdir(f"/proc/{system.process.pid}/fd")) <= files + 5, "the links to be closed")
+    _goes_on(system)
+
+
+@pytest.mark.evidence
+@pytest.mark.timeout(300)
+def test_a_thousand_clients_that_come_and_go_leave_nothing_behind(start: Start) -> None:
+    system = start(SOURCE + SINK)
+    system.wait_running("sink")
+    _come_and_go(system, 100)
+    before = _resident(system.process.pid)
+    _come_and_go(system, 1000)
+    _goes_on(system)
+    print(f"the host grew from {before / 1e6:.0f} to {_resident(system.process.pid) / 1e6:.0f} MB")
+    assert _resident(system.process.pid) < before + 100e6
+
+
+def test_an_onlooker_that_is_stopped_while_data_flows_holds_up_nobody(start: Start) -> None:
+    system = start(FLOOD + SOURCE + SINK)
+    system.wait_running("flood")
+    echo = subprocess.Popen(
+        [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        assert echo.stdout is not None
+        assert echo.stdout.readline()
+        echo.send_signal(signal.SIGSTOP)
+        _goes_on(system)
+        _goes_on(system)
+        host = _resident(system.process.pid)
+        assert host < 1e9
+    finally:
+        echo.send_signal(signal.SIGCONT)
+        echo.kill()
+        echo.wait()

@@ -1,0 +1,171 @@
+"""Starting and ending at bad moments: nothing is left running, and the next start works."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from regraft import rundir
+from tests.host.system import ROOT, children_of, exists, wait_gone
+from tests.hostile.conftest import SINK, SOURCE, Start
+from tests.hostile.test_broken_stacks import up
+from tests.kit.site import wait_until
+
+Write = Callable[..., Path]
+
+MANY = "".join(SOURCE.replace("source:", f"source_{n}:") for n in range(6)) + SINK
+
+
+def _begin(stack: Path, *options: str) -> subprocess.Popen[bytes]:
+    with (stack.parent / "up.log").open("wb") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
+            cwd=ROOT,
+            stdout=log,
+            stderr=log,
+            stdin=subprocess.DEVNULL,
+        )
+
+
+def _processes(process: subprocess.Popen[bytes], least: int) -> list[int]:
+    found: list[int] = []
+
+    def there() -> bool:
+        nonlocal found
+        found = children_of(process.pid)
+        return len(found) >= least or process.poll() is not None
+
+    wait_until(there, f"{least} processes", 20.0)
+    return found
+
+
+def _log(stack: Path) -> str:
+    return (stack.parent / "up.log").read_text()
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("processes", [1, 2, 5])
+def test_a_start_that_is_interrupted_leaves_nothing(stack: Write, signum: signal.Signals, processes: int) -> None:
+    path = stack(MANY)
+    process = _begin(path)
+    pids = _processes(process, processes)
+    process.send_signal(signum)
+    assert process.wait(20.0) in (0, 130, -signum), _log(path)
+    assert "Traceback" not in _log(path)
+    wait_gone(pids)
+    assert not rundir.running()
+    assert not (rundir.folder("tests") / "run.json").exists()
+
+
+@pytest.mark.parametrize("processes", [1, 3])
+def test_a_start_that_is_killed_leaves_nothing_and_the_next_one_works(stack: Write, processes: int) -> None:
+    path = stack(MANY)
+    process = _begin(path)
+    pids = _processes(process, processes)
+    process.kill()
+    process.wait()
+    wait_gone(pids)
+    wait_until(lambda: not rundir.running(), "the last process to let go of the lock", 20.0)
+    done = up(path, "--for", "0.2")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_asking_to_end_again_and_again_is_as_good_as_once(start: Start) -> None:
+    system = start(SOURCE + "  deaf: {class: 'tests.hostile.parts:Deaf'}\n")
+    system.wait_running("deaf")
+    pids = children_of(system.process.pid)
+    for signum in (signal.SIGTERM, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
+        system.process.send_signal(signum)
+    assert system.process.wait(20.0) == 0
+    assert "Traceback" not in system.log.read_text()
+    assert not [pid for pid in pids if exists(pid)]
+
+
+def test_what_a_killed_run_leaves_behind_is_no_running_system(start: Start, stack: Write) -> None:
+    system = start(SOURCE + SINK)
+    system.wait_running("sink")
+    pids = children_of(system.process.pid)
+    system.client.close()
+    system.process.kill()
+    system.process.wait()
+    wait_gone(pids)
+    assert (rundir.folder("tests") / "run.json").exists()
+    assert not rundir.running()
+    with pytest.raises(rundir.NotRunning, match="no system named 'tests' is running"):
+        rundir.find("tests")
+    done = up(stack(SOURCE + SINK), "--for", "0.2")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "left", ["", "{", "[]", '{"system": 1}', json.dumps({"system": "tests", "pid": "x"}), "\0" * 100, '"' + "[" * 9000]
+)
+def test_a_run_file_that_is_none_stops_no_start(stack: Write, left: str) -> None:
+    path = stack(SOURCE)
+    folder = rundir.folder("tests")
+    folder.mkdir(parents=True)
+    (folder / "run.json").write_text(left)
+    (folder / "lock").write_text("12345")
+    assert rundir.running() == []
+    done = up(path, "--for", "0.1")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_second_start_is_refused_and_the_first_goes_on(start: Start) -> None:
+    system = start(SOURCE + SINK)
+    system.wait_running("sink")
+    done = up(system.log.parent / "stack.yaml")
+    assert done.returncode == 2
+    assert "already running" in done.stderr
+    assert str(system.process.pid) in done.stderr
+    assert rundir.find("tests").pid == system.process.pid
+    assert system.processes()["sink"].incarnation == 1
+
+
+def test_a_home_that_cannot_be_written_is_said(stack: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = stack(SOURCE)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "file"))
+    done = up(path)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert str(tmp_path / "file") in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        done = up(stack(SOURCE + f"  g: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"))
+    assert done.returncode == 2
+    assert f"127.0.0.1:{port}" in done.stderr
+    assert not rundir.running()
+
+
+def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write) -> None:
+    path = stack("  late: {class: 'tests.hostile.slow_import:Late'}\n")
+    process = _begin(path)
+    wait_until(lambda: _has_begun(process.pid), "the import")
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20.0) == 130
+    assert "Traceback" not in _log(path)
+    assert not rundir.running()
+
+
+def _has_begun(pid: int) -> bool:
+    """Tell whether a process is past its own start and waits for something."""
+    try:
+        maps = Path(f"/proc/{pid}/maps").read_text()
+        state = Path(f"/proc/{pid}/wchan").read_text()
+    except OSError:
+        return False
+    return "zenoh" in maps and "sleep" in state and os.getpid() != pid

@@ -1,0 +1,129 @@
+"""Simulated time in step when something unusual happens: strangers, idle readers, the death of a slot's holder."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from bus_schema import codec
+from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.clock import Wiring
+from bus_schema.messages.control import SetTransition
+from regraft import CallFailed, Component, Input, service
+from regraft.stepped.roster import MOST_BACKLOG, Roster
+from tests.kit.site import wait_until
+from tests.stepped.parts import Reading, Text, TinyWorld
+from tests.stepped.stepsite import StepSite
+
+
+class OnDemand(Component):
+    """Looks at the position only when it is asked."""
+
+    position = Input(Reading)
+
+    @service("look")
+    def look(self, _: Text) -> Reading:
+        seen = self.position.latest
+        assert seen is not None
+        return seen
+
+
+class Listener(Component):
+    """Counts positions, once it is active."""
+
+    position = Input(Reading)
+
+    def __init__(self) -> None:
+        self.heard = 0
+
+    @position.handler
+    def hear(self, _: Reading) -> None:
+        self.heard += 1
+
+
+class Activator(Component):
+    """Activates the listener in a slot, and holds the slot then."""
+
+    def __init__(self) -> None:
+        self.answers = 0
+
+    @service("activate")
+    async def activate(self, _: Text) -> Text:
+        async with self.kit.exclusive():
+            key = f"{self.kit.system}/component/listener/1/transition"
+            self.answers = len(await self.kit.ask(key, codec.encode(SetTransition(Transition.ACTIVATE)), 5.0))
+            await self.kit.compute(self.held.wait, 30.0)
+        return Text()
+
+    held = threading.Event()
+
+
+class Dawdler(Component):
+    """Sleeps while it holds the slot."""
+
+    @service("dawdle")
+    async def dawdle(self, _: Text) -> Text:
+        async with self.kit.exclusive():
+            await self.kit.sleep(1.0)
+        return Text()
+
+
+def test_what_a_stranger_tells_the_world_reaches_it_in_a_slot(steps: StepSite) -> None:
+    steps.start_world(TinyWorld, (), 3600.0)
+    steps.wait_for_time(1.0)
+    steps.publish("push", Reading(0.0, 2.0), "keyboard")
+    wait_until(lambda: steps.component("world").v == 2.0, "the world to be pushed")
+    told = steps.time()
+    assert told is not None
+    assert told.reproducible
+
+
+def test_a_component_that_only_reads_when_asked_holds_few_messages(steps: StepSite) -> None:
+    steps.start(OnDemand, "reader")
+    steps.start_world(TinyWorld, ("reader",), 20.0)
+    steps.wait_finished()
+    held = [len(stream.waiting) for stream in steps.runtimes["reader"].inbound.streams.values()]
+    assert max(held) <= MOST_BACKLOG
+    assert steps.client.call("look", Text(), Reading, 10.0).stamp > 0.0
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSite) -> None:
+    Activator.held.clear()
+    steps.start(Activator, "activator")
+    steps.start(Listener, "listener", state=State.INACTIVE)
+    steps.start_world(TinyWorld, ("activator", "listener"), 3600.0)
+    steps.wait_for_time(1.0)
+    asked = threading.Thread(target=lambda: steps.client.call("activate", Text(), Text, 1.0), daemon=True)
+    asked.start()
+    wait_until(lambda: steps.component("activator").answers == 1, "the listener to be activated")
+    steps.runtimes["activator"].bus.close()
+    wait_until(lambda: steps.component("listener").heard > 10, "the listener to hear")
+    Activator.held.set()
+
+
+def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_return() -> None:
+    roster = Roster()
+    key = "s/topic/t"
+    reader = roster.add("reader", 1, Wiring({key: False}, {}), None)
+    roster.add("writer", 1, Wiring({}, {key: 7}), None)
+    roster.confirm((key, "writer", "reader"), 7)
+    roster.remove("writer")
+    assert reader.gone == {"writer"}
+    writer = roster.add("writer", 2, Wiring({}, {key: 0}), None)
+    roster.confirm((key, "writer", "reader"), 0)
+    roster.advance(writer, {key: 3})
+    assert reader.gone == set()
+    assert reader.begin_step() == {key: {"writer": 3}}
+
+
+def test_a_holder_of_a_slot_that_waits_for_time_is_cancelled_and_time_goes_on(steps: StepSite) -> None:
+    steps.start(Dawdler, "dawdler")
+    steps.start_world(TinyWorld, ("dawdler",), 3600.0)
+    with pytest.raises(CallFailed, match="cancelled"):
+        steps.client.call("dawdle", Text(), Text, 10.0)
+    told = steps.time()
+    assert told is not None
+    steps.wait_for_time(told.time / 1e9 + 1.0)
+    assert "in a slot, only ask and compute" in steps.runtimes["dawdler"].herald.status.error
