@@ -86,7 +86,8 @@ class Hosts:
 
         A host that is silent concerns only its own components. Raises ControlFailed if one refuses.
         """
-        processes, failures = await self._update({name: UpdateSpecs(revision, term=self.term) for name in self.names}).answers()
+        asked = self._update({name: UpdateSpecs(revision, term=self.term) for name in self.names})
+        processes, failures = await asked.answers()
         for error in failures.values():
             if not isinstance(error, NoAnswer):
                 raise error

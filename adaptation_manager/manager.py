@@ -323,6 +323,8 @@ class AdaptationManager(Component):
             plan, self._site(slot, plan.before, plan.after), note, commit, lambda: entry.cancelled
         )
         outcome = await transaction.run()
+        if outcome is Outcome.REJECTED:
+            report = replace(report, violations=(Violation(None, "", "", transaction.error),))
         if outcome is not Outcome.APPLIED:
             report = replace(
                 report,

@@ -64,7 +64,18 @@ class Transaction:
             self.error = (
                 str(error) if isinstance(error, ControlFailed | JournalError) else f"{type(error).__name__}: {error}"
             )
+            if await self._was_never_ours(error):
+                return Outcome.REJECTED
             return await self._undo(Outcome.ROLLED_BACK)
+
+    async def _was_never_ours(self, error: Exception) -> bool:
+        """Tell whether a later manager reigned from the start: everybody refused, and would refuse undoing too."""
+        if not _is_fenced(error) or any(step.state is StepState.DONE for step in self.steps):
+            return False
+        if self.update is None:
+            return True
+        processes, failures = await self.update.answers()
+        return not processes and all(map(_is_fenced, failures.values()))
 
     def _check_cancelled(self) -> None:
         if self.cancelled():
@@ -100,6 +111,10 @@ class Transaction:
             self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
             return Outcome.STUCK
         return outcome
+
+
+def _is_fenced(error: Exception) -> bool:
+    return isinstance(error, ControlFailed) and error.code is ControlCode.FENCED
 
 
 async def undo(

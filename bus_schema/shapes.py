@@ -49,6 +49,8 @@ def _name(value: object) -> str:
 
 def _check_unicode(text: str) -> None:
     """Refuse lone surrogates, which no encoding carries."""
+    if text.isascii():
+        return
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -285,6 +287,10 @@ class OptionalShape:
         return {"anyOf": [self.item.json_schema(), {"type": "null"}]}
 
 
+PLAIN_TEXT, PLAIN_INT, PLAIN_FLOAT = TextShape(2**24), IntShape(), FloatShape(infinite=True)
+"""What the leaves of plain data may be."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlainShape:
     """Any plain data: parameter values, snapshots, details of an event."""
@@ -294,11 +300,11 @@ class PlainShape:
         if value is None or isinstance(value, bool | bytes):
             return value
         if isinstance(value, str):
-            return TextShape(2**24).pack(value)
+            return PLAIN_TEXT.pack(value)
         if isinstance(value, int):
-            return IntShape().pack(value)
+            return PLAIN_INT.pack(value)
         if isinstance(value, float):
-            return FloatShape(infinite=True).pack(value)
+            return PLAIN_FLOAT.pack(value)
         if depth >= DEEPEST_PLAIN_VALUE:
             raise BadMessage(f"is nested deeper than {DEEPEST_PLAIN_VALUE} levels")
         if isinstance(value, list | tuple):

@@ -14,7 +14,7 @@ from typing import Any
 from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
 from bus_schema.envelope import Envelope
-from bus_schema.errors import SchemaError
+from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.health import ComponentStatus, Event
@@ -36,6 +36,8 @@ STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0
 END_WITHIN = 3.0
 SOURCE_WITHIN = 5.0
+LARGEST_INCARNATION = 2**32 - 1
+"""What an envelope has room for."""
 MOST_WAITING = 10_000
 """Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
 
@@ -334,6 +336,8 @@ class Host:
 
     def _start_asked(self, payload: bytes) -> HostStatus:
         asked = codec.decode(payload, StartComponent)
+        if asked.incarnation is not None and asked.incarnation > LARGEST_INCARNATION:
+            raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
         self._fence(asked.term)
         ward = self._ward(asked.component)
         if not ward.has_process and ward.start_at is None:

@@ -14,6 +14,8 @@ from pathlib import Path
 HUNG_AFTER = 0.45
 """Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
 LOOK_CLOSER_AFTER = 0.2
+MOST_FORGIVEN = 2.0
+"""Seconds of waits for a processor that are forgiven at the most: on a machine so loaded, hung is still found."""
 
 
 def processor_wait(pid: int) -> float:
@@ -87,4 +89,4 @@ class Silence:
         waited = sum(processor_wait(pid) for pid in on_the_way)
         if watched.waited_at is None:
             watched.waited_at = waited
-        return silence - (waited - watched.waited_at)
+        return silence - min(MOST_FORGIVEN, waited - watched.waited_at)

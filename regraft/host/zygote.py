@@ -165,13 +165,20 @@ def _reap(line: socket.socket, alive: dict[int, tuple[str, int]]) -> None:
         if pid == 0:
             return
         name, incarnation = alive.pop(pid, ("", 0))
+        _end_group(pid)
         code = os.waitstatus_to_exitcode(status)
         frames.send(line, {"ended": pid, "name": name, "incarnation": incarnation, "code": code})
 
 
+def _end_group(leader: int) -> None:
+    """End what a program started and left behind: every child leads a process group of its own."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(leader, signal.SIGKILL)
+
+
 def _kill_all(alive: dict[int, tuple[str, int]]) -> None:
     for pid in alive:
-        os.kill(pid, signal.SIGKILL)
+        _end_group(pid)
 
 
 def how_it_ended(code: int) -> str:

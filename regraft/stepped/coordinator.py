@@ -16,6 +16,7 @@ from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
 from regraft.bus import Closable, Presence, Sample
 from regraft.runtime.loop import get
 from regraft.runtime.runtime import Runtime
+from regraft.stepped.living import Living
 from regraft.stepped.roster import MemberState, Pair, Roster
 from regraft.stepped.run_report import RunReport
 from regraft.stepped.slot import hold_slot
@@ -46,6 +47,7 @@ class Coordinator:
         first_run = runtime.assignment.incarnation == 1
         self.report = RunReport(self._line, self._keys.clock("time"), reproducible=first_run)
         self._name = runtime.assignment.name
+        self._living = Living()
         self._joining: dict[str, Join] = {}
         self._acks: dict[str, Ack] = {}
         self._steps: dict[str, Step] = {}
@@ -85,7 +87,7 @@ class Coordinator:
     def _take_join(self, join: Join) -> None:
         member = self.roster.members.get(join.member)
         waiting = self._joining.get(join.member)
-        if waiting is not None and join.incarnation < waiting.incarnation:
+        if not self._living.admits(join) or (waiting is not None and join.incarnation < waiting.incarnation):
             return
         if member is None or join.incarnation > member.incarnation:
             self._joining[join.member] = join
@@ -115,14 +117,21 @@ class Coordinator:
         return {source for source in sources if source not in self.roster.members and source not in self._joining}
 
     def _presence(self, presence: Presence) -> None:
-        name, _, incarnation = presence.key.split("/")[-3:]
-        if presence.present or name == self._name:
+        name, _, number = presence.key.split("/")[-3:]
+        if name == self._name or not (number.isascii() and number.isdecimal()):
             return
+        incarnation = int(number)
+        if presence.present:
+            early = self._living.appeared((name, incarnation))
+            if early is not None:
+                self._take_join(early)
+            return
+        self._living.vanished((name, incarnation))
         joining = self._joining.get(name)
-        if joining is not None and str(joining.incarnation) == incarnation:
+        if joining is not None and joining.incarnation == incarnation:
             del self._joining[name]
         member = self.roster.members.get(name)
-        if member is not None and str(member.incarnation) == incarnation:
+        if member is not None and member.incarnation == incarnation:
             self._drop(name, "its process is gone")
 
     def _drop(self, name: str, why: str) -> None:

@@ -78,6 +78,7 @@ def test_one_under_way_is_cancelled_between_two_steps_and_undone(bare_system: Sy
         SetParameters("talker", {"rate": 10.0}),
         wait=False,
     )
+    wait_until(lambda: system.running["fragile"].runtime.parameters.values["level"] == 1)
     cancelled: list[AdaptationReport] = []
     asking = threading.Thread(target=lambda: cancelled.append(system.cancel(running.id)))
     asking.start()

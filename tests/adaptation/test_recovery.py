@@ -115,18 +115,20 @@ def test_an_adaptation_whose_end_was_written_stands(system: System, monkeypatch:
     assert report.revision_before == 2
 
 
-def test_an_old_manager_is_fenced(system: System) -> None:
+@pytest.mark.parametrize("own_journals", [False, True], ids=["one-journal", "own-journals"])
+def test_an_old_manager_is_fenced(system: System, own_journals: bool) -> None:
+    journal = "" if own_journals else str(system.journal)
     services = {
         name: name.replace("adaptation_manager", "old_manager")
         for name in ("adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/cancel")
     }
     system.running["manager"].kill()
     services |= {f"adaptation_manager/{name}": f"old_manager/{name}" for name in ("journal", "architecture")}
-    system.start_manager("old", services)
+    system.start_manager("old", services, journal=journal)
     assert (
         system.adapt(SetParameters("listener", {"gain": 0.1}), service="old_manager/adapt").outcome is Outcome.APPLIED
     )
-    system.start_manager("new")
+    system.start_manager("new", journal=journal)
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
     report = system.adapt(SetParameters("listener", {"gain": 0.3}), service="old_manager/adapt")
     assert report.outcome is Outcome.REJECTED

@@ -13,7 +13,7 @@ from bus_schema.messages.host import ProcessState
 from regraft import CallFailed
 from tests.host.conftest import HEAD, Start
 from tests.host.parts import Tick
-from tests.host.system import ROOT, PATIENCE, System, children_of, exists, wait_gone
+from tests.host.system import PATIENCE, ROOT, System, children_of, exists, wait_gone
 from tests.kit.site import wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
@@ -141,3 +141,13 @@ def test_a_component_on_another_host_is_refused_with_its_line(tmp_path: Path) ->
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=30, check=False)
     assert ended.returncode == 2
     assert "stack.yaml:8: components.ticker.host: 'arm'" in ended.stderr
+
+
+def test_what_a_program_started_ends_with_it(start: Start) -> None:
+    program = "  nest: {command: [sh, -c, 'sleep 1000 & sleep 1000 & wait'], managed: false}\n"
+    system = start(program + TICKER)
+    nest = system.wait_running("nest").pid
+    wait_until(lambda: len(children_of(nest)) == 2)
+    brood = children_of(nest)
+    os.kill(nest, signal.SIGKILL)
+    wait_gone(brood)

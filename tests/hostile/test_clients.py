@@ -66,21 +66,14 @@ def test_a_thousand_clients_that_come_and_go_leave_nothing_behind(start: Start) 
 def test_an_onlooker_that_is_stopped_while_data_flows_holds_up_nobody(start: Start) -> None:
     system = start(FLOOD + SOURCE + SINK)
     system.wait_running("flood")
-    echo = subprocess.Popen(
-        [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
+    command = [sys.executable, "-m", "regraft.cli", "topic", "echo", "numbers"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as echo:
         assert echo.stdout is not None
         assert echo.stdout.readline()
         echo.send_signal(signal.SIGSTOP)
-        _goes_on(system)
-        _goes_on(system)
-        host = _resident(system.process.pid)
-        assert host < 1e9
-    finally:
-        echo.send_signal(signal.SIGCONT)
-        echo.kill()
-        echo.wait()
+        try:
+            _goes_on(system)
+            _goes_on(system)
+            assert _resident(system.process.pid) < 1e9
+        finally:
+            echo.kill()

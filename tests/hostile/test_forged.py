@@ -83,7 +83,7 @@ def test_a_status_of_a_run_that_does_not_live_is_not_shown(system: System, raw: 
     assert shown.status.incarnation == 1
     assert shown.status.state is State.ACTIVE
     assert shown.age is not None
-    wait_until(lambda: system.client.components()["sink"].age < 1.0)
+    wait_until(lambda: (age := system.client.components()["sink"].age) is not None and age < 1.0)
 
 
 def test_forged_names_fill_no_list(system: System, raw: Raw) -> None:
@@ -163,7 +163,7 @@ def test_a_change_of_a_component_without_the_managers_term_is_fenced(managed: Sy
 def test_a_host_takes_no_orders_without_the_managers_term(managed: System) -> None:
     host, before = managed.client.keys, managed.processes()
     spec = managed.client.host_view("local").specs[0]
-    orders = {
+    orders: dict[str, list[StopComponent] | list[StartComponent] | list[UpdateSpecs]] = {
         "stop": [StopComponent("sink", 0.0, term) for term in (None, 0)],
         "start": [StartComponent("sink", 5, term) for term in (None, 0)],
         "specs": [UpdateSpecs(99, (spec,), (), term) for term in (None, 0)],

@@ -8,6 +8,7 @@ import resource
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,7 +36,7 @@ def test_components_go_on_when_their_logs_cannot_be_written(
     stack: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = stack(CHATTY + SOURCE + SINK)
-    popen = subprocess.Popen
+    popen: Any = subprocess.Popen
     monkeypatch.setattr(
         subprocess, "Popen", lambda *args, **more: popen(*args, preexec_fn=_no_file_beyond(LARGEST), **more)
     )

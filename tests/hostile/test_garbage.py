@@ -55,7 +55,10 @@ def _goes_on(system: System) -> None:
     wait_until(lambda: heard(system) > before + 10, "the sink to hear more")
     assert {name: p.incarnation for name, p in system.processes().items()} == {"source": 1, "sink": 1}
     seen = system.client.components()
-    assert {name: s.status.state.value for name, s in seen.items() if s.status} == {"source": "active", "sink": "active"}
+    assert {name: s.status.state.value for name, s in seen.items() if s.status} == {
+        "source": "active",
+        "sink": "active",
+    }
 
 
 KEYS: dict[str, Callable[[System], list[str]]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 
 import pytest
@@ -14,7 +15,7 @@ from regraft import CallFailed, Component, Input, service
 from regraft.stepped.roster import MOST_BACKLOG, Roster
 from tests.kit.site import wait_until
 from tests.stepped.parts import Reading, Text, TinyWorld
-from tests.stepped.stepsite import StepSite
+from tests.stepped.stepsite import PATIENCE, StepSite
 
 
 class OnDemand(Component):
@@ -95,12 +96,19 @@ def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSit
     steps.start(Listener, "listener", state=State.INACTIVE)
     steps.start_world(TinyWorld, ("activator", "listener"), 3600.0)
     steps.wait_for_time(1.0)
-    asked = threading.Thread(target=lambda: steps.client.call("activate", Text(), Text, 1.0), daemon=True)
+
+    def ask() -> None:
+        with contextlib.suppress(CallFailed):
+            steps.client.call("activate", Text(), Text, 1.0)
+
+    asked = threading.Thread(target=ask, daemon=True)
     asked.start()
     wait_until(lambda: steps.component("activator").answers == 1, "the listener to be activated")
     steps.runtimes["activator"].bus.close()
     wait_until(lambda: steps.component("listener").heard > 10, "the listener to hear")
     Activator.held.set()
+    steps.threads["activator"].join(PATIENCE)
+    asked.join(PATIENCE)
 
 
 def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_return() -> None:
