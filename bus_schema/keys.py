@@ -103,7 +103,7 @@ class Keys:
         return f"{self.system}/event"
 
     def clock(self, part: str) -> str:
-        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``, ``alive``."""
+        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``."""
         return f"{self.system}/clock/{part}"
 
 

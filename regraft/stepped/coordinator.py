@@ -12,20 +12,18 @@ from typing import TypeVar
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State
-from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
+from bus_schema.messages.clock import Ack, Join, Seen, StepKind, Want
 from regraft.bus import Closable, Presence, Sample
-from regraft.runtime.loop import get
 from regraft.runtime.runtime import Runtime
+from regraft.stepped.errands import STEP_BOUND, Errands, Moment
 from regraft.stepped.living import Living
 from regraft.stepped.roster import MemberState, Pair, Roster
 from regraft.stepped.run_report import RunReport
 from regraft.stepped.slot import hold_slot
+from regraft.stepped.source_inbox import SourceInbox
 from regraft.stepped.wire import ClockLine
 from regraft.stepped.wiring import same_wiring, wiring_of
 
-STEP_BOUND = 10.0
-"""Seconds after which a silent member is dropped: slow is not hung, and a drop changes the run."""
-STEP_AGAIN_AFTER = 1.0
 MARK_AGAIN_AFTER = 0.1
 WIRED_WITHIN = 5.0
 MOST_ROUNDS = 32
@@ -38,19 +36,18 @@ class Coordinator:
 
     def __init__(self, runtime: Runtime) -> None:
         """Know nobody but the source itself."""
+        line = ClockLine(runtime.bus)
         self.roster = Roster()
-        self.tick = 0
-        self.time = 0
+        self.moment = Moment()
         self._runtime = runtime
-        self._line = ClockLine(runtime.bus)
         self._keys = runtime.keys
+        self._inbox = SourceInbox(runtime)
+        self._errands = Errands(self.roster, self.moment, line, runtime.keys, self._inbox)
         first_run = runtime.assignment.incarnation == 1
-        self.report = RunReport(self._line, self._keys.clock("time"), reproducible=first_run)
+        self.report = RunReport(line, self._keys.clock("time"), reproducible=first_run)
         self._name = runtime.assignment.name
         self._living = Living()
         self._joining: dict[str, Join] = {}
-        self._acks: dict[str, Ack] = {}
-        self._steps: dict[str, Step] = {}
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
@@ -61,7 +58,7 @@ class Coordinator:
         runtime = self._runtime
         takers: dict[str, Callable[[Sample], None]] = {
             "join": self._typed(Join, self._take_join),
-            "ack": self._typed(Ack, self._take_ack),
+            "ack": self._typed(Ack, self._errands.take_ack),
             "seen": self._typed(Seen, self._take_seen),
             "want": self._typed(Want, self._take_want),
         }
@@ -91,11 +88,6 @@ class Coordinator:
             return
         if member is None or join.incarnation > member.incarnation:
             self._joining[join.member] = join
-
-    def _take_ack(self, ack: Ack) -> None:
-        step = self._steps.get(ack.member)
-        if step is not None and ack.incarnation == step.incarnation and ack.number == step.number:
-            self._acks[ack.member] = ack
 
     def _take_seen(self, seen: Seen) -> None:
         reader = self.roster.members.get(seen.member)
@@ -136,8 +128,7 @@ class Coordinator:
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)
-        self._steps.pop(name, None)
-        self._acks.pop(name, None)
+        self._errands.forget(name)
         self._marked = {pair for pair in self._marked if name not in pair[1:]}
         self.report.reproducible = False
         self.report.dropped.append(name)
@@ -153,7 +144,7 @@ class Coordinator:
             if name in self.roster.members:
                 self._drop(name, "it was replaced by a newer run")
             self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
-            self.time = max(self.time, join.time)
+            self.moment.time = max(self.moment.time, join.time)
             self._exchange({name: StepKind.WELCOME})
         self.wire()
 
@@ -173,7 +164,7 @@ class Coordinator:
                 self._runtime.writers.open_keys[key].mark()
             self._exchange(dict.fromkeys(by_writer, StepKind.MARK), by_writer)
             again = min(deadline, time.monotonic() + MARK_AGAIN_AFTER)
-            self._pump_until(lambda: not self._marked, again)
+            self._inbox.pump_until(lambda: not self._marked, again)
 
     def _give_up_wiring(self, unwired: set[Pair]) -> None:
         for key, writer, reader in sorted(unwired):
@@ -195,10 +186,10 @@ class Coordinator:
         advance()
         self.local.due = True
         for member in self.roster.members.values():
-            member.due = member.due or (member.next_wake is not None and member.next_wake <= self.time)
+            member.due = member.due or (member.next_wake is not None and member.next_wake <= self.moment.time)
         self.run_rounds(first=True)
         self.run_slots()
-        self.tick += 1
+        self.moment.tick += 1
         self.tell_time()
 
     def run_rounds(self, *, first: bool = False) -> None:
@@ -209,19 +200,19 @@ class Coordinator:
             if not due:
                 return
             others = [name for name in due if name != self._name]
-            self._send(dict.fromkeys(others, StepKind.STEP), round_number=number)
+            self._errands.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
             if self._name in due:
                 self._step_local(number)
             self._collect(others)
             self._take_local_output()
             self.wire()
-        self._runtime.herald.event("clock.unquiet", f"tick {self.tick} was not quiet after {MOST_ROUNDS} rounds")
+        self._runtime.herald.event("clock.unquiet", f"tick {self.moment.tick} was not quiet after {MOST_ROUNDS} rounds")
 
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local
         runtime.inbound.forget_sources(tuple(sorted(member.gone)))
         frontier = member.begin_step()
-        if not self._pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND):
+        if not self._inbox.pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND):
             self._fault(self._name, "some of the messages that were to be handled have not come")
         runtime.inbound.release(frontier)
         runtime.work()
@@ -263,83 +254,37 @@ class Coordinator:
         """
         outside = tuple(sorted(member.outside))
         member.outside.clear()
-        self._send({member.name: StepKind.SLOT}, outside=outside)
-        touched: list[str] = []
-        self._collect([member.name], bounded=False, touched=touched)
-        return tuple(touched) if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
+        self._errands.send({member.name: StepKind.SLOT}, outside=outside)
+        touched = self._collect([member.name], bounded=False)
+        return touched if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
 
     def _slot_local(self) -> tuple[str, ...]:
         outside = tuple(sorted(self.local.outside))
-        return hold_slot(self._runtime, outside, lambda: self._pump(0.1), self._settle)
+        return hold_slot(self._runtime, outside, self._inbox.pump, self._settle)
 
     def _settle(self) -> None:
         """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
         self._runtime.work()
         while self._runtime.computing:
-            self._pump(0.1)
+            self._inbox.pump()
             self._runtime.work()
 
-    # --- sending steps and collecting acknowledgements ---
+    # --- steps and their results ---
 
     def _exchange(self, kinds: dict[str, StepKind], marks: dict[str, set[str]] | None = None) -> None:
-        self._send(kinds, marks=marks or {})
+        self._errands.send(kinds, marks=marks)
         self._collect(list(kinds))
 
-    def _send(
-        self,
-        kinds: dict[str, StepKind],
-        *,
-        round_number: int = 0,
-        outside: tuple[str, ...] = (),
-        marks: dict[str, set[str]] | None = None,
-    ) -> None:
-        for name, kind in kinds.items():
-            member = self.roster.members[name]
-            member.number += 1
-            working = kind is StepKind.STEP
-            wanted = self.roster.wanted(member) if working else member.wanted
-            gone = tuple(sorted(member.gone)) if working else ()
-            frontier = member.begin_step() if working else {}
-            step = Step(
-                member.incarnation,
-                member.number,
-                kind,
-                self.tick,
-                round_number,
-                self.time,
-                frontier,
-                gone,
-                wanted if wanted != member.wanted else None,
-                outside,
-                tuple(sorted((marks or {}).get(name, ()))),
-            )
-            member.wanted = wanted
-            self._steps[name] = step
-            self._line.put(self._keys.clock(f"step/{name}"), step)
-
-    def _collect(self, names: list[str], *, bounded: bool = True, touched: list[str] | None = None) -> None:
-        """Wait for the acknowledgements of ``names``, in any order, and take them in the order of names."""
-        sent = again = time.monotonic()
-        while waiting := [name for name in names if name in self._steps and name not in self._acks]:
-            if self._runtime.state is State.FINALIZED:
-                break
-            now = time.monotonic()
-            if bounded and now - sent > STEP_BOUND:
-                for name in waiting:
-                    self._drop(name, f"no acknowledgement within {STEP_BOUND:g} s")
-                break
-            if now - again > STEP_AGAIN_AFTER:
-                again = now
-                for name in waiting:
-                    self._line.put(self._keys.clock(f"step/{name}"), self._steps[name])
-                self.tell_time(tuple(waiting))
-            self._pump(0.1)
-        for name in names:
-            ack = self._acks.pop(name, None)
-            if ack is not None and self._steps.pop(name, None) is not None:
-                self._take_result(ack)
-                if touched is not None:
-                    touched.extend(ack.touched)
+    def _collect(self, names: list[str], *, bounded: bool = True) -> tuple[str, ...]:
+        """Wait for members to finish their steps and take the results; returns whom they touched."""
+        acks, silent = self._errands.collect(
+            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self.tell_time
+        )
+        for name in silent:
+            self._drop(name, f"no acknowledgement within {STEP_BOUND:g} s")
+        for ack in acks:
+            self._take_result(ack)
+        return tuple(name for ack in acks for name in ack.touched)
 
     def _take_result(self, ack: Ack) -> None:
         member = self.roster.members[ack.member]
@@ -353,31 +298,14 @@ class Coordinator:
 
     def _fault(self, member: str, error: str) -> None:
         self.report.reproducible = False
-        self._runtime.herald.event("clock.fault", f"{member}, tick {self.tick}: {error}")
+        self._runtime.herald.event("clock.fault", f"{member}, tick {self.moment.tick}: {error}")
 
-    # --- the source's own inbox ---
-
-    def _pump(self, timeout: float) -> None:
-        runtime = self._runtime
-        runtime.control.answer_parked()
-        wait = min(timeout, runtime.herald.beat_if_due())
-        item = get(runtime.inbox, wait)
-        while item is not None:
-            runtime.take(item)
-            item = get(runtime.inbox, 0.0)
-
-    def _pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
-        while not ready():
-            left = deadline - time.monotonic()
-            if left <= 0:
-                return False
-            self._pump(min(left, 0.1))
-        return True
+    # --- between ticks ---
 
     def idle_until(self, deadline: float) -> None:
         """Answer control queries and grant slots until the wall clock reaches ``deadline`` (monotonic seconds)."""
-        self._pump(0.0)
-        while self._pump_until(lambda: bool(self._wanting()), deadline):
+        self._inbox.pump(0.0)
+        while self._inbox.pump_until(lambda: bool(self._wanting()), deadline):
             self.run_slots()
 
     def stand_still(self, seconds: float) -> None:
@@ -392,9 +320,9 @@ class Coordinator:
         def missing() -> set[str]:
             return wanted - set(self._joining) - set(self.roster.members)
 
-        self._pump_until(lambda: not missing(), time.monotonic() + seconds)
+        self._inbox.pump_until(lambda: not missing(), time.monotonic() + seconds)
         return tuple(sorted(missing()))
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        self.report.tell(self.tick, self.time, sorted(self.roster.members), waiting, finished=finished)
+        self.report.tell(self.moment.tick, self.moment.time, sorted(self.roster.members), waiting, finished=finished)

@@ -68,10 +68,10 @@ class SourceLoop:
         reach(runtime, State.INACTIVE)
         coordinator = self._coordinator = Coordinator(runtime)
         reach(runtime, runtime.assignment.state)
-        coordinator.time = self._clock.now()
+        coordinator.moment.time = self._clock.now()
         coordinator.declare()
         self._wait_for_members(coordinator)
-        coordinator.tick = round(coordinator.time / 1e9 * self._source.tick_rate)
+        coordinator.moment.tick = round(coordinator.moment.time / 1e9 * self._source.tick_rate)
         self._tick_until_finalized(coordinator)
 
     def _wait_for_members(self, coordinator: Coordinator) -> None:
@@ -94,7 +94,7 @@ class SourceLoop:
                 coordinator.stand_still(LOOK_EVERY)
                 pace = self._begin_pace(coordinator)
                 continue
-            if end is not None and coordinator.time >= round(end * 1e9):
+            if end is not None and coordinator.moment.time >= round(end * 1e9):
                 self._finish(coordinator)
                 return
             pace = self._keep_pace(coordinator, pace, period)
@@ -107,20 +107,20 @@ class SourceLoop:
         return self._runtime.state is State.ACTIVE
 
     def _advance(self, coordinator: Coordinator, period: int) -> None:
-        coordinator.time += period
-        self._clock.advance_to(coordinator.time)
-        self._runtime.guarded("advance", lambda: self._source.advance(coordinator.tick, period / 1e9))
+        coordinator.moment.time += period
+        self._clock.advance_to(coordinator.moment.time)
+        self._runtime.guarded("advance", lambda: self._source.advance(coordinator.moment.tick, period / 1e9))
 
     def _begin_pace(self, coordinator: Coordinator) -> _Pace:
         now = time.monotonic()
-        self._speed_mark = (now, coordinator.time)
-        return _Pace(now, coordinator.time / 1e9)
+        self._speed_mark = (now, coordinator.moment.time)
+        return _Pace(now, coordinator.moment.time / 1e9)
 
     def _keep_pace(self, coordinator: Coordinator, pace: _Pace, period: int) -> _Pace:
         if self._source.speed == "max":
             coordinator.idle_until(time.monotonic())
-            return _Pace(time.monotonic(), coordinator.time / 1e9)
-        due = pace.wall_for((coordinator.time + period) / 1e9)
+            return _Pace(time.monotonic(), coordinator.moment.time / 1e9)
+        due = pace.wall_for((coordinator.moment.time + period) / 1e9)
         coordinator.idle_until(due)
         if time.monotonic() - due > LATE_AT_MOST:
             return self._begin_pace(coordinator)
@@ -131,8 +131,8 @@ class SourceLoop:
         now = time.monotonic()
         coordinator.report.wall = now - self._started
         if now - since >= SPEED_OVER:
-            coordinator.report.speed = (coordinator.time - simulated) / 1e9 / (now - since)
-            self._speed_mark = (now, coordinator.time)
+            coordinator.report.speed = (coordinator.moment.time - simulated) / 1e9 / (now - since)
+            self._speed_mark = (now, coordinator.moment.time)
 
     def _finish(self, coordinator: Coordinator) -> None:
         """The run has ended: time stands still, and everybody may still be asked."""

@@ -25,7 +25,7 @@ from regraft.assignment import Assignment
 from regraft.client.json_view import as_json
 from regraft.host import children, host, silence
 from regraft.runtime import calling, herald, rewiring, serving, stream
-from regraft.stepped import coordinator, member
+from regraft.stepped import errands, member
 
 from .spelling import line_of
 from .strategies import all_types
@@ -183,8 +183,8 @@ def test_the_times_are_those_of_the_code() -> None:
         member.IDLE_JOIN_AFTER,
         member.WANT_AGAIN_AFTER,
         member.INPUTS_WITHIN,
-        coordinator.STEP_AGAIN_AFTER,
-        coordinator.STEP_BOUND,
+        errands.STEP_AGAIN_AFTER,
+        errands.STEP_BOUND,
     ]
     assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
     assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE

@@ -1,0 +1,37 @@
+"""The inbox of a time source while it waits: control queries are answered and the heartbeat goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from regraft.runtime.loop import get
+from regraft.runtime.runtime import Runtime
+
+LONGEST_WAIT = 0.1
+
+
+class SourceInbox:
+    """Empties the inbox of the source's runtime, on the source's thread."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        """Wrap the runtime."""
+        self._runtime = runtime
+
+    def pump(self, timeout: float = LONGEST_WAIT) -> None:
+        """Take what arrives within ``timeout`` seconds, at least what is there."""
+        runtime = self._runtime
+        runtime.control.answer_parked()
+        item = get(runtime.inbox, min(timeout, runtime.herald.beat_if_due()))
+        while item is not None:
+            runtime.take(item)
+            item = get(runtime.inbox, 0.0)
+
+    def pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
+        """Take what arrives until ``ready`` or the deadline (monotonic seconds); returns whether it became ready."""
+        while not ready():
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self.pump(min(left, LONGEST_WAIT))
+        return True
