@@ -51,7 +51,7 @@ def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
 def _run(seconds: float, *options: str) -> dict[str, Any]:
     """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
     command = [sys.executable, "-m", "regraft.cli", "up", str(STACK)]
-    command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), *options]
+    command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
     with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
         environment = {**os.environ, "REGRAFT_HOME": home}
         ended = subprocess.run(
