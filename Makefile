@@ -14,7 +14,10 @@ test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest
 
 check: .venv/ready ## Format, lint, types, architecture
-	$(BIN)/ruff format --check . && $(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/lint-imports
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 bench: .venv/ready ## Measure every budget as a ratio
 	$(BIN)/python -m benchmarks
@@ -29,6 +32,7 @@ clean: ## Remove what was installed and cached
 	rm -rf .venv build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
 .venv/ready: pyproject.toml requirements.lock
+	@echo "installing into .venv: about half a minute"
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
 	touch $@

@@ -94,15 +94,16 @@ def journal(
     else:
         show_table(
             ("id", "time", "outcome", "revision", "took", "who", "reason"),
-            map(_row, page.entries),
+            [_row(entry, simulated=there.info.simulated) for entry in page.entries],
             empty="no adaptations",
         )
 
 
-def _row(report: AdaptationReport) -> tuple[object, ...]:
+def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
+    clock_time = time.strftime("%H:%M:%S", time.localtime(report.started))
     return (
         report.id,
-        time.strftime("%H:%M:%S", time.localtime(report.started)),
+        f"{report.started:.2f} s" if simulated else clock_time,
         report.outcome.value,
         report.revision_after,
         seconds(report.duration),

@@ -19,8 +19,8 @@ def require_manager(known: Topology) -> None:
     """Raise Unreachable if the system has no adaptation manager."""
     if ADAPT not in known.offers():
         raise Unreachable(
-            "this system has no adaptation manager, so nothing can change it: add a component of the class "
-            "adaptation_manager.manager:AdaptationManager to its stack"
+            "this system has no adaptation manager, which carries out adaptations and keeps their journal: add a "
+            "component of the class adaptation_manager.manager:AdaptationManager to its stack"
         )
 
 

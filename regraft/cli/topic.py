@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from bus_schema.keys import topic_name
+from bus_schema.suggestions import instead_of
 from regraft.cli import message_types
 from regraft.cli.group import BadInput, Failed
 from regraft.cli.options import JsonOption, SystemOption
@@ -92,7 +93,9 @@ def echo(
 def _warn_if_unwritten(there: Reached, name: str) -> None:
     topic_name(name)
     uses = topology(there).uses()
-    if name not in uses or not uses[name].writers:
+    if name not in uses:
+        complain(f"nobody writes {name} now, and no component knows it ({instead_of(name, uses)}); waiting")
+    elif not uses[name].writers:
         complain(f"nobody writes {name} now; waiting")
 
 

@@ -124,7 +124,7 @@ class Coordinator:
             del self._joining[name]
         member = self.roster.members.get(name)
         if member is not None and member.incarnation == incarnation:
-            self._drop(name, "its process is gone")
+            self._drop(name, "its run has ended")
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)

@@ -144,6 +144,7 @@ class Member:
         elif step.kind is StepKind.STEP:
             error = self._work(step)
         elif step.kind is StepKind.SLOT:
+            self._clock.advance_to(step.time)
             touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
             self._next_want = 0.0
         self._acknowledge(step, touched, error)

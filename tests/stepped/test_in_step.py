@@ -6,7 +6,7 @@ import pytest
 
 from bus_schema.lifecycle import Transition
 from tests.kit.site import wait_until
-from tests.stepped.parts import Adviser, Clerk, Pusher, Text, TinyWorld, Witness
+from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
 
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")
@@ -80,6 +80,15 @@ def test_what_comes_from_outside_is_handled_in_a_slot(steps: StepSite) -> None:
     answer = steps.client.call("file", Text("hello"), Text, 10.0)
     assert answer.text == "HELLO"
     assert answer.number > 1000
+
+
+def test_a_component_that_is_never_stepped_knows_the_time_in_its_slot(steps: StepSite) -> None:
+    steps.start(Adviser, "adviser")
+    steps.start_world(TinyWorld, ("adviser",), 3600.0)
+    steps.wait_for_time(2.0)
+    told = steps.time()
+    assert told is not None
+    assert steps.client.call("advise", Reading(0.0, 1.0), Reading, 10.0).stamp >= told.time / 1e9
 
 
 def test_outsiders_are_answered_while_time_stands_still(steps: StepSite) -> None:
