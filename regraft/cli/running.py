@@ -30,7 +30,7 @@ class Run:
     def __init__(self, display: Display, duration: float | None) -> None:
         """Show it on ``display``; end it after ``duration`` seconds of the system's time, None for never."""
         self.closing: Closing | None = None
-        self.healthy = False
+        self.healthy = True
         self._display = display
         self._duration = duration
         self._started = time.monotonic()

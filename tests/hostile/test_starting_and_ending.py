@@ -61,7 +61,7 @@ def test_a_start_that_is_interrupted_leaves_nothing(stack: Write, signum: signal
     assert process.wait(20.0) in (0, 130, -signum), _log(path)
     assert "Traceback" not in _log(path)
     wait_gone(pids)
-    assert not rundir.running()
+    wait_until(lambda: not rundir.running(), "the lock to be free")
     assert not (rundir.folder("tests") / "run.json").exists()
 
 
@@ -98,7 +98,7 @@ def test_what_a_killed_run_leaves_behind_is_no_running_system(start: Start, stac
     system.process.wait()
     wait_gone(pids)
     assert (rundir.folder("tests") / "run.json").exists()
-    assert not rundir.running()
+    wait_until(lambda: not rundir.running(), "the lock to be free")
     with pytest.raises(rundir.NotRunning, match="no system named 'tests' is running"):
         rundir.find("tests")
     done = up(stack(SOURCE + SINK), "--for", "0.2")
@@ -148,7 +148,7 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
         done = up(stack(SOURCE + f"  g: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"))
     assert done.returncode == 2
     assert f"127.0.0.1:{port}" in done.stderr
-    assert not rundir.running()
+    wait_until(lambda: not rundir.running(), "the lock to be free")
 
 
 def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write) -> None:
@@ -158,7 +158,7 @@ def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write) -> None
     process.send_signal(signal.SIGINT)
     assert process.wait(20.0) == 130
     assert "Traceback" not in _log(path)
-    assert not rundir.running()
+    wait_until(lambda: not rundir.running(), "the lock to be free")
 
 
 def _has_begun(pid: int) -> bool:
