@@ -132,7 +132,8 @@ class Journal:
                 if architecture.revision == revision:
                     break
                 update = codec.decode(following, UpdateSpecs)
-                components = architecture.components | {spec.name: spec for spec in update.specs}
+                known = architecture.components
+                components = known | {spec.name: spec.described_as(known.get(spec.name)) for spec in update.specs}
                 architecture = _at(architecture, update.revision, components)
         return architecture if revision in (None, architecture.revision) else None
 
@@ -170,7 +171,7 @@ class Journal:
             report.outcome.value,
             _revision(report),
             codec.encode(report),
-            codec.encode(UpdateSpecs(report.revision_after, following)),
+            codec.encode(UpdateSpecs(report.revision_after, tuple(spec.brief() for spec in following))),
         )
         self._database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 

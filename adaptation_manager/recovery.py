@@ -31,7 +31,7 @@ async def _undone(
 ) -> AdaptationReport:
     after = current
     for spec in line.following:
-        after = after.with_component(spec)
+        after = after.with_component(spec.described_as(current.components.get(spec.name)))
     reports = [replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)]
     planned = tuple(step for step, _ in line.steps)
     former = tuple(current.components[spec.name] for spec in line.following if spec.name in current.components)

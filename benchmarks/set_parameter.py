@@ -17,6 +17,8 @@ from regraft.zenoh_config import Endpoints, config
 COUNT = 60
 LIMIT = 4.0
 TAIL = 0.95
+PAUSE = 0.01
+"""Seconds between two, on either side: what the one before told everybody is over when the next begins."""
 TOPICS = "  numbers: {type: benchmark/Number}"
 COMPONENTS = """
   talker: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}}
@@ -46,6 +48,7 @@ def set_parameter(effort: Effort) -> list[Result]:
 def _adaptations(system: System, count: int) -> list[float]:
     took = []
     for number in range(count):
+        time.sleep(PAUSE)
         begun = time.perf_counter()
         system.adapt(SetParameters("talker", {"gain": 0.25 + 0.5 * (number % 2)}))
         took.append(time.perf_counter() - begun)
@@ -55,6 +58,7 @@ def _adaptations(system: System, count: int) -> list[float]:
 def _queries(session: zenoh.Session, count: int) -> list[float]:
     took = []
     for _ in range(count):
+        time.sleep(PAUSE)
         begun = time.perf_counter()
         for reply in session.get(QUESTION, payload=bytes(100), timeout=5.0):
             assert reply.ok is not None

@@ -63,30 +63,30 @@ class _Timing:
 
 
 class Pinger(Component):
-    """Sends a ball, waits for it to come back, and sends the next, as often as it is asked to."""
+    """Sends a ball, waits for it to come back, and sends it again, as often as it is asked to."""
 
     ping = Output(Ball)
     pong = Input(Ball)
 
     def __init__(self) -> None:
         self.timing = _Timing(0)
-        self.data = b""
+        self.ball = Ball(0, b"")
 
     @service("volley")
     async def volley(self, ask: Volley) -> Times:
         """Play."""
-        self.data = bytes(ask.size)
+        self.ball = Ball(ask.count, bytes(ask.size))
         self.timing = _Timing(ask.count)
-        self.ping.publish(Ball(ask.count, self.data))
+        self.ping.publish(self.ball)
         while self.timing.left:
             await self.kit.sleep(POLL)
         return self.timing.times()
 
     @pong.handler
-    def back(self, ball: Ball) -> None:
+    def back(self, came: Ball) -> None:
         """Send the next."""
         if self.timing.back():
-            self.ping.publish(Ball(self.timing.left, self.data))
+            self.ping.publish(self.ball)
 
 
 class Echo(Component):

@@ -64,6 +64,7 @@ class Tagged:
 
 
 Metres = Annotated[float, Unit("m")]
+SquareMetres = Annotated[float, Unit("m2"), Bounds(minimum=0.0)]
 Radians = Annotated[float, Unit("rad")]
 Seconds = Annotated[float, Unit("s")]
 Hertz = Annotated[float, Unit("Hz"), Bounds(minimum=0.0)]

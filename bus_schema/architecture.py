@@ -74,6 +74,16 @@ class ComponentSpec:
     managed: bool = True
     description: Description | None = None
 
+    def brief(self) -> ComponentSpec:
+        """Return the spec without its description, for whoever knows the class already."""
+        return replace(self, description=None)
+
+    def described_as(self, known: ComponentSpec | None) -> ComponentSpec:
+        """Return the spec with the description that ``known`` has of the same class, if it has none of its own."""
+        if self.description is not None or known is None or known.cls != self.cls:
+            return self
+        return replace(self, description=known.description)
+
 
 class ConstraintKind(Enum):
     """What a constraint demands."""

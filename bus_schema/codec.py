@@ -24,11 +24,21 @@ KNOWN_DTYPES = frozenset(
 
 T = TypeVar("T")
 
+MALFORMED = (ValueError, TypeError, RecursionError, msgpack.exceptions.UnpackException)
+
+_pack = msgpack.Packer().pack
+"""One packer for all: a new one for every message would cost more than the packing."""
+_unpack = msgpack.unpackb
+
 
 def encode(message: object) -> bytes:
     """Return the payload of a message; raises BadMessage if a field does not fit its type."""
-    kind = type_of(type(message))
-    packed: bytes = msgpack.packb(kind.shape.pack(message))
+    return encode_as(type_of(type(message)), message)
+
+
+def encode_as(kind: MessageType, message: object) -> bytes:
+    """Return the payload of a message of a known kind; raises BadMessage if a field does not fit its type."""
+    packed: bytes = _pack(kind.pack(message))
     if kind.tail is None:
         return packed
     tail = np.ascontiguousarray(getattr(message, kind.tail))
@@ -37,16 +47,26 @@ def encode(message: object) -> bytes:
 
 def decode(payload: bytes, cls: type[T]) -> T:
     """Return the message of class ``cls`` that ``payload`` holds; raises BadMessage if it does not fit."""
-    kind = type_of(cls)
+    message: T = decode_as(type_of(cls), payload)
+    return message
+
+
+def decode_as(kind: MessageType, payload: bytes) -> Any:
+    """Return the message of a known kind that ``payload`` holds; raises BadMessage if it does not fit."""
     if len(payload) > LARGEST_MESSAGE:
         raise BadMessage(f"is {len(payload)} bytes long, must be at most {LARGEST_MESSAGE}")
-    message: T = kind.shape.unpack(_plain_with_tail(payload) if kind.tail else _unpacked(payload, _array))
-    return message
+    if kind.tail:
+        return kind.unpack(_plain_with_tail(payload))
+    try:
+        plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=LARGEST_MAP)
+    except MALFORMED as error:
+        raise _malformed(error) from None
+    return kind.unpack(plain)
 
 
 def pack_plain(plain: Any) -> bytes:
     """Return plain data as MessagePack."""
-    packed: bytes = msgpack.packb(plain)
+    packed: bytes = _pack(plain)
     return packed
 
 
@@ -57,12 +77,13 @@ def unpack_plain(payload: bytes) -> Any:
 
 def to_plain(message: object) -> dict[str, Any]:
     """Return a message as a map of plain data, without its arrays' contents turned to lists."""
-    return type_of(type(message)).shape.pack(message)
+    plain: dict[str, Any] = type_of(type(message)).pack(message)
+    return plain
 
 
 def from_plain(plain: Any, cls: type[T]) -> T:
     """Return the message of class ``cls`` that a map of plain data stands for; raises BadMessage."""
-    message: T = type_of(cls).shape.unpack(plain)
+    message: T = type_of(cls).unpack(plain)
     return message
 
 
@@ -73,11 +94,16 @@ def encoding_fits(encoding: str, kind: MessageType) -> bool:
 
 def _unpacked(payload: bytes, extension: Any) -> Any:
     try:
-        return msgpack.unpackb(payload, ext_hook=extension, strict_map_key=True, max_map_len=LARGEST_MAP)
-    except BadMessage:
-        raise
-    except (ValueError, TypeError, RecursionError, msgpack.exceptions.UnpackException) as error:
-        raise BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})") from None
+        return _unpack(payload, ext_hook=extension, strict_map_key=True, max_map_len=LARGEST_MAP)
+    except MALFORMED as error:
+        raise _malformed(error) from None
+
+
+def _malformed(error: Exception) -> BadMessage:
+    """Say that a payload is no MessagePack; what is wrong with an array in it was said already."""
+    if isinstance(error, BadMessage):
+        return error
+    return BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})")
 
 
 def _plain_with_tail(payload: bytes) -> Any:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from bus_schema.compiled import Convert, compile_pack, compile_unpack
 from bus_schema.errors import BadType
 from bus_schema.records import RecordShape, holds_tail, record_shape
 from bus_schema.shapes import ArrayShape, JsonSchema
@@ -21,19 +22,20 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class MessageType:
-    """A registered type: ``package/Name``, its version, class and shape; ``tail`` names its large array field."""
+    """A registered type: ``package/Name``, its version, class and shape; ``tail`` names its large array field.
+
+    ``pack`` and ``unpack`` do what the shape's do, faster. ``encoding`` is the Zenoh encoding that its payloads
+    carry: ``application/msgpack;package/Name@version``.
+    """
 
     name: str
     version: int
     cls: type
     shape: RecordShape
     tail: str | None
-
-    @property
-    def encoding(self) -> str:
-        """The Zenoh encoding that its payloads carry: ``application/msgpack;package/Name@version``."""
-        kind = "application/x-msgpack-tail" if self.tail else "application/msgpack"
-        return f"{kind};{self.name}@{self.version}"
+    encoding: str
+    pack: Convert
+    unpack: Convert
 
     def json_schema(self) -> JsonSchema:
         """Return the JSON Schema (2020-12) of the type's plain data."""
@@ -71,7 +73,17 @@ def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
         inner = [field for field, s in shape.fields if not isinstance(s, ArrayShape) and holds_tail(s)]
         if inner:
             raise BadType(f"{cls.__qualname__}.{inner[0]} holds a tail array, which only a message itself can have")
-        registered = MessageType(name, version, cls, shape, tails[0] if tails else None)
+        media = "application/x-msgpack-tail" if tails else "application/msgpack"
+        registered = MessageType(
+            name,
+            version,
+            cls,
+            shape,
+            tails[0] if tails else None,
+            f"{media};{name}@{version}",
+            compile_pack(shape),
+            compile_unpack(shape),
+        )
         _types[name] = registered
         _by_class[cls] = registered
         return cls

@@ -101,7 +101,7 @@ class Bus(Protocol):
         """Ask and wait for the answer (or all answers); an empty list if nobody answers in ``timeout`` seconds."""
 
     def ask(self, key: str, payload: bytes, timeout: float, done: Callable[[list[Answer]], object]) -> None:
-        """Ask without waiting: ``done`` gets the answers, on some thread, after ``timeout`` seconds at the latest."""
+        """Ask without waiting: ``done`` gets the first answer, if any, on some thread, within ``timeout`` seconds."""
 
     def announce(self, key: str) -> Closable:
         """Declare a liveliness token."""

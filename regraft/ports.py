@@ -63,8 +63,10 @@ class Input(Generic[M]):
     def __get__(self, instance: Component, owner: type) -> InputPort[M]: ...
 
     def __get__(self, instance: Component | None, owner: type) -> Input[M] | InputPort[M]:
-        """Return the declaration on the class, the live port on an instance."""
-        return self if instance is None else instance.kit.inputs[self.name]
+        """Return the declaration on the class; an instance has the live port of the same name itself."""
+        if instance is not None:
+            raise AttributeError(f"the input {self.name!r} is live only in a component that runs")
+        return self
 
     def handler(self, function: H) -> H:
         """Make the decorated method handle every message of this input (``latest_only``: the newest)."""
@@ -109,8 +111,10 @@ class Output(Generic[M]):
     def __get__(self, instance: Component, owner: type) -> OutputPort[M]: ...
 
     def __get__(self, instance: Component | None, owner: type) -> Output[M] | OutputPort[M]:
-        """Return the declaration on the class, the live port on an instance."""
-        return self if instance is None else instance.kit.outputs[self.name]
+        """Return the declaration on the class; an instance has the live port of the same name itself."""
+        if instance is not None:
+            raise AttributeError(f"the output {self.name!r} is live only in a component that runs")
+        return self
 
     def describe(self) -> PortDescription:
         """Return the port's description."""

@@ -18,7 +18,6 @@
 
 from __future__ import annotations
 
-import queue
 from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, TypeVar
@@ -32,6 +31,7 @@ from bus_schema.registry import type_of
 from regraft.assignment import Assignment
 from regraft.clock import SteppedClock
 from regraft.component import Component
+from regraft.inbox import Inbox
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.runtime import loop
 from regraft.runtime.calling import Caller, Goal
@@ -63,12 +63,12 @@ class Rig:
         self.runtimes: dict[str, Runtime] = {}
         self._system = system
         self._seed = seed
-        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._inbox = Inbox()
         identity = Identity("rig", 1, 1)
         self._writers = Writers(self.bus, self.clock, identity)
         self._timers = Timers()
         self._herald = Herald(self.bus, self.keys, self.clock, identity, 3600.0)
-        self._inbound = Inbound(stepped=False)
+        self._inbound = Inbound(self.clock, stepped=False)
         self._caller = Caller(self.keys, "rig-1", self._writers, self._timers, self._herald)
         self._inbound.add(self.keys.reply("**", "rig-1"), self._caller)
         self.bus.subscribe(self.keys.reply("**", "rig-1"), self._inbox.put)
@@ -180,23 +180,23 @@ class Rig:
 
     def _settle_mine(self) -> bool:
         self._timers.wake_sleepers(self.clock.now())
-        item = loop.get(self._inbox, 0.0)
+        item = self._inbox.get(0.0)
         busy = item is not None
         while item is not None:
-            self._inbound.arrive(item, self.clock.now())
-            item = loop.get(self._inbox, 0.0)
+            self._inbound.arrive(item)
+            item = self._inbox.get(0.0)
         while self._inbound.ready:
-            consumer, envelope, sample = self._inbound.ready.popleft()
-            consumer.deliver(envelope, sample)
+            consumer, sample = self._inbound.ready.popleft()
+            consumer.deliver(sample)
         return busy
 
     @staticmethod
     def _settle_one(runtime: Runtime) -> bool:
-        item = loop.get(runtime.inbox, HEAVY_WORK_WITHIN if runtime.computing else 0.0)
+        item = runtime.inbox.get(HEAVY_WORK_WITHIN if runtime.computing else 0.0)
         busy = item is not None
         while item is not None:
             runtime.take(item)
             runtime.work()
-            item = loop.get(runtime.inbox, 0.0)
+            item = runtime.inbox.get(0.0)
         loop.pump(runtime)
         return busy or bool(runtime.computing)

@@ -13,7 +13,7 @@ from typing import Any
 import zenoh
 
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
-from regraft.zenoh_config import Endpoints, config
+from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, config
 from regraft.zenoh_shared import SharedMemory
 
 CLOSE_WITHIN = 2.0
@@ -48,7 +48,8 @@ class _ZenohPublisher:
 
     def put(self, payload: bytes, attachment: bytes) -> None:
         try:
-            self.inner.put(self.shared.place(payload), attachment=attachment)
+            large = len(payload) >= SHARED_MEMORY_FROM
+            self.inner.put(self.shared.place(payload) if large else payload, attachment=attachment)
         except zenoh.ZError as error:
             raise BusError(f"cannot put at {self.inner.key_expr}: {_first_line(error)}") from None
 
@@ -129,13 +130,9 @@ class ZenohBus:
         """Copy a raw sample out of the session's memory."""
         if type(item) is not zenoh.Sample:
             return None
-        attachment = item.attachment
-        return Sample(
-            str(item.key_expr),
-            item.payload.to_bytes(),
-            attachment.to_bytes() if attachment is not None else b"",
-            str(item.encoding),
-        )
+        attached = item.attachment
+        attachment = attached.to_bytes() if attached is not None else b""
+        return tuple.__new__(Sample, (str(item.key_expr), item.payload.to_bytes(), attachment, str(item.encoding)))
 
     def open_query(self, item: Any) -> ZenohQuery | None:
         """Wrap a raw query."""
@@ -154,21 +151,20 @@ class ZenohBus:
         return [answer for answer in answers if answer.payload != b"Timeout"]
 
     def ask(self, key: str, payload: bytes, timeout: float, done: Callable[[list[Answer]], object]) -> None:
-        """Ask; ``done`` runs on a network thread when the last answer is in or the time is over.
+        """Ask; ``done`` runs on a network thread when the first answer is in, or it is sure that there is none.
 
         It must only pass the answers on: on that thread nothing else arrives meanwhile.
         """
-        answers: list[Answer] = []
         finished = threading.Lock()
 
         def take(reply: zenoh.Reply) -> None:
             answer = _answer(reply)
-            if answer.payload != b"Timeout":
-                answers.append(answer)
+            if answer.payload != b"Timeout" and finished.acquire(blocking=False):
+                done([answer])
 
         def dropped() -> None:
             if finished.acquire(blocking=False):
-                done(answers)
+                done([])
 
         try:
             # An indirect callback would start a Python thread for every query.

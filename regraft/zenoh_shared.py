@@ -7,7 +7,7 @@ from typing import Any
 import zenoh
 import zenoh.shm
 
-from regraft.zenoh_config import SHARED_MEMORY_FROM, SHARED_MEMORY_POOL
+from regraft.zenoh_config import SHARED_MEMORY_POOL
 
 
 class SharedMemory:
@@ -24,8 +24,8 @@ class SharedMemory:
         self._usable = True
 
     def place(self, payload: bytes) -> Any:
-        """Return what Zenoh is to put: the payload itself, or its copy in the pool if it is large."""
-        if len(payload) < SHARED_MEMORY_FROM or not self._usable:
+        """Return what Zenoh is to put for a large payload: its copy in the pool, or the payload itself."""
+        if not self._usable:
             return payload
         provider = self._provider or self._make_provider()
         if provider is None:

@@ -80,6 +80,27 @@ class Event:
     details: dict[str, PlainValue] = field(default_factory=dict)
 
 
+@message("regraft/SensorFault")
+@dataclass(frozen=True, slots=True)
+class SensorFault:
+    """What is wrong with what comes on ``topic``, in a word (such as ``silent``) and in a sentence, and since when."""
+
+    topic: str
+    fault: str
+    text: str
+    since: Seconds
+
+
+@message("regraft/SensorHealth")
+@dataclass(frozen=True, slots=True)
+class SensorHealth:
+    """The topics of sensors that are watched, and what is wrong with them now; no faults, no trouble."""
+
+    stamp: Seconds
+    watched: tuple[str, ...]
+    faults: tuple[SensorFault, ...] = ()
+
+
 @message("regraft/SystemStatus")
 @dataclass(frozen=True, slots=True)
 class SystemStatus:

@@ -50,7 +50,10 @@ class HostStatus:
 @message("regraft/UpdateSpecs")
 @dataclass(frozen=True, slots=True)
 class UpdateSpecs:
-    """From now on, (re)start these components as these specs say. Running processes are not touched."""
+    """From now on, (re)start these components as these specs say. Running processes are not touched.
+
+    A spec without a description keeps the one that is known of its class: it is most of a spec, and never changes.
+    """
 
     revision: Count
     specs: tuple[ComponentSpec, ...] = ()

@@ -1,11 +1,11 @@
-"""Maps of the ground."""
+"""Maps of the ground, what is asked of them, and where they end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from bus_schema.annotations import Array, Metres, Seconds, SignedByteArray
+from bus_schema.annotations import Array, Count, Metres, Seconds, SignedByteArray, SquareMetres
 from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.registry import message
 
@@ -41,3 +41,51 @@ class Goals:
 
     stamp: Seconds
     goals: tuple[NamedGoal, ...]
+
+
+@message("regraft/SaveMap")
+@dataclass(frozen=True, slots=True)
+class SaveMap:
+    """Request: write the map to ``file`` (PNG and YAML side by side, as ROS's map_server does)."""
+
+    file: str
+
+
+@message("regraft/LoadMap")
+@dataclass(frozen=True, slots=True)
+class LoadMap:
+    """Request: go on from the map in ``file``, as `SaveMap` wrote it."""
+
+    file: str
+
+
+@message("regraft/MapFile")
+@dataclass(frozen=True, slots=True)
+class MapFile:
+    """Reply: the file that was written or read, and how much ground (m²) its map knows."""
+
+    file: str
+    known_area: SquareMetres
+
+
+@message("regraft/NextFrontier")
+@dataclass(frozen=True, slots=True)
+class NextFrontier:
+    """Request: where the map ends next. ``unreached``: the robot did not get to the one given before."""
+
+    unreached: bool = False
+
+
+@message("regraft/Frontier")
+@dataclass(frozen=True, slots=True)
+class Frontier:
+    """Reply: whether the map still ends somewhere, from where to look there, and how many frontiers are left.
+
+    ``length`` is that of the frontier itself, ``distance`` that of the way to ``goal``.
+    """
+
+    found: bool
+    left: Count
+    goal: FramedPose | None = None
+    length: Metres = 0.0
+    distance: Metres = 0.0

@@ -13,7 +13,10 @@ from bus_schema.registry import message
 @message("regraft/Detection")
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """One object in a picture: bearing from the camera (left is positive), and its position (m) in ``frame``."""
+    """One object in a picture: bearing from the camera (left is positive), and its position (m) in ``frame``.
+
+    ``confidence`` grows with light, nearness and a clear shape; each detector documents what it is calibrated to.
+    """
 
     label: str
     confidence: Ratio
@@ -45,8 +48,17 @@ class Detect:
 @message("regraft/Sightings")
 @dataclass(frozen=True, slots=True)
 class Sightings:
-    """Reply: how many pictures were looked at, in how many the object was seen, and the best sighting."""
+    """Reply: how many pictures were looked at, in how many the object was seen, and the best sighting.
+
+    ``useful`` counts the pictures that were neither black nor frozen, None where nobody checked. ``position`` (m, in
+    ``frame``) is where all sightings together say the object is, ``spread`` how far from there a sighting typically
+    is: None if there was only one.
+    """
 
     pictures: Count
     hits: Count
     best: Detection | None = None
+    useful: Count | None = None
+    position: Vector3 | None = None
+    frame: str = ""
+    spread: Metres | None = None

@@ -38,3 +38,41 @@ class BatteryState:
     capacity: Joules
     charge: Ratio
     power: Watts
+
+
+@message("regraft/ChargerState")
+@dataclass(frozen=True, slots=True)
+class ChargerState:
+    """Whether the robot stands on a charger, and the power that this one gives."""
+
+    stamp: Seconds
+    connected: bool
+    power: Watts
+
+
+@message("regraft/Charge")
+@dataclass(frozen=True, slots=True)
+class Charge:
+    """Goal of the action ``charge``: stand on the dock until the battery is this full."""
+
+    until: Ratio = 0.98
+
+
+@message("regraft/ChargeProgress")
+@dataclass(frozen=True, slots=True)
+class ChargeProgress:
+    """Feedback: how full the battery is, what is done for it now, and how long it takes from here."""
+
+    charge: Ratio
+    phase: str
+    time_left: Seconds
+
+
+@message("regraft/Charged")
+@dataclass(frozen=True, slots=True)
+class Charged:
+    """Result: whether the battery is as full as was asked for, and why not."""
+
+    charged: bool
+    charge: Ratio
+    reason: str = ""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import queue
 import threading
 from collections.abc import Callable
 from typing import Any
 
 from regraft.bus import Bus, Closable, Sample
+from regraft.inbox import Inbox
 
 LOG = logging.getLogger("regraft.client")
 LOOK_AROUND = 0.2
@@ -25,7 +25,8 @@ class Listener:
         """Start the thread; ``tick`` is called several times a second."""
         self._bus = bus
         self._tick = tick
-        self._inbox: queue.SimpleQueue[tuple[Callable[[Sample], object], Any] | None] = queue.SimpleQueue()
+        self._inbox = Inbox()
+        self._stopped = False
         self._thread = threading.Thread(target=self._run, name=f"client {name}", daemon=True)
         self._thread.start()
 
@@ -50,25 +51,23 @@ class Listener:
 
     def stop(self) -> None:
         """End the thread, within bounds; a handler that does not return dies with the process."""
+        self._stopped = True
         self._inbox.put(None)
         if not self.is_here:
             self._thread.join(LEAVE_WITHIN)
 
     def _run(self) -> None:
-        while True:
-            try:
-                item = self._inbox.get(timeout=LOOK_AROUND)
-            except queue.Empty:
-                self._tick()
-                continue
-            if item is None:
-                return
-            handler, raw = item
-            sample = self._bus.open_sample(raw)
-            if sample is None:
-                continue
-            try:
-                handler(sample)
-            except Exception:
-                LOG.exception("a callback for %s failed", sample.key)
+        while not self._stopped:
+            item: tuple[Callable[[Sample], object], Any] | None = self._inbox.get(LOOK_AROUND)
+            if item is not None:
+                self._handle(*item)
             self._tick()
+
+    def _handle(self, handler: Callable[[Sample], object], raw: Any) -> None:
+        sample = self._bus.open_sample(raw)
+        if sample is None:
+            return
+        try:
+            handler(sample)
+        except Exception:
+            LOG.exception("a callback for %s failed", sample.key)

@@ -12,7 +12,6 @@ from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, topic_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
-from bus_schema.registry import type_of
 from regraft.bus import BusError, Sample
 from regraft.client.sending import Sender
 from regraft.runtime.calling import CallFailed
@@ -148,7 +147,7 @@ class Requests:
         on_feedback: Callable[[Any], object] | None = None,
     ) -> Pending:
         topic_name(service)
-        plain = type_of(type(body)).shape.pack(body)
+        plain = codec.to_plain(body)
         with self._lock:
             if self._closed:
                 raise CallFailed(service, None, "the client is closed")

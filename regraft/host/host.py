@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import queue
 import signal
 import threading
 import time
@@ -28,7 +27,7 @@ from regraft.host.restarts import RestartHistory
 from regraft.host.silence import HUNG_AFTER, Silence
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote, how_it_ended
-from regraft.runtime.loop import get
+from regraft.inbox import Inbox
 from regraft.runtime.writers import Identity, Writers
 
 LOOK_EVERY = 0.05
@@ -59,7 +58,7 @@ class Host:
         self.term = 0
         self.revision = plan.architecture.revision
         self.wards = {name: Ward(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()}
-        self.inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.inbox = Inbox()
         self.ended = False
         self._bus = bus
         self._zygote = zygote
@@ -102,13 +101,13 @@ class Host:
         """Do what is due, then handle what arrives within ``timeout`` seconds."""
         self._start_due()
         self._look()
-        item = get(self.inbox, min(timeout, self._until_due()))
+        item = self.inbox.get(min(timeout, self._until_due()))
         until = time.monotonic() + LOOK_EVERY
         while item is not None:
             self._take(item)
-            item = get(self.inbox, 0.0) if time.monotonic() < until else None
+            item = self.inbox.get(0.0) if time.monotonic() < until else None
         for _ in range(self.inbox.qsize() - MOST_WAITING):
-            self._take(get(self.inbox, 0.0), shed=True)
+            self._take(self.inbox.get(0.0), shed=True)
 
     def end(self) -> None:
         """End every process, the time source first: once time stands still, nobody misses those who leave.
@@ -332,7 +331,7 @@ class Host:
         if ward is None:
             self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart))
         else:
-            ward.spec, ward.history.policy = spec, spec.restart
+            ward.spec, ward.history.policy = spec.described_as(ward.spec), spec.restart
 
     def _start_asked(self, payload: bytes) -> HostStatus:
         asked = codec.decode(payload, StartComponent)

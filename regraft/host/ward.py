@@ -9,7 +9,6 @@ from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState, ProcessStatus
-from bus_schema.registry import type_of
 from regraft.assignment import Assignment
 from regraft.host.plan import HostPlan
 from regraft.host.restarts import RestartHistory
@@ -92,4 +91,4 @@ class Ward:
 
     def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:
         """Return the assignment as plain data."""
-        return type_of(Assignment).shape.pack(self.assignment(plan, revision, term))
+        return codec.to_plain(self.assignment(plan, revision, term))

@@ -138,7 +138,7 @@ class Caller:
     def _begin(self, service: str, verb: Verb, body: object, reply: type, timeout: float) -> Pending:
         topic_name(service)
         self._number += 1
-        plain = type_of(type(body)).shape.pack(body)
+        plain = codec.to_plain(body)
         request = Request(self.client, self._number, verb, plain, timeout)
         now = self._clock.now()
         pending = Pending(service, request, reply, None, Waiting(), now, now + round(timeout * 1e9), Waiting())
@@ -198,12 +198,12 @@ class Caller:
 
     # --- as a consumer of replies ---
 
-    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+    def deliver(self, sample: Sample) -> None:
         """Take a reply in its turn."""
         try:
             reply = codec.decode(sample.payload, Reply)
         except BadMessage as error:
-            self.refuse(envelope.source, str(error))
+            self.refuse(Envelope.from_bytes(sample.attachment).source, str(error))
             return
         pending = self._pending.get(reply.number)
         if pending is None:
@@ -212,7 +212,7 @@ class Caller:
         try:
             self._take(pending, reply)
         except BadMessage as error:
-            self.refuse(envelope.source, str(error))
+            self.refuse(Envelope.from_bytes(sample.attachment).source, str(error))
             self._end(pending, CallFailed(pending.service, Answer.FAILED, f"sent a reply that does not fit: {error}"))
 
     def _take(self, pending: Pending, reply: Reply) -> None:

@@ -54,7 +54,7 @@ class Control:
         self._runtime = runtime
         self._term = runtime.assignment.term
         self._revised = False
-        self._parked: list[_Parked] = []
+        self.parked: list[_Parked] = []
         self._checkpoint = runtime.assignment.checkpoint
         self._verbs: dict[str, Callable[[bytes], object]] = {
             "describe": self._describe,
@@ -78,7 +78,7 @@ class Control:
             self._refuse(query, ControlCode.FAILED, (f"{verb}: {type(error).__name__}: {error}",))
         else:
             if isinstance(answer, Pending):
-                self._parked.append(_Parked(query, answer, time.monotonic_ns() + AWAIT_AT_MOST))
+                self.parked.append(_Parked(query, answer, time.monotonic_ns() + AWAIT_AT_MOST))
                 self.answer_parked()
             else:
                 query.reply(codec.encode(answer))
@@ -89,15 +89,15 @@ class Control:
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""
         now = time.monotonic_ns()
-        for parked in [p for p in self._parked if p.pending.ready() or now >= p.deadline]:
-            self._parked.remove(parked)
+        for parked in [p for p in self.parked if p.pending.ready() or now >= p.deadline]:
+            self.parked.remove(parked)
             parked.query.reply(codec.encode(self.view(parked.pending.finish())))
 
     def seconds_to_next(self) -> float | None:
         """Return how long the next parked answer may still wait, None if none is parked."""
-        if not self._parked:
+        if not self.parked:
             return None
-        return max(0.0, (min(p.deadline for p in self._parked) - time.monotonic_ns()) / 1e9)
+        return max(0.0, (min(p.deadline for p in self.parked) - time.monotonic_ns()) / 1e9)
 
     def view(self, detail: dict[str, Any] | None = None) -> ComponentView:
         """Return the component as it is now."""

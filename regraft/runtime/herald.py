@@ -32,7 +32,7 @@ class Herald:
         self._keys = keys
         self._writers = Writers(bus, clock, identity)
         self._said: dict[tuple[str, str], float] = {}
-        self._next_beat = 0.0
+        self.next_beat = 0.0
 
     def say(self, **changes: Any) -> None:
         """Change the status and put it."""
@@ -41,13 +41,13 @@ class Herald:
 
     def beat(self) -> None:
         """Put the status; it is the heartbeat too."""
-        self._next_beat = time.monotonic() + self._heartbeat
+        self.next_beat = time.monotonic() + self._heartbeat
         self.status = replace(self.status, stamp=self._seconds())
         self._put(self._keys.status(self.status.component), self.status)
 
     def beat_if_due(self) -> float:
         """Put the heartbeat if it is time; returns the seconds until the next."""
-        left = self._next_beat - time.monotonic()
+        left = self.next_beat - time.monotonic()
         if left <= 0:
             self.beat()
             return self._heartbeat

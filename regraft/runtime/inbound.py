@@ -6,10 +6,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
 from bus_schema.errors import BadMessage
 from bus_schema.keys import matches
 from regraft.bus import Sample
+from regraft.clock import Clock
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN, Arrival, Stream
 
 MOST_STREAMS = 10_000
@@ -26,8 +27,8 @@ class Consumer(Protocol):
     def paused(self) -> bool:
         """Whether samples are let go by."""
 
-    def deliver(self, envelope: Envelope, sample: Sample) -> None:
-        """Handle one sample, in its turn."""
+    def deliver(self, sample: Sample) -> None:
+        """Handle one sample, in its turn; its attachment is an envelope."""
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a sample that cannot be handled."""
@@ -42,27 +43,34 @@ Frontier = dict[str, dict[str, int]]
 class Inbound:
     """Every stream of one component. ``stepped`` holds samples until their step, otherwise they go on at once."""
 
-    def __init__(self, *, stepped: bool, on_marker: Callable[[str, str, Stream], None] | None = None) -> None:
+    def __init__(
+        self, clock: Clock, *, stepped: bool, on_marker: Callable[[str, str, Stream], None] | None = None
+    ) -> None:
         """Start without consumers; ``on_marker`` hears of every marker (key, source, stream)."""
         self.stepped = stepped
+        self._clock = clock
         self.on_marker = on_marker
         self.consumers: dict[str, Consumer] = {}
         self.patterns: dict[str, Consumer] = {}
         self.streams: dict[tuple[str, str], Stream] = {}
-        self.ready: deque[tuple[Consumer, Envelope, Sample]] = deque()
-        self._holding: set[tuple[str, str]] = set()
+        self.ready: deque[tuple[Consumer, Sample]] = deque()
+        self.holes: set[tuple[str, str]] = set()
+        # The runs that send now, by what all their samples share: these need not be opened.
+        self._known: dict[tuple[str, bytes, bytes], tuple[Stream, Consumer]] = {}
 
     def add(self, key: str, consumer: Consumer) -> None:
         """Handle samples of ``key`` (an expression with ``*`` too) with ``consumer`` from now on."""
+        self._known.clear()
         (self.patterns if "*" in key else self.consumers)[key] = consumer
 
     def remove(self, key: str) -> None:
         """Forget a key and its streams."""
+        self._known.clear()
         self.consumers.pop(key, None)
         self.patterns.pop(key, None)
         for pair in [pair for pair in self.streams if pair[0] == key]:
             del self.streams[pair]
-            self._holding.discard(pair)
+            self.holes.discard(pair)
 
     def consumer_of(self, key: str) -> Consumer | None:
         """Return who handles ``key``."""
@@ -77,13 +85,19 @@ class Inbound:
         stream = self.streams.get(pair)
         if stream is None:
             if len(self.streams) >= MOST_STREAMS:
+                self._known.clear()
                 self.streams.pop(next(iter(self.streams)))
             stream = self.streams[pair] = Stream()
         return stream
 
-    def arrive(self, sample: Sample, now: int) -> None:
+    def arrive(self, sample: Sample) -> None:
         """Take a sample from the bus."""
-        consumer = self.consumers.get(sample.key) or self.consumer_of(sample.key)
+        attachment = sample.attachment
+        known = self._known.get((sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]))
+        if known is not None and known[0].follows(PLACE.unpack_from(attachment, RUN_ENDS)[0]):
+            self.ready.append((known[1], sample))
+            return
+        consumer = self.consumer_of(sample.key)
         if consumer is None:
             return
         try:
@@ -91,10 +105,17 @@ class Inbound:
         except BadMessage as error:
             consumer.refuse("", str(error))
             return
-        stream = self.streams.get((sample.key, envelope.source)) or self.stream(sample.key, envelope.source)
+        self._sort_in(consumer, envelope, sample)
+
+    def _sort_in(self, consumer: Consumer, envelope: Envelope, sample: Sample) -> None:
+        stream = self.stream(sample.key, envelope.source)
+        before = stream.epoch, stream.incarnation
         if not stream.admit(envelope):
             consumer.refuse(envelope.source, f"comes from incarnation {envelope.incarnation}, which has been replaced")
-        elif envelope.kind is Kind.MARKER:
+            return
+        if (stream.epoch, stream.incarnation) != before:
+            self._known.clear()
+        if envelope.kind is Kind.MARKER:
             stream.mark(envelope.sequence)
             if self.on_marker:
                 self.on_marker(sample.key, envelope.source, stream)
@@ -102,36 +123,33 @@ class Inbound:
             stream.pass_by(envelope)
         elif self.stepped:
             stream.hold(envelope, sample)
-        elif stream.follows(envelope.sequence):
-            self.ready.append((consumer, envelope, sample))
         else:
-            self._give_out(sample.key, stream, consumer, envelope, sample, now)
+            attachment = sample.attachment
+            self._known[sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]] = (stream, consumer)
+            self._give_out(sample.key, stream, consumer, envelope, sample)
 
-    def _give_out(
-        self, key: str, stream: Stream, consumer: Consumer, envelope: Envelope, sample: Sample, now: int
-    ) -> None:
-        for arrival in stream.accept(envelope, sample, now, reliable=consumer.reliable):
-            self.ready.append((consumer, *arrival))
+    def _give_out(self, key: str, stream: Stream, consumer: Consumer, envelope: Envelope, sample: Sample) -> None:
+        arrivals = stream.accept(envelope, sample, self._clock.now(), reliable=consumer.reliable)
+        self._line_up(consumer, arrivals)
         if stream.waiting:
-            self._holding.add((key, envelope.source))
+            self.holes.add((key, envelope.source))
 
     def give_up_on_holes(self, now: int) -> None:
         """Report holes that stayed open for too long, and go on behind them."""
-        for pair in list(self._holding):
+        for pair in list(self.holes):
             stream = self.streams.get(pair)
             consumer = self.consumer_of(pair[0])
             if stream is None or consumer is None or not stream.waiting:
-                self._holding.discard(pair)
+                self.holes.discard(pair)
                 continue
             lost_before = stream.lost
-            for arrival in stream.overdue(now):
-                self.ready.append((consumer, *arrival))
+            self._line_up(consumer, stream.overdue(now))
             if stream.lost > lost_before:
                 consumer.report_lost(pair[1], stream.lost - lost_before)
 
     def next_give_up(self) -> int | None:
         """Return when the next hole is given up on, in nanoseconds."""
-        since = [self.streams[pair].waiting_since for pair in self._holding if pair in self.streams]
+        since = [self.streams[pair].waiting_since for pair in self.holes if pair in self.streams]
         return min(since) + HOLE_CLOSES_WITHIN if since else None
 
     # --- in step ---
@@ -184,4 +202,4 @@ class Inbound:
 
     def _line_up(self, consumer: Consumer | None, arrivals: list[Arrival]) -> None:
         if consumer and not consumer.paused:
-            self.ready.extend((consumer, *arrival) for arrival in arrivals)
+            self.ready.extend((consumer, sample) for _, sample in arrivals)

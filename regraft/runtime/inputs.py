@@ -27,15 +27,16 @@ class Move:
 
     key: str
     marks: dict[str, tuple[int, int]] = field(default_factory=dict)
-    held: list[tuple[Envelope, Sample]] = field(default_factory=list)
+    held: list[Sample] = field(default_factory=list)
 
-    def ours(self) -> list[tuple[Envelope, Sample]]:
+    def ours(self) -> list[Sample]:
         """Return what is to be handled after the switch, in the order of arrival."""
-        return [(e, s) for e, s in self.held if e.sequence > self.marks.get(e.source, (0, 0))[1]]
+        opened = [(Envelope.from_bytes(sample.attachment), sample) for sample in self.held]
+        return [sample for e, sample in opened if e.sequence > self.marks.get(e.source, (0, 0))[1]]
 
 
 class Reporter(Protocol):
-    """Who is told of messages that cannot be handled or never came."""
+    """Who is told of messages that cannot be handled or never came, and of handlers that fail."""
 
     def refused(self, where: str, source: str, why: str) -> None:
         """A message was refused."""
@@ -43,11 +44,14 @@ class Reporter(Protocol):
     def lost(self, where: str, source: str, count: int) -> None:
         """Messages were lost."""
 
+    def fault(self, where: str, error: BaseException) -> None:
+        """An exception came out of an author's method."""
+
 
 class InputPort(Generic[M]):
     """An input as the component reads it."""
 
-    def __init__(self, declared: Input[M], handle: Callable[[M], None] | None, reporter: Reporter) -> None:
+    def __init__(self, declared: Input[M], handle: Callable[[M], object] | None, reporter: Reporter) -> None:
         """Start without a message, paused; ``handle`` is called with every message, if given."""
         self.declared = declared
         self.name = declared.name
@@ -55,13 +59,12 @@ class InputPort(Generic[M]):
         self.paused = True
         self.key = ""
         self.move: Move | None = None
-        self.envelope: Envelope | None = None
         self._handle = handle
         self._reporter = reporter
         self._kind = type_of(declared.message)
-        self._encoding = self._kind.encoding
-        self._newest: tuple[Envelope, Sample] | None = None
+        self._newest: Sample | None = None
         self._latest: M | None = None
+        self._attachment = b""
         self._kept: deque[M] = deque(maxlen=declared.keep or 1)
         self._waiters: list[Waiting[M]] = []
 
@@ -73,11 +76,16 @@ class InputPort(Generic[M]):
     def latest(self) -> M | None:
         """The newest message, None before the first."""
         if self._newest is not None:
-            (envelope, sample), self._newest = self._newest, None
-            message = self._decoded(envelope, sample)
+            sample, self._newest = self._newest, None
+            message = self._decoded(sample)
             if message is not None:
-                self._latest, self.envelope = message, envelope
+                self._latest, self._attachment = message, sample.attachment
         return self._latest
+
+    @property
+    def envelope(self) -> Envelope | None:
+        """The envelope of the message that ``latest`` last returned, or that is being handled; None before any."""
+        return Envelope.from_bytes(self._attachment) if self._attachment else None
 
     def take(self) -> list[M]:
         """Return the messages that came since the last call, oldest first; raises TypeError without ``keep``."""
@@ -101,27 +109,28 @@ class InputPort(Generic[M]):
 
     def forget(self) -> None:
         """Drop what was received: the component starts anew."""
-        self._newest = self._latest = self.envelope = None
+        self._newest = self._latest = None
+        self._attachment = b""
         self._kept.clear()
         self._waiters.clear()
 
     # --- as a consumer of samples ---
 
-    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+    def deliver(self, sample: Sample) -> None:
         """Take a sample in its turn; one from the key that the input is moving to waits for the switch."""
         if self.move is not None and sample.key == self.move.key:
-            self.move.held.append((envelope, sample))
+            self.move.held.append(sample)
             return
         if self.paused or sample.key != self.key:
             return
-        self._newest = (envelope, sample)
+        self._newest = sample
         if self._handle is None and not self._waiters and not self.declared.keep:
             return
-        message = self._decoded(envelope, sample)
+        message = self._decoded(sample)
         self._newest = None
         if message is None:
             return
-        self._latest, self.envelope = message, envelope
+        self._latest, self._attachment = message, sample.attachment
         if self.declared.keep:
             self._kept.append(message)
         if self._waiters:
@@ -129,17 +138,25 @@ class InputPort(Generic[M]):
             for waiting in waiters:
                 waiting.resolve(message)
         if self._handle is not None:
-            self._handle(message)
+            try:
+                self._handle(message)
+            except Exception as error:
+                self._reporter.fault(self.name, error)
 
-    def _decoded(self, envelope: Envelope, sample: Sample) -> M | None:
-        if sample.encoding != self._encoding:
-            self.refuse(envelope.source, f"has the encoding {sample.encoding!r}, must be {self._encoding!r}")
+    def _decoded(self, sample: Sample) -> M | None:
+        kind = self._kind
+        if sample.encoding != kind.encoding:
+            self._refuse_sample(sample, f"has the encoding {sample.encoding!r}, must be {kind.encoding!r}")
             return None
         try:
-            return codec.decode(sample.payload, self.declared.message)
+            message: M = codec.decode_as(kind, sample.payload)
         except BadMessage as error:
-            self.refuse(envelope.source, str(error))
+            self._refuse_sample(sample, str(error))
             return None
+        return message
+
+    def _refuse_sample(self, sample: Sample, why: str) -> None:
+        self.refuse(Envelope.from_bytes(sample.attachment).source, why)
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a message that cannot be handled."""
@@ -158,7 +175,18 @@ Inputs = dict[str, InputPort[Any]]
 class TopicReader:
     """All inputs of one component that read the same key."""
 
-    ports: list[InputPort[Any]]
+    ports: tuple[InputPort[Any], ...]
+    deliver: Callable[[Sample], None] = field(init=False)
+    """Hands a sample to every input; with one input, that one's own."""
+
+    def __post_init__(self) -> None:
+        """Begin with the given inputs."""
+        self.read_by(*self.ports)
+
+    def read_by(self, *ports: InputPort[Any]) -> None:
+        """Have these inputs read the key from now on."""
+        self.ports = ports
+        self.deliver = ports[0].deliver if len(ports) == 1 else self._deliver_to_all
 
     @property
     def reliable(self) -> bool:
@@ -178,10 +206,9 @@ class TopicReader:
         """Whether a new sample is to be handled at once."""
         return any(port.wakes or port.move is not None for port in self.ports)
 
-    def deliver(self, envelope: Envelope, sample: Sample) -> None:
-        """Hand a sample to every input."""
-        for port in list(self.ports):
-            port.deliver(envelope, sample)
+    def _deliver_to_all(self, sample: Sample) -> None:
+        for port in self.ports:
+            port.deliver(sample)
 
     def refuse(self, source: str, why: str) -> None:
         """Report a sample that is no message, once."""

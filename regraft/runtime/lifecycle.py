@@ -134,10 +134,10 @@ class Lifecycle:
         port = runtime.inputs[name]
         reader = runtime.reader(key)
         if reader is None:
-            runtime.inbound.add(key, TopicReader([port]))
+            runtime.inbound.add(key, TopicReader((port,)))
             self._subscriptions[key] = runtime.bus.subscribe(key, runtime.inbox.put)
         elif port not in reader.ports:
-            reader.ports.append(port)
+            reader.read_by(*reader.ports, port)
 
     def stop_reading(self, name: str, key: str) -> None:
         """Take an input off a key; the subscription ends with its last reader."""
@@ -146,7 +146,7 @@ class Lifecycle:
         port = runtime.inputs[name]
         if reader is None or port not in reader.ports:
             return
-        reader.ports.remove(port)
+        reader.read_by(*(other for other in reader.ports if other is not port))
         if not reader.ports:
             runtime.inbound.remove(key)
             subscription = self._subscriptions.pop(key, None)

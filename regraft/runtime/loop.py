@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import queue
 import time
-from typing import Any
 
 from bus_schema.lifecycle import State
 from regraft.runtime.lifecycle import TransitionFailed
@@ -17,14 +15,6 @@ LONGEST_AT_ONCE = 0.05
 
 MOST_WAITING = 10_000
 """Items that may wait in the inbox: whoever cannot keep up loses messages, and says so, rather than grow for ever."""
-
-
-def get(inbox: queue.SimpleQueue[Any], timeout: float) -> Any:
-    """Return the next item, None after ``timeout`` seconds."""
-    try:
-        return inbox.get(timeout=timeout) if timeout > 0 else inbox.get_nowait()
-    except queue.Empty:
-        return None
 
 
 def start(runtime: Runtime) -> None:
@@ -57,23 +47,47 @@ def pump(runtime: Runtime) -> float:
     return wait if parked is None else min(wait, parked)
 
 
+def next_due(runtime: Runtime) -> float:
+    """Do what is due now; returns when something is due again (monotonic seconds).
+
+    Between two messages there is mostly nothing to do, and finding that out must cost next to nothing: what a
+    component does after its answer still delays the whole machine.
+    """
+    if runtime.has_work or runtime.inbound.holes or runtime.control.parked:
+        return pump(runtime) + time.monotonic()
+    now, then = time.monotonic(), runtime.herald.next_beat
+    if runtime.timers.in_use:
+        due = runtime.timers.next_due()
+        if due is not None:
+            then = min(then, now + (due - runtime.clock.now()) / 1e9)
+    return then if then > now else pump(runtime) + time.monotonic()
+
+
 def run(runtime: Runtime) -> None:
     """Run until the component is finalized. Whoever wants it to end posts a shutdown."""
     start(runtime)
-    while runtime.state is not State.FINALIZED:
-        item = get(runtime.inbox, pump(runtime))
-        taken, until = 0, time.monotonic() + LONGEST_AT_ONCE
-        while item is not None:
+    while runtime.herald.status.state is not State.FINALIZED:
+        item = runtime.inbox.get_until(next_due(runtime))
+        if item is not None:
             runtime.take(item)
             runtime.work()
-            taken += 1
-            item = get(runtime.inbox, 0.0) if taken < MOST_AT_ONCE and time.monotonic() < until else None
-        if runtime.inbox.qsize() > MOST_WAITING:
-            shed(runtime)
+            if not runtime.inbox.empty():
+                catch_up(runtime)
+
+
+def catch_up(runtime: Runtime) -> None:
+    """Take what has come meanwhile; whoever falls behind for good loses messages rather than grow for ever."""
+    taken, until = 0, time.monotonic() + LONGEST_AT_ONCE
+    while not runtime.inbox.empty() and taken < MOST_AT_ONCE and time.monotonic() < until:
+        runtime.take(runtime.inbox.get(0.0))
+        runtime.work()
+        taken += 1
+    if runtime.inbox.qsize() > MOST_WAITING:
+        shed(runtime)
 
 
 def shed(runtime: Runtime) -> None:
     """Let messages of topics go by until half of what may wait is left; the holes in their numbering are reported."""
     for _ in range(runtime.inbox.qsize() - MOST_WAITING // 2):
-        runtime.take_unless_data(get(runtime.inbox, 0.0))
+        runtime.take_unless_data(runtime.inbox.get(0.0))
         runtime.work()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from bus_schema import codec
+from bus_schema.lifecycle import State
 from bus_schema.registry import type_of
 from regraft.ports import Output
+from regraft.runtime.herald import Herald
 from regraft.runtime.writers import Writer, Writers
 
 M = TypeVar("M")
+
+MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
 
 
 class NotActive(RuntimeError):
@@ -20,7 +23,7 @@ class NotActive(RuntimeError):
 class OutputPort(Generic[M]):
     """An output as the component writes it."""
 
-    def __init__(self, declared: Output[M], writers: Writers, may_publish: Callable[[], bool]) -> None:
+    def __init__(self, declared: Output[M], writers: Writers, herald: Herald) -> None:
         """Start unconnected."""
         self.declared = declared
         self.name = declared.name
@@ -28,7 +31,7 @@ class OutputPort(Generic[M]):
         self._kind = type_of(declared.message)
         self._writers = writers
         self._writer: Writer | None = None
-        self._may_publish = may_publish
+        self._herald = herald
 
     def connect(self, key: str, *, reliable: bool) -> Writer:
         """Write at ``key`` from now on; the former key stays declared until it is closed."""
@@ -64,13 +67,13 @@ class OutputPort(Generic[M]):
             NotActive: the component is not active.
             BadMessage: a field of the message does not fit its type.
         """
-        if self._writer is None or not self._may_publish():
+        if self._writer is None or self._herald.status.state not in MAY_PUBLISH:
             raise NotActive(f"output {self.name!r}: only an active component publishes")
         if type(message) is not self.declared.message:
             raise TypeError(
                 f"output {self.name!r} publishes {self.declared.message.__name__}, not {type(message).__name__}"
             )
-        self._writer.put(codec.encode(message))
+        self._writer.put(codec.encode_as(self._kind, message))
 
 
 Outputs = dict[str, OutputPort[Any]]

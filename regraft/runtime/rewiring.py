@@ -175,8 +175,8 @@ class Rewiring:
         old, port.move = port.key, None
         port.connect(move.key, reliable=self._runtime.is_reliable(move.key))
         self._runtime.lifecycle.stop_reading(port.name, old)
-        for envelope, sample in move.ours():
-            port.deliver(envelope, sample)
+        for sample in move.ours():
+            port.deliver(sample)
         return {"complete": complete}
 
     def _abandon(self, step: Rewire) -> dict[str, object]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import queue
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -15,6 +14,7 @@ from regraft.assignment import Assignment
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import Clock
 from regraft.component import Component, declared
+from regraft.inbox import Inbox
 from regraft.parameters import ParameterSet
 from regraft.runtime.calling import Caller
 from regraft.runtime.control import Control
@@ -31,8 +31,6 @@ from regraft.runtime.stream import Stream
 from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
 from regraft.runtime.timers import Timers
 from regraft.runtime.writers import Identity, Writers
-
-MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
 
 
 class Runtime:
@@ -54,11 +52,11 @@ class Runtime:
         self.parameters.set(assignment.parameters, starting=True)
         epoch = assignment.incarnation
         self.identity = Identity(assignment.name, epoch, assignment.incarnation)
-        self.inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.inbox = Inbox()
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)
-        self.inbound = Inbound(stepped=self.stepped, on_marker=self._marker)
+        self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker)
         self.writers = Writers(bus, clock, self.identity)
         self.tasks = Tasks()
         self.timers = Timers()
@@ -70,8 +68,10 @@ class Runtime:
         self.component.kit = Kit(self)
         self.inputs = {name: self._input(name) for name in self.declared.inputs}
         self.outputs = {
-            name: OutputPort(output, self.writers, self._may_publish) for name, output in self.declared.outputs.items()
+            name: OutputPort(output, self.writers, self.herald) for name, output in self.declared.outputs.items()
         }
+        # Where the class has the declarations, the instance has the live ports.
+        vars(self.component).update(self.inputs, **self.outputs)
         self.servers = [self._server(name) for name in self.declared.services]
         self.rewiring = Rewiring(self)
         self.lifecycle = Lifecycle(self)
@@ -83,19 +83,9 @@ class Runtime:
     def _input(self, name: str) -> InputPort[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
-        return InputPort(port, self._handling(name, method) if method else None, self.herald)
-
-    def _handling(self, name: str, method: Callable[[Any], Any]) -> Callable[[Any], None]:
-        def handle(message: Any) -> None:
-            try:
-                method(message)
-            except Exception as error:
-                self.herald.fault(name, error)
-
-        def handle_async(message: Any) -> None:
-            self.spawn(name, method(message))
-
-        return handle_async if inspect.iscoroutinefunction(method) else handle
+        if method is not None and inspect.iscoroutinefunction(method):
+            return InputPort(port, lambda message: self.spawn(name, method(message)), self.herald)
+        return InputPort(port, method, self.herald)
 
     def _server(self, name: str) -> Server:
         offered = self.declared.services[name]
@@ -107,7 +97,6 @@ class Runtime:
             self.writers,
             self.tasks,
             self.herald,
-            self.herald,
             self._refusal,
         )
 
@@ -115,9 +104,6 @@ class Runtime:
         if self.state is State.ACTIVE:
             return None
         return f"{self.assignment.name} is {self.state.value}, it serves only while active"
-
-    def _may_publish(self) -> bool:
-        return self.herald.status.state in MAY_PUBLISH
 
     @property
     def state(self) -> State:
@@ -159,11 +145,10 @@ class Runtime:
         """Take one item from the inbox: a sample, a query, or something to be called on this thread."""
         sample = self.bus.open_sample(item)
         if sample is not None:
-            direct = self.direct.get(sample.key)
-            if direct is not None:
-                direct(sample)
+            if self.direct and sample.key in self.direct:
+                self.direct[sample.key](sample)
             else:
-                self.inbound.arrive(sample, self.clock.now())
+                self.inbound.arrive(sample)
             return
         query = self.bus.open_query(item)
         if query is not None:
@@ -183,16 +168,23 @@ class Runtime:
 
     def work(self) -> None:
         """Handle all that is ready: samples in their order, then tasks, until nothing is left."""
-        while True:
+        ready, in_line = self.inbound.ready, self.tasks.in_line
+        while ready or in_line:
             try:
-                if self.inbound.ready:
-                    consumer, envelope, sample = self.inbound.ready.popleft()
-                    consumer.deliver(envelope, sample)
-                elif not self.tasks.run():
-                    return
+                if ready:
+                    consumer, sample = ready.popleft()
+                    consumer.deliver(sample)
+                else:
+                    self.tasks.run()
             except Exception as error:
                 self.herald.fault("delivery", error)
-            self.herald.beat_if_due()  # many messages take long, and only a handler that does not return hangs
+            if ready or in_line:
+                self.herald.beat_if_due()  # many messages take long, and only a handler that does not return hangs
+
+    @property
+    def has_work(self) -> bool:
+        """Whether a sample or a task is ready."""
+        return bool(self.inbound.ready or self.tasks.in_line)
 
     def fire(self) -> None:
         """Call the timers that are due, in order of declaration, then wake the sleepers that are due."""

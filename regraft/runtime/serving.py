@@ -6,7 +6,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from bus_schema import codec
 from bus_schema.envelope import Envelope
@@ -31,13 +31,6 @@ GONE_FOR = 5.0
 
 class RequestRefused(Exception):
     """Raise it in a service or action to refuse a request, saying why; the client sees the text."""
-
-
-class Faults(Protocol):
-    """Who is told of exceptions in an author's methods."""
-
-    def fault(self, where: str, error: BaseException) -> None:
-        """An exception came out of ``where``."""
 
 
 @dataclass(slots=True)
@@ -84,7 +77,6 @@ class Server:
         writers: Writers,
         tasks: Tasks,
         reporter: Reporter,
-        faults: Faults,
         refusal: Callable[[], str | None],
     ) -> None:
         """Serve ``method`` under ``name``; ``refusal`` says why requests are refused now, None if they are not."""
@@ -96,19 +88,18 @@ class Server:
         self._writers = writers
         self._tasks = tasks
         self._reporter = reporter
-        self._faults = faults
         self._refusal = refusal
         self._clients: OrderedDict[str, _Client] = OrderedDict()
         self._hurried_until = 0.0
 
-    def deliver(self, envelope: Envelope, sample: Sample) -> None:
+    def deliver(self, sample: Sample) -> None:
         """Take a request in its turn."""
         try:
             if sample.encoding != type_of(Request).encoding:
                 raise BadMessage(f"has the encoding {sample.encoding!r}, must be {type_of(Request).encoding!r}")
             request = codec.decode(sample.payload, Request)
         except BadMessage as error:
-            self.refuse(envelope.source, str(error))
+            self.refuse(Envelope.from_bytes(sample.attachment).source, str(error))
             return
         client = self._client(request.client)
         if request.verb is Verb.CANCEL:
@@ -204,14 +195,14 @@ class Server:
                     raise TypeError(f"returned {type(value).__name__}, not {self.offered.reply.__name__}")
                 reply = self._reply(request, Answer.RESULT, codec.to_plain(value))
             except (TypeError, BadMessage) as wrong:
-                self._faults.fault(self.name, wrong)
+                self._reporter.fault(self.name, wrong)
                 reply = self._reply(request, Answer.FAILED, error=str(wrong))
         elif isinstance(error, Cancelled):
             reply = self._reply(request, Answer.CANCELLED, error=why or "cancelled")
         elif isinstance(error, RequestRefused):
             reply = self._reply(request, Answer.REFUSED, error=str(error))
         else:
-            self._faults.fault(self.name, error)
+            self._reporter.fault(self.name, error)
             reply = self._reply(request, Answer.FAILED, error=f"{type(error).__name__}: {error}")
         self._client(request.client).remember(request.number, reply)
 

@@ -48,6 +48,11 @@ class Timers:
         heapq.heappush(self.sleepers, (then, next(self._count), waiting))
         return waiting
 
+    @property
+    def in_use(self) -> bool:
+        """Whether there is anything that can be due."""
+        return bool(self.periodic or self.sleepers)
+
     def next_due(self) -> int | None:
         """Return when something is due next, None if never."""
         while self.sleepers and self.sleepers[0][2].abandoned:

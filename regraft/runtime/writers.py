@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from dataclasses import dataclass
+from threading import get_ident
 
-from bus_schema.envelope import LAYOUT, VERSION, Kind
+from bus_schema.envelope import PLACE, Kind, run_part
 from regraft.bus import Bus, Publisher
 from regraft.clock import Clock
 
@@ -25,7 +25,7 @@ class Identity:
 class Writer:
     """Numbers and puts the samples of one key."""
 
-    __slots__ = ("_clock", "_head", "_publisher", "_source", "_writers", "key", "sequence")
+    __slots__ = ("_data", "_marker", "_now", "_publisher", "_source", "_writers", "key", "sequence")
 
     def __init__(self, writers: Writers, key: str, publisher: Publisher) -> None:
         """Start behind sequence 0."""
@@ -33,26 +33,24 @@ class Writer:
         self.sequence = 0
         self._writers = writers
         self._publisher = publisher
-        self._clock = writers.clock
-        self._source = writers.identity.name.encode()
-        self._head = (writers.identity.epoch, writers.identity.incarnation)
+        self._now = writers.clock.now
+        identity = writers.identity
+        self._data = run_part(Kind.DATA, identity.epoch, identity.incarnation)
+        self._marker = run_part(Kind.MARKER, identity.epoch, identity.incarnation)
+        self._source = identity.name.encode()
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
         writers = self._writers
-        if threading.get_ident() != writers.thread:
+        if get_ident() != writers.thread:
             raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
-        self.sequence += 1
-        writers.advanced[self.key] = self.sequence
-        self._publisher.put(payload, self._attachment(Kind.DATA))
+        self.sequence = sequence = self.sequence + 1
+        writers.advanced[self.key] = sequence
+        self._publisher.put(payload, self._data + PLACE.pack(sequence, self._now()) + self._source)
 
     def mark(self) -> None:
         """Put a marker: it says how far the numbering has come."""
-        self._publisher.put(b"", self._attachment(Kind.MARKER))
-
-    def _attachment(self, kind: Kind) -> bytes:
-        epoch, incarnation = self._head
-        return LAYOUT.pack(VERSION, kind, 0, epoch, incarnation, self.sequence, self._clock.now()) + self._source
+        self._publisher.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
 
     @property
     def matched(self) -> bool:
@@ -84,7 +82,7 @@ class Writers:
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
-        self.thread = threading.get_ident()
+        self.thread = get_ident()
 
     def open(self, key: str, encoding: str, *, reliable: bool = True) -> Writer:
         """Declare a key to write, going on with its numbering if it had one."""

@@ -13,7 +13,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want, Wiring
 from regraft.bus import Presence, Sample
 from regraft.clock import SteppedClock
-from regraft.runtime.loop import get, reach
+from regraft.runtime.loop import reach
 from regraft.runtime.runtime import Runtime
 from regraft.runtime.stream import Stream
 from regraft.stepped.slot import hold_slot
@@ -217,7 +217,7 @@ class Member:
         runtime.control.answer_parked()
         wait = min(runtime.herald.beat_if_due(), JOIN_AGAIN_AFTER)
         parked = runtime.control.seconds_to_next()
-        item = get(runtime.inbox, wait if parked is None else min(wait, parked))
+        item = runtime.inbox.get(wait if parked is None else min(wait, parked))
         while item is not None:
             runtime.take(item)
-            item = None if self._step is not None else get(runtime.inbox, 0.0)
+            item = None if self._step is not None else runtime.inbox.get(0.0)

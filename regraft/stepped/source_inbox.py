@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from regraft.runtime.loop import get
 from regraft.runtime.runtime import Runtime
 
 LONGEST_WAIT = 0.1
@@ -22,10 +21,10 @@ class SourceInbox:
         """Take what arrives within ``timeout`` seconds, at least what is there."""
         runtime = self._runtime
         runtime.control.answer_parked()
-        item = get(runtime.inbox, min(timeout, runtime.herald.beat_if_due()))
+        item = runtime.inbox.get(min(timeout, runtime.herald.beat_if_due()))
         while item is not None:
             runtime.take(item)
-            item = get(runtime.inbox, 0.0)
+            item = runtime.inbox.get(0.0)
 
     def pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
         """Take what arrives until ``ready`` or the deadline (monotonic seconds); returns whether it became ready."""

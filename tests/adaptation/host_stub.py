@@ -63,7 +63,7 @@ class HostStub:
             if update.specs:
                 self.updates.append(update)
                 self.revision = update.revision
-            self.specs |= {spec.name: spec for spec in update.specs}
+            self.specs |= {spec.name: spec.described_as(self.specs.get(spec.name)) for spec in update.specs}
             query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()))))
 
     @staticmethod

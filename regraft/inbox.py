@@ -1,0 +1,84 @@
+"""Where everything that reaches a component waits for its thread."""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+SOON = 0.003
+"""Seconds: a shorter wait carries its own time-out, a longer one is ended by the alarm."""
+
+
+class Inbox:
+    """Items in the order of their arrival: put from any thread, taken by one.
+
+    A wait with a time-out has the kernel set a timer, which costs as much as a fifth of a round trip; and a
+    component waits after every message. So another thread, the alarm, keeps the time, and is told of it only
+    when something is due earlier than what it is set to. A wait may end early with nothing.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty; a None in it is the alarm, or whoever wants the waiting to end."""
+        self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._alarm = _Alarm(self._items.put)
+        self.put = self._items.put
+        self.empty = self._items.empty
+        self.qsize = self._items.qsize
+
+    def get(self, timeout: float) -> Any:
+        """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
+        return self.get_until(time.monotonic() + timeout) if timeout > SOON else self._get_soon(timeout)
+
+    def get_until(self, then: float) -> Any:
+        """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
+        if self._alarm.set_to > then:
+            left = then - time.monotonic()
+            if left <= SOON:
+                return self._get_soon(left)
+            self._alarm.set(then)
+        return self._items.get()
+
+    def _get_soon(self, timeout: float) -> Any:
+        item = None
+        try:
+            while item is None:  # the alarm's Nones stand among the items
+                item = self._items.get(timeout=timeout) if timeout > 0.0 else self._items.get_nowait()
+        except queue.Empty:
+            pass
+        return item
+
+
+class _Alarm:
+    """Puts a None at the earliest of the times (monotonic seconds) that it was set to since it last did.
+
+    Its thread starts when it is first set.
+    """
+
+    def __init__(self, ring: Callable[[None], object]) -> None:
+        self.set_to = math.inf
+        self._ring = ring
+        self._times: queue.SimpleQueue[float] = queue.SimpleQueue()
+        self._started = False
+
+    def set(self, then: float) -> None:
+        """Ring at ``then``, which is earlier than what it is set to."""
+        if not self._started:
+            self._started = True
+            threading.Thread(target=self._run, name="alarm", daemon=True).start()
+        self.set_to = then
+        self._times.put(then)
+
+    def _run(self) -> None:
+        then = math.inf
+        while True:
+            left = then - time.monotonic()
+            try:
+                then = min(then, self._times.get(timeout=max(left, 0.0) if left < math.inf else None))
+            except queue.Empty:
+                # Unset first: whoever is told a time meanwhile is either rung for now or tells it anew.
+                then = self.set_to = math.inf
+                self._ring(None)

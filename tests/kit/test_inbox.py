@@ -1,0 +1,47 @@
+"""The inbox: order kept, waits bounded, early ends harmless."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from regraft.inbox import Inbox
+
+LONG = 10.0
+
+
+def test_items_come_in_the_order_of_their_arrival() -> None:
+    inbox = Inbox()
+    for number in range(100):
+        inbox.put(number)
+    assert [inbox.get(0.0) for _ in range(100)] == list(range(100))
+    assert inbox.get(0.0) is None
+
+
+def test_every_wait_ends_with_nothing_where_nothing_comes() -> None:
+    inbox = Inbox()
+    for seconds in (0.02, 0.001, 0.05, 0.005):
+        assert inbox.get(seconds) is None
+        assert inbox.get_until(time.monotonic() + seconds) is None
+        assert inbox.get_until(time.monotonic() - seconds) is None
+
+
+def test_an_earlier_time_takes_the_place_of_a_later_one() -> None:
+    inbox = Inbox()
+    began = time.monotonic()
+    threading.Timer(0.01, inbox.put, ("item",)).start()
+    assert inbox.get(LONG) == "item"  # leaves the alarm set to a time far off
+    assert inbox.get(0.01) is None
+    assert time.monotonic() - began < LONG
+
+
+def test_an_item_ends_a_wait_whatever_the_alarm_does() -> None:
+    inbox, taken = Inbox(), []
+    sender = threading.Thread(target=lambda: [inbox.put(number) for number in range(1000)])
+    sender.start()
+    while len(taken) < 1000:
+        item = inbox.get(0.004)
+        if item is not None:
+            taken.append(item)
+    sender.join()
+    assert taken == list(range(1000))

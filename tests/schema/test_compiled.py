@@ -1,0 +1,74 @@
+"""The short way through a record ends where the walk along its shapes does, for whatever is given to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from bus_schema import codec
+from bus_schema.compiled import compile_unpack
+from bus_schema.errors import BadMessage
+from bus_schema.records import record_shape
+from bus_schema.registry import MessageType
+
+from .comparing import same
+from .misfits import misfits, places
+from .strategies import all_types, values
+
+every_type = pytest.mark.parametrize("kind", all_types(), ids=lambda kind: kind.name.split("/")[1])
+few = settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+
+
+def end_of(convert: Callable[[Any], Any], given: Any) -> Any:
+    """Return what becomes of a value, or why nothing does."""
+    try:
+        return convert(given)
+    except BadMessage as error:
+        return str(error)
+
+
+@every_type
+@few
+@given(data=st.data())
+def test_both_ways_lead_to_the_same_end(kind: MessageType, data: st.DataObject) -> None:
+    message = data.draw(values(kind.shape))
+    plain = kind.pack(message)
+    assert same(plain, kind.shape.pack(message))
+    if kind.tail is None:
+        root = {"message": codec.unpack_plain(codec.encode(message))}
+        if data.draw(st.booleans()):
+            place = data.draw(st.sampled_from(list(places(root, "message", kind.shape))))
+            place.holder[place.key] = data.draw(misfits(place.shape))
+        assert same(end_of(kind.unpack, root["message"]), end_of(kind.shape.unpack, root["message"]))
+
+
+@dataclass(frozen=True, slots=True)
+class Even:
+    """Checks itself."""
+
+    number: int
+
+    def __post_init__(self) -> None:
+        if self.number % 2:
+            raise ValueError(f"is {self.number}, must be even")
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Doubled:
+    """Makes itself."""
+
+    number: int
+
+    def __init__(self, number: int) -> None:
+        object.__setattr__(self, "number", 2 * number)
+
+
+def test_a_record_that_checks_or_makes_itself_is_let_do_so() -> None:
+    with pytest.raises(BadMessage, match="must be even"):
+        compile_unpack(record_shape(Even))({"number": 3})
+    assert compile_unpack(record_shape(Doubled))({"number": 3}).number == 6
