@@ -23,7 +23,7 @@ bench: .venv/ready ## Measure every budget as a ratio
 	$(BIN)/python -m benchmarks
 
 evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
-	$(BIN)/pytest -m evidence --timeout 3600
+	$(BIN)/pytest -n 0 -m evidence --timeout 3600
 
 lock: .venv/ready ## Write the versions in use to requirements.lock
 	$(BIN)/pip freeze --exclude-editable > requirements.lock

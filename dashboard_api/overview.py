@@ -6,9 +6,10 @@ from collections import Counter
 
 from bus_schema.architecture import Architecture
 from bus_schema.lifecycle import State
+from bus_schema.messages.control import AskQualities, ControlCode, Qualities
 from bus_schema.messages.host import ProcessState
 from dashboard_api.manager import Manager
-from dashboard_api.problems import not_found, unavailable
+from dashboard_api.problems import malformed, not_found, unavailable, violation
 from dashboard_api.views import (
     ComponentDetails,
     ComponentLine,
@@ -20,6 +21,7 @@ from dashboard_api.views import (
     TopicList,
 )
 from regraft.client import Client, ClientError, ComponentSeen
+from regraft.client.errors import ControlRefused, NoSuchComponent
 
 LISTEN_FOR = 0.5
 """Seconds that an overview waits for a component or host that has not told its status yet."""
@@ -71,6 +73,19 @@ class Overview:
         except ClientError:
             now = None
         return ComponentDetails(name, seen.alive, seen.age, spec, seen.status, seen.process, now)
+
+    def qualities(self, name: str, asked: AskQualities) -> Qualities:
+        """Return what quality a component gives and would give; raises Problem."""
+        try:
+            return self._client.qualities(name, asked, LIVE_WITHIN)
+        except NoSuchComponent:
+            raise not_found(f"there is no living component {name!r}") from None
+        except ControlRefused as error:
+            if error.code is ControlCode.FAILED:
+                raise unavailable(str(error)) from None
+            raise malformed(*(violation("", problem, component=name) for problem in error.problems)) from None
+        except ClientError as error:
+            raise unavailable(str(error)) from None
 
     def logs(self, name: str, lines: int) -> tuple[str, ...]:
         """Return the last lines of a component's log; raises Problem."""

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Path, Query
+from fastapi import APIRouter, Depends, Header, Path, Query
 from starlette.responses import Response
 
+from bus_schema import codec
 from bus_schema.architecture import Architecture
+from bus_schema.errors import BadMessage
+from bus_schema.messages.control import AskQualities, Qualities
 from bus_schema.messages.host import LogLines
+from bus_schema.records import record_shape
+from dashboard_api.adaptations import request_body
+from dashboard_api.body import json_object, told
 from dashboard_api.diff import ArchitectureDiff, diff
 from dashboard_api.json_replies import reply, shown
 from dashboard_api.manager import Manager
 from dashboard_api.overview import Overview
-from dashboard_api.problems import declared
+from dashboard_api.problems import declared, malformed
 from dashboard_api.views import ComponentDetails, ComponentList, HostList, SystemOverview, TopicList
 
 LARGEST_REVISION = 2**63 - 1
+QUALITIES_EXAMPLE = {"parameters": {"max_velocity": 0.1}, "context": {"darkness": 0.5}}
 
 ComponentName = Annotated[str, Path(description="A component's name", examples=["navigator"])]
 Revision = Annotated[int, Query(ge=0, le=LARGEST_REVISION, examples=[12])]
@@ -46,6 +53,27 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     def show_component(name: ComponentName) -> Response:
         """A component: its specification, status, process, parameters and connections."""
         return reply(overview.component(name))
+
+    @router.get(
+        "/components/{name}/qualities",
+        responses={**shown(Qualities, "Its qualities"), **declared(404, 422, 503)},
+    )
+    def show_qualities(name: ComponentName) -> Response:
+        """The quality attributes that a component gives now, and those that it estimates for its parameters."""
+        return reply(overview.qualities(name, AskQualities()))
+
+    @router.post(
+        "/components/{name}/qualities",
+        responses={**shown(Qualities, "Its qualities"), **declared(404, 413, 415, 422, 503)},
+        openapi_extra=request_body(record_shape(AskQualities).json_schema(), QUALITIES_EXAMPLE),
+    )
+    def estimate_qualities(name: ComponentName, body: Annotated[dict[str, Any], Depends(json_object)]) -> Response:
+        """The same with some parameters changed, in a context; nothing is touched."""
+        try:
+            asked = codec.from_plain(body, AskQualities)
+        except BadMessage as error:
+            raise malformed(told(error)) from None
+        return reply(overview.qualities(name, asked))
 
     @router.get("/components/{name}/logs", responses={**shown(LogLines, "The last lines"), **declared(404, 422, 503)})
     def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Response:

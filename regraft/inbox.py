@@ -42,6 +42,10 @@ class Inbox:
             self._alarm.set(then)
         return self._items.get()
 
+    def close(self) -> None:
+        """End the alarm: nobody waits here any more."""
+        self._alarm.stop()
+
     def _get_soon(self, timeout: float) -> Any:
         item = None
         try:
@@ -61,7 +65,7 @@ class _Alarm:
     def __init__(self, ring: Callable[[None], object]) -> None:
         self.set_to = math.inf
         self._ring = ring
-        self._times: queue.SimpleQueue[float] = queue.SimpleQueue()
+        self._times: queue.SimpleQueue[float | None] = queue.SimpleQueue()
         self._started = False
 
     def set(self, then: float) -> None:
@@ -72,12 +76,17 @@ class _Alarm:
         self.set_to = then
         self._times.put(then)
 
+    def stop(self) -> None:
+        """End the thread."""
+        self._times.put(None)
+
     def _run(self) -> None:
-        then = math.inf
-        while True:
+        then: float | None = math.inf
+        while then is not None:
             left = then - time.monotonic()
             try:
-                then = min(then, self._times.get(timeout=max(left, 0.0) if left < math.inf else None))
+                told = self._times.get(timeout=max(left, 0.0) if left < math.inf else None)
+                then = None if told is None else min(then, told)
             except queue.Empty:
                 # Unset first: whoever is told a time meanwhile is either rung for now or tells it anew.
                 then = self.set_to = math.inf

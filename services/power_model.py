@@ -18,3 +18,8 @@ def motion_power(speed: float) -> float:
     """Return the power (W) of the drive at a speed (m/s): standing, it still takes 3.66 W."""
     speed = abs(speed)
     return 6.25 * speed**2 + 9.79 * speed + 3.66
+
+
+def total_power(speed: float) -> float:
+    """Return the power (W) of the whole robot at a speed (m/s), pictures left out."""
+    return motion_power(speed) + LIDAR_POWER + IDLE_POWER

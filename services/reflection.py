@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from bus_schema.architecture import Architecture
-from bus_schema.messages.health import SystemStatus
+from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, every
@@ -24,6 +24,7 @@ class Reflection(Component):
 
     battery = Input(BatteryState, latest_only=True, required=False)
     light = Input(LightLevel, latest_only=True, required=False)
+    sensor_health = Input(SensorHealth, latest_only=True, required=False, text="what is wrong with the sensors")
     architecture = Input(Architecture, latest_only=True, required=False, text="which components there are")
     system_status = Output(SystemStatus, text="the system in one line")
 
@@ -46,7 +47,16 @@ class Reflection(Component):
                 problems.append(f"darkness {darkness:.0%}")
         elif light is not None:
             problems.append(f"no word of the light for {now - light.stamp:.0f} s")
+        problems += self._sensor_problems(now)
         self.system_status.publish(SystemStatus(now, self._components(), charge, darkness, tuple(problems)))
+
+    def _sensor_problems(self, now: float) -> list[str]:
+        health = self.sensor_health.latest
+        if health is None:
+            return []
+        if now - health.stamp > self.stale_after:
+            return [f"no word of the sensors for {now - health.stamp:.0f} s"]
+        return [f"{fault.topic} {fault.fault}" for fault in health.faults]
 
     def _components(self) -> dict[str, int]:
         wanted = self.architecture.latest

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import cv2
+import numpy as np
 
 from bus_schema.description import Resources
 from bus_schema.messages.health import Level
@@ -14,7 +15,9 @@ from regraft import Component, Input, Output, Parameter
 from sim_service import renderers
 from sim_service.camera import Camera as Eye
 from sim_service.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.camera import Image as Pixels
 from sim_service.camera_mount import CameraMount, camera_mount
+from sim_service.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
 from sim_service.identity import world_hash
 from sim_service.placement import draw_placement
 from sim_service.renderers import Probe, RendererName, make_camera
@@ -37,6 +40,9 @@ class Camera(Component):
 
     A picture shows the tick it was taken in. ``width``, ``height`` and ``rate`` of 0 are what the renderer
     does with ease: 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
+
+    It can be made to fail: at once, by the parameter ``failure``, and by the clock, by the schedule ``failures``,
+    which counts while the parameter says none.
     """
 
     longest_handler = 2.0
@@ -56,6 +62,8 @@ class Camera(Component):
         read_only=True,
     )
     read_noise = Parameter(4.0, "electrons of noise in reading a pixel", minimum=0.0, read_only=True)
+    failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
+    failures = Parameter("", "when it fails, while 'failure' is none, as '30 black, 60 none'", read_only=True)
 
     world_state = Input(WorldState, latest_only=True, text="the tick to draw")
     image = Output(Image, text="the pictures")
@@ -68,10 +76,13 @@ class Camera(Component):
         probed()
 
     def on_configure(self) -> None:
-        """Load the world and get the renderer ready; raises SceneError."""
+        """Load the world and get the renderer ready; raises SceneError, ScheduleError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
         cv2.setNumThreads(1)  # the other cores are for the other components
+        self._schedule = parse_schedule(self.failures, {"image": CAMERA_FAILURES})
+        self._failing = NONE
+        self._shown: Pixels | None = None
         scene = load_scene(self.file)
         placement = draw_placement(scene, self.kit.seed)
         renderer = self._choose_renderer()
@@ -110,11 +121,11 @@ class Camera(Component):
                 self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
 
     def _take_picture(self) -> None:
-        state = self.world_state.latest if self.image.wanted else None
+        failure = self._note_failure()
+        state = self.world_state.latest if self.image.wanted and failure != SILENT else None
         if state is None or self._eye is None or not self._is_ours(state):
             return
-        # The step seeds the noise: the number of the tick tells moments apart just as well.
-        pixels = self._eye.render(RenderState(state.positions, state.light, state.tick))
+        pixels = self._pixels(self._eye, state, failure)
         mount: CameraMount = self._mount
         self.image.publish(
             Image(
@@ -126,6 +137,22 @@ class Camera(Component):
                 pixels,
             )
         )
+
+    def _note_failure(self) -> str:
+        """Return how the camera fails now, and tell when that changes."""
+        failure = self.failure if self.failure != NONE else self._schedule.at("image", self.kit.now())
+        if failure != self._failing:
+            self._failing = failure
+            self.kit.event("camera.failure", f"image: {failure}", sensor="image", failure=failure)
+        return failure
+
+    def _pixels(self, eye: Eye, state: WorldState, failure: str) -> Pixels:
+        if failure == BLACK:
+            return np.zeros((self._size[1], self._size[0], 3), np.uint8)
+        if failure != FROZEN or self._shown is None:
+            # The step seeds the noise: the number of the tick tells moments apart just as well.
+            self._shown = eye.render(RenderState(state.positions, state.light, state.tick))
+        return self._shown
 
     def _is_ours(self, state: WorldState) -> bool:
         """Refuse to draw a world that is not the one in the file: the picture would be a lie."""

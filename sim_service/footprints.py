@@ -41,7 +41,8 @@ def obstacle_rectangles(scene: Scene, ignored: set[int]) -> Floats:
     """Return the outlines (n, 4: x_min, y_min, x_max, y_max in m) of all static geoms that stand on the
     floor.
 
-    Planes are floors, not obstacles. Bodies in `ignored` are left out.
+    Planes are floors, not obstacles, and what nothing collides with (a pad on the floor) is none either.
+    Bodies in `ignored` are left out.
     """
     data = mujoco.MjData(scene.model)
     mujoco.mj_kinematics(scene.model, data)
@@ -49,7 +50,8 @@ def obstacle_rectangles(scene: Scene, ignored: set[int]) -> Floats:
     for geom in range(scene.model.ngeom):
         body = int(scene.model.geom_bodyid[geom])
         is_floor = int(scene.model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_PLANE)
-        if is_floor or body in ignored or not scene.is_static(body):
+        in_no_way = not (scene.model.geom_contype[geom] or scene.model.geom_conaffinity[geom])
+        if is_floor or in_no_way or body in ignored or not scene.is_static(body):
             continue
         low, high = world_box(scene.model, data, geom)
         rectangles.append((low[0], low[1], high[0], high[1]))

@@ -71,6 +71,7 @@ class _Draw:
         self._obstacles = obstacle_rectangles(scene, ignored)
         self._model = scene.new_model()
         self._data = mujoco.MjData(self._model)
+        self._sites = _site_positions(scene)
         self._placed: list[tuple[PlacementRule, Pose2D]] = []
 
     def run(self) -> Placement:
@@ -90,12 +91,16 @@ class _Draw:
         raise PlacementError(
             f"{self._scene.path}: no place for {rule.body!r} after {MAX_DRAWS} draws with seed {self._seed}: "
             f"radius {rule.radius:.2f} m, gap {rule.gap} m, x {rule.x_range}, y {rule.y_range}, "
-            f"seen by {rule.seen_by}"
+            f"seen by {rule.seen_by}, clear of {rule.clear}"
         )
 
     def _has_room(self, rule: PlacementRule, pose: Pose2D) -> bool:
         if distance_to_rectangles(pose.x, pose.y, self._obstacles) < rule.radius + rule.gap:
             return False
+        if rule.clear is not None:
+            site_x, site_y = self._sites[rule.clear.site]
+            if math.hypot(pose.x - site_x, pose.y - site_y) < rule.radius + rule.clear.distance:
+                return False
         return all(
             math.hypot(pose.x - other.x, pose.y - other.y) >= rule.radius + placed.radius + rule.gap
             for placed, other in self._placed
@@ -119,6 +124,13 @@ class _Draw:
             self._model.body_pos[body][2] += OUT_OF_THE_WAY
         else:
             self._data.qpos[self._scene.free_joint_position(rule.body) + 2] += OUT_OF_THE_WAY
+
+
+def _site_positions(scene: Scene) -> dict[str, tuple[float, float]]:
+    """Return where the named sites lie (x, y in m) while nothing is placed yet."""
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    return {name: tuple(data.site_xpos[scene.index("site", name)][:2].tolist()) for name in scene.names("site")}
 
 
 def _move(scene: Scene, model: mujoco.MjModel, qpos: npt.NDArray[np.float64], name: str, pose: Pose2D) -> None:

@@ -1,6 +1,7 @@
 """One simulated robot in one world: physics, actuators and all sensors but the cameras."""
 
 import hashlib
+import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,12 +17,15 @@ from sim_service.goals import ViewingGoal, viewing_goals
 from sim_service.ground_map import GroundMap, Rasteriser
 from sim_service.lidar import Lidar, LidarSettings, Scan
 from sim_service.lights import check_level
-from sim_service.odometry import Odometry, OdometryReading, OdometrySettings
+from sim_service.odometry import NO_DRIFT, Drift, Odometry, OdometryReading, OdometrySettings
 from sim_service.placement import Placement, draw_placement
 from sim_service.poses import Pose2D, Twist2D, yaw_of_matrix
 from sim_service.scene import Scene
+from sim_service.visitor import Visitor, Walk
 
-SNAPSHOT_VERSION = 1
+SNAPSHOT_VERSION = 2
+DOCK = "dock"
+"""The MJCF site that a charger stands at, in worlds that have one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,8 @@ class SimulationSettings:
     """Period of the world tick, at which odometry is read."""
     control_period: float = 0.01
     """How often commands reach the wheels and contacts are looked for; a whole number of physics steps."""
+    walk: Walk | None = None
+    """Where the visitor walks, in a world that has one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +68,7 @@ class Simulation:
         placement: where things stand; drawn from the seed if left out.
 
     Raises:
-        SceneError: the world lacks an element that the settings name.
+        SceneError: the world lacks an element that the settings name, or the visitor that they send on a walk.
         PlacementError: no placement satisfies the world's rules.
     """
 
@@ -80,6 +86,7 @@ class Simulation:
         self._placement = draw_placement(scene, seed) if placement is None else placement
         self._light = 1.0
         self._steps = 0
+        self._drift = NO_DRIFT
         self._begin()
 
     @property
@@ -126,12 +133,14 @@ class Simulation:
                 self._steps_per_tick - self._steps % self._steps_per_tick,
             )
             self._drive.apply(self._data, self.time)
+            if self._visitor is not None:
+                self._visitor.move(self._data, steps * float(self._model.opt.timestep), self._robot_pose())
             mujoco.mj_step(self._model, self._data, nstep=steps)
             self._steps += steps
             remaining -= steps
             self._contacts.update(self._data, self.time)
             if self._steps % self._steps_per_tick == 0:
-                self._odometry.update(self._data, self._steps, self.time)
+                self._odometry.update(self._data, self._steps, self.time, self._drift)
         mujoco.mj_kinematics(self._model, self._data)
 
     def command(self, v: float, w: float) -> None:
@@ -141,6 +150,17 @@ class Simulation:
     def set_light(self, level: float) -> None:
         """Set the lamps to a level between 0 (dark) and 1 (full)."""
         self._light = check_level(level)
+
+    def spoil_odometry(self, drift: Drift) -> None:
+        """Let the odometry drift like this from now on; `NO_DRIFT` ends it, the error it made stays."""
+        self._drift = drift
+
+    def dock_distance(self) -> float | None:
+        """Return how far (m, on the ground) the robot's base is from the charger; None if the world has none."""
+        if self._dock is None:
+            return None
+        away = self._data.site_xpos[self._dock] - self._data.xpos[self._base]
+        return math.hypot(float(away[0]), float(away[1]))
 
     def odometry(self) -> OdometryReading:
         """Pose (odom frame) and twist (base frame) by the wheel encoders, at the last world tick."""
@@ -152,12 +172,10 @@ class Simulation:
 
     def ground_truth(self) -> GroundTruth:
         """Where the robot really is and how it really moves."""
-        position = self._data.xpos[self._base]
         rotation = self._data.xmat[self._base]
         velocity = self._data.qvel[self._base_dof : self._base_dof + 6]
         forward = float(np.dot(rotation.reshape(3, 3)[:, 0], velocity[:3]))
-        pose = Pose2D(float(position[0]), float(position[1]), yaw_of_matrix(rotation))
-        return GroundTruth(self.time, pose, Twist2D(forward, float(velocity[5])))
+        return GroundTruth(self.time, self._robot_pose(), Twist2D(forward, float(velocity[5])))
 
     def contacts(self) -> frozenset[str]:
         """Names of the bodies that the robot touches now, the floor excepted."""
@@ -197,6 +215,7 @@ class Simulation:
             "drive": self._drive.snapshot(),
             "odometry": self._odometry.snapshot(),
             "contacts": self._contacts.snapshot(),
+            "visitor": None if self._visitor is None else self._visitor.snapshot(),
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -220,6 +239,8 @@ class Simulation:
         self._drive.restore(snapshot["drive"])
         self._odometry.restore(snapshot["odometry"])
         self._contacts.restore(snapshot["contacts"])
+        if self._visitor is not None and snapshot["visitor"] is not None:
+            self._visitor.restore(snapshot["visitor"])
 
     def digest(self) -> str:
         """Return a SHA-256 over physics, odometry and light: equal for equal runs."""
@@ -239,10 +260,19 @@ class Simulation:
         self._drive = DifferentialDrive(self._scene, settings.drive)
         self._base = self._drive.base
         self._base_dof = self._scene.free_joint_dof(settings.drive.body)
-        start = self.ground_truth().pose
+        self._dock = self._scene.index("site", DOCK) if DOCK in self._scene.names("site") else None
+        start = self._robot_pose()
+        self._visitor = None if settings.walk is None else Visitor(self._scene, settings.walk)
+        if self._visitor is not None:
+            self._visitor.begin(self._data, start)
+            mujoco.mj_kinematics(self._model, self._data)
         self._odometry = Odometry(self._drive, settings.odometry, self._seed, start, self._data)
         self._lidar = Lidar(self._scene, self._model, settings.lidar)
         self._contacts = ContactMonitor(self._scene, settings.drive.body)
+
+    def _robot_pose(self) -> Pose2D:
+        position = self._data.xpos[self._base]
+        return Pose2D(float(position[0]), float(position[1]), yaw_of_matrix(self._data.xmat[self._base]))
 
     def _rasteriser(self, resolution: float) -> Rasteriser:
         lidar_height = float(self._data.site_xpos[self._lidar.site][2])

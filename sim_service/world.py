@@ -7,21 +7,37 @@ import numpy as np
 from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from bus_schema.messages.geometry import Pose, Quaternion, Twist, Vector3
+from bus_schema.messages.power import BatteryState, ChargerState
 from bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
 from bus_schema.messages.world import GroundTruth, WorldState
 from regraft import Input, Output, Parameter
 from regraft.stepped.source import TimeSource
+from sim_service.failures import (
+    DRIFT,
+    DROPOUT,
+    FROZEN,
+    NONE,
+    ODOMETRY_FAILURES,
+    SCAN_FAILURES,
+    SILENT,
+    drop_rays,
+    parse_schedule,
+)
 from sim_service.identity import world_hash
 from sim_service.lidar import LidarSettings
-from sim_service.odometry import OdometrySettings
+from sim_service.odometry import NO_DRIFT, Drift, OdometryReading, OdometrySettings
 from sim_service.poses import Pose2D, Twist2D
 from sim_service.scene import load_scene
 from sim_service.simulation import Simulation, SimulationSettings
+from sim_service.visitor import parse_walk
 
 MAP_FRAME = "map"
 ODOMETRY_FRAME = "odom"
 BASE_FRAME = "base_link"
 LIDAR_FRAME = "lidar"
+CHARGER_RATE = 2.0
+SENSORS = {"scan": SCAN_FAILURES, "odometry": ODOMETRY_FAILURES}
+"""What can happen to each sensor."""
 
 
 class World(TimeSource):
@@ -29,10 +45,14 @@ class World(TimeSource):
 
     Where things stand is drawn from the run's seed. The ``odom`` frame begins where the robot really starts,
     so that it coincides with ``map`` but for the drift of the wheels. The robot stops when commands stay away
-    for 0.5 s. Cameras are components of their own, fed by ``world_state``.
+    for 0.5 s, and does not move with an empty battery. Cameras are components of their own, fed by
+    ``world_state``.
+
+    Sensors can be made to fail: at once, by the parameters ``scan_failure`` and ``odometry_failure``, and by
+    the clock, by the schedule ``failures``, which counts while the parameter says none.
     """
 
-    state_version = 1
+    state_version = 2
     resources = Resources(cpu=0.3)
 
     file = Parameter("", "the world's MJCF file", unit="path", read_only=True)
@@ -45,27 +65,62 @@ class World(TimeSource):
         unit="m",
         read_only=True,
     )
+    radius_error = Parameter(
+        0.0, "share by which both wheels are taken for too large", minimum=-0.5, maximum=0.5, read_only=True
+    )
+    radius_difference = Parameter(
+        0.0,
+        "share by which the right wheel is taken for larger than the left",
+        minimum=-0.5,
+        maximum=0.5,
+        read_only=True,
+    )
+    track_error = Parameter(
+        0.0, "share by which the wheels are taken for too far apart", minimum=-0.5, maximum=0.5, read_only=True
+    )
+    charger_power = Parameter(20.0, "what the dock gives", minimum=0.0, unit="W")
+    charger_reach = Parameter(0.15, "how near to the dock the robot is charged", minimum=0.01, unit="m")
+    visitor = Parameter(
+        "", "where somebody walks to and fro, and how fast (m/s), as '1.0 0.0; -1.0 0.5 @0.3'", read_only=True
+    )
+    scan_failure = Parameter(NONE, "how the lidar fails now", choices=SCAN_FAILURES)
+    scan_dropout = Parameter(0.5, "share of the rays that a dropout loses", minimum=0.0, maximum=1.0)
+    odometry_failure = Parameter(NONE, "how the odometry fails now", choices=ODOMETRY_FAILURES)
+    odometry_drift_yaw = Parameter(
+        0.2, "what a drift adds to the yaw with each metre", minimum=-10.0, maximum=10.0, unit="rad/m"
+    )
+    odometry_drift_scale = Parameter(0.1, "share that a drift adds to the way", minimum=-1.0, maximum=1.0)
+    failures = Parameter("", "when which sensor fails, as '30 scan silent, 60 scan none'", read_only=True)
 
     velocity = Input(Twist, text="what the robot shall do now: forward velocity and yaw rate", required=False)
     light = Input(LightLevel, required=False, text="how far the lamps are dimmed")
+    battery = Input(BatteryState, latest_only=True, required=False, text="whether there is power to drive")
     odometry = Output(Odometry, text="pose and twist by the wheels, every tick")
     scan = Output(LaserScan, text="turns of the lidar")
+    charger = Output(ChargerState, text="whether the robot stands on the dock; nothing in worlds without one")
     world_state = Output(WorldState, text="what a camera needs to draw a tick, if there is one")
     ground_truth = Output(GroundTruth, text="what really is, every tick; for evaluation and tests only")
 
     def on_configure(self) -> None:
-        """Load the world and place everything; raises SceneError, PlacementError."""
+        """Load the world and place everything; raises SceneError, PlacementError, ScheduleError, WalkError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
         tick = 1.0 / self.tick_rate
+        self._schedule = parse_schedule(self.failures, SENSORS)
         settings = SimulationSettings(
-            odometry=OdometrySettings(travel_noise=self.travel_noise),
+            odometry=OdometrySettings(self.travel_noise, self.radius_error, self.radius_difference, self.track_error),
             lidar=LidarSettings(noise=self.lidar_noise),
             tick=tick,
             control_period=min(tick, SimulationSettings().control_period),
+            walk=parse_walk(self.visitor),
         )
         self.simulation = Simulation(load_scene(self.file), self.kit.seed, settings)
         self._contacts = 0
+        self._failing = dict.fromkeys(SENSORS, NONE)
+        self._powered = True
+        self._shown: OdometryReading | None = None
+        self._shown_ranges: bytes | None = None
+        self._ticks_per_charger = max(1, round(self.tick_rate / CHARGER_RATE))
         self._ticks_per_scan = max(1, round(self.tick_rate / self.scan_rate))
         self._learn_the_world()
 
@@ -78,7 +133,15 @@ class World(TimeSource):
 
     @velocity.handler
     def on_velocity(self, twist: Twist) -> None:
-        """Drive on like this until the next command, or 0.5 s."""
+        """Drive on like this until the next command, or 0.5 s; an empty battery turns no wheel."""
+        battery = self.battery.latest
+        powered = battery is None or battery.energy > 0.0
+        if powered != self._powered:
+            self._powered = powered
+            text = "the battery is empty: the robot stands still" if not powered else "there is power to drive again"
+            self.kit.event("world.power", text, powered=powered)
+        if not powered:
+            return
         self.simulation.command(twist.forward, twist.turn)
 
     @light.handler
@@ -93,26 +156,61 @@ class World(TimeSource):
 
     def advance(self, tick: int, seconds: float) -> None:
         """Advance the world by ``seconds`` and publish what its sensors see."""
+        now = self.kit.now()
+        self._note_failures(now)
         self.simulation.advance(seconds)
         for contact in self.simulation.take_contact_events():
             self._contacts += 1
             self.kit.event("world.contact", f"the robot touches {contact.body}", body=contact.body)
-        now = self.kit.now()
         self._publish_odometry(now)
         if self.ticks % self._ticks_per_scan == 0:
             self._publish_scan(now)
+        if self.ticks % self._ticks_per_charger == 0:
+            self._publish_charger(now)
         truth = self._truth(now)
         self.ground_truth.publish(truth)
         if self.world_state.wanted:
             self._publish_state(now, truth.pose)
 
+    def _note_failures(self, now: float) -> None:
+        """Let the sensors fail as parameters and schedule say for this moment."""
+        given = {"scan": self.scan_failure, "odometry": self.odometry_failure}
+        for sensor, failing in given.items():
+            failure = failing if failing != NONE else self._schedule.at(sensor, now)
+            if failure != self._failing[sensor]:
+                self._failing[sensor] = failure
+                self.kit.event("world.failure", f"{sensor}: {failure}", sensor=sensor, failure=failure)
+        drifts = self._failing["odometry"] == DRIFT
+        drift = Drift(self.odometry_drift_yaw, self.odometry_drift_scale) if drifts else NO_DRIFT
+        self.simulation.spoil_odometry(drift)
+
+    def _publish_charger(self, now: float) -> None:
+        distance = self.simulation.dock_distance()
+        if distance is not None:
+            connected = distance <= self.charger_reach
+            self.charger.publish(ChargerState(now, connected, self.charger_power if connected else 0.0))
+
     def _publish_odometry(self, now: float) -> None:
-        reading = self.simulation.odometry()
+        failure = self._failing["odometry"]
+        if failure == SILENT:
+            return
+        if failure != FROZEN or self._shown is None:
+            self._shown = self.simulation.odometry()
+        reading = self._shown
         self.odometry.publish(Odometry(now, ODOMETRY_FRAME, BASE_FRAME, _pose(reading.pose), _twist(reading.twist)))
 
     def _publish_scan(self, now: float) -> None:
+        failure = self._failing["scan"]
+        if failure == SILENT:
+            return
         scan = self.simulation.scan()
-        ranges = scan.ranges.astype(np.float32)
+        if failure == FROZEN and self._shown_ranges is not None:
+            ranges = np.frombuffer(self._shown_ranges, np.float32)
+        else:
+            lost = self.scan_dropout if failure == DROPOUT else 0.0
+            measured = drop_rays(scan.ranges, lost, self.kit.seed, self.ticks) if lost else scan.ranges
+            ranges = measured.astype(np.float32)
+            self._shown_ranges = ranges.tobytes()
         self.scan.publish(
             LaserScan(
                 now,
@@ -144,12 +242,20 @@ class World(TimeSource):
 
     def snapshot(self) -> PlainValue:
         """Return the whole state of the simulation."""
-        return {"simulation": self.simulation.snapshot(), "contacts": self._contacts}
+        shown = None if self._shown is None else self._shown.to_plain()
+        return {
+            "simulation": self.simulation.snapshot(),
+            "contacts": self._contacts,
+            "shown": {"odometry": shown, "ranges": self._shown_ranges},
+        }
 
     def restore(self, state: PlainValue) -> None:
         """Continue from a snapshot; raises SnapshotError if it was taken in another world."""
         self.simulation.restore(state["simulation"])
         self._contacts = int(state["contacts"])
+        shown = state["shown"]
+        self._shown = None if shown["odometry"] is None else OdometryReading.from_plain(shown["odometry"])
+        self._shown_ranges = shown["ranges"]
         self._learn_the_world()
 
 

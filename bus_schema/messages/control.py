@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from bus_schema.annotations import Count, PlainValue
+from bus_schema.annotations import Count, PlainValue, Seconds
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
 
@@ -99,6 +99,30 @@ class ComponentView:
     parameters: dict[str, PlainValue]
     connections: dict[str, str]
     detail: dict[str, PlainValue] = field(default_factory=dict)
+
+
+@message("regraft/AskQualities")
+@dataclass(frozen=True, slots=True)
+class AskQualities:
+    """Ask a component what quality it gives, and would give with these ``parameters`` changed, in this ``context``."""
+
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
+    context: dict[str, PlainValue] = field(default_factory=dict)
+
+
+@message("regraft/Qualities")
+@dataclass(frozen=True, slots=True)
+class Qualities:
+    """Quality attributes by name: ``estimated`` without regard to the run (ES), ``evaluated`` from it (EV).
+
+    ``evaluated`` is empty unless the component is active. The two are ReFrESH's (Cui et al., ICRA 2015).
+    """
+
+    component: str
+    incarnation: Count
+    stamp: Seconds
+    estimated: dict[str, float]
+    evaluated: dict[str, float]
 
 
 class StateStep(Enum):

@@ -9,6 +9,7 @@ import typer
 from regraft.cli.adapt import adapt, journal, undo
 from regraft.cli.connect import connect
 from regraft.cli.doctor import doctor
+from regraft.cli.estimate import estimate
 from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
 from regraft.cli.host import events, host, logs
@@ -22,7 +23,7 @@ from regraft.cli.topic import topic
 from regraft.cli.types import types
 from regraft.cli.up import up
 
-COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, host, logs, events, doctor, types)
+COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, estimate, host, logs, events, doctor, types)
 GROUPS = {
     "param": param,
     "lifecycle": lifecycle,

@@ -13,9 +13,11 @@ from bus_schema.errors import BadMessage
 from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import (
+    AskQualities,
     ComponentView,
     ControlError,
     ParameterValues,
+    Qualities,
     Rewire,
     SetTransition,
     Snapshot,
@@ -40,7 +42,7 @@ F = TypeVar("F")
 
 PRESENCE_WITHIN = 1.0
 """Seconds that asking who is alive may take."""
-ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest
+ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities
 HostMessage = StartComponent | StopComponent | LogRequest
 
 
@@ -134,10 +136,11 @@ class Client:
 
     def control(
         self, component: str, verb: str, message: ControlMessage | None = None, timeout: float = 2.0
-    ) -> ComponentView | Description | Snapshot:
+    ) -> ComponentView | Description | Qualities | Snapshot:
         """Ask the living run of a component a control query; without a message it only reads.
 
-        ``describe`` gives a Description, ``state`` a Snapshot unless it restores, the others a ComponentView.
+        ``describe`` gives a Description, or Qualities if these are asked for, ``state`` a Snapshot unless it
+        restores, the others a ComponentView.
 
         Raises:
             NoSuchComponent: no run of it is alive.
@@ -146,9 +149,9 @@ class Client:
         """
         if verb not in CONTROL_VERBS:
             raise ClientError(f"there is no control query {verb!r}; there are: {', '.join(CONTROL_VERBS)}")
-        expected: type[ComponentView | Description | Snapshot] = ComponentView
+        expected: type[ComponentView | Description | Qualities | Snapshot] = ComponentView
         if verb == "describe":
-            expected = Description
+            expected = Qualities if isinstance(message, AskQualities) else Description
         elif verb == "state" and (not isinstance(message, StateRequest) or message.step is StateStep.SNAPSHOT):
             expected = Snapshot
         key = self.keys.control(component, self._living_run(component), verb)
@@ -159,6 +162,12 @@ class Client:
         description = self.control(component, "describe", timeout=timeout)
         assert isinstance(description, Description)
         return description
+
+    def qualities(self, component: str, asked: AskQualities | None = None, timeout: float = 2.0) -> Qualities:
+        """Return what quality a component gives and, as ``asked``, would give; raises as ``control`` does."""
+        qualities = self.control(component, "describe", asked or AskQualities(), timeout)
+        assert isinstance(qualities, Qualities)
+        return qualities
 
     def view(self, component: str, timeout: float = 2.0) -> ComponentView:
         """Return a component's state, parameters and connections now; raises as ``control`` does."""

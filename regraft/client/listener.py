@@ -53,6 +53,7 @@ class Listener:
         """End the thread, within bounds; a handler that does not return dies with the process."""
         self._stopped = True
         self._inbox.put(None)
+        self._inbox.close()
         if not self.is_here:
             self._thread.join(LEAVE_WITHIN)
 

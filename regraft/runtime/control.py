@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
 from bus_schema.errors import BadMessage, SchemaError
+from bus_schema.lifecycle import State
 from bus_schema.messages.control import (
+    AskQualities,
     ComponentView,
     ControlCode,
     ControlError,
     ParameterValues,
+    Qualities,
     Rewire,
     RewireStep,
     SetTransition,
@@ -136,8 +139,27 @@ class Control:
             )
         self._term = term
 
-    def _describe(self, _: bytes) -> object:
+    def _describe(self, payload: bytes) -> object:
+        if payload:
+            return self._qualities(codec.decode(payload, AskQualities))
         return describe(type(self._runtime.component))
+
+    def _qualities(self, asked: AskQualities) -> Qualities:
+        runtime = self._runtime
+        try:
+            changed = runtime.parameters.check(asked.parameters, starting=True)
+        except ParameterError as error:
+            raise _Refused(ControlCode.REFUSED, *error.problems) from None
+        component = runtime.component
+        qualities = Qualities(
+            runtime.assignment.name,
+            runtime.assignment.incarnation,
+            runtime.clock.now() / 1e9,
+            component.estimate({**runtime.parameters.plain(), **changed}, dict(asked.context)),
+            component.evaluate() if runtime.state is State.ACTIVE else {},
+        )
+        codec.to_plain(qualities)  # raises BadMessage for what is no finite number by a name
+        return qualities
 
     def _transition(self, payload: bytes) -> object:
         wanted = codec.decode(payload, SetTransition)

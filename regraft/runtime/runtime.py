@@ -136,6 +136,7 @@ class Runtime:
         self.lifecycle.disconnect()
         self.writers.close_all()
         self.herald.close()
+        self.inbox.close()
         if self._executor:
             self._executor.shutdown(wait=False, cancel_futures=True)
 

@@ -22,7 +22,7 @@ class Thresholds:
     """What counts as a hydrant: saturation and brightness (0 to 255) of its pixels, height (px), shape."""
 
     saturation: int = 110
-    value: int = 45
+    value: int = 57
     height: int = 8
     score: float = 0.75
     narrowing: float = 0.75
@@ -58,11 +58,7 @@ def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Ca
     What reaches the upper or lower edge is left out: how high it is, and so how far away, can't be told.
     """
     wanted = thresholds or Thresholds()
-    red = _red(image, wanted)
-    # Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are
-    # tried.
-    closed = np.asarray(cv2.morphologyEx(red, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
-    found = [candidate for mask in (red, closed) for candidate in _candidates(mask, wanted)]
+    found = [candidate for mask in red_masks(image, wanted) for candidate in _candidates(mask, wanted)]
     best: list[Candidate] = []
     for candidate in sorted(found, key=lambda candidate: -candidate.score):
         if not any(candidate.overlaps(other) for other in best):
@@ -70,14 +66,29 @@ def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Ca
     return tuple(best)
 
 
-def _candidates(mask: Image, wanted: Thresholds) -> Iterator[Candidate]:
+def red_masks(image: Image, wanted: Thresholds) -> tuple[Image, Image]:
+    """Return where the picture is red (255), as it is and with holes closed.
+
+    Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are tried.
+    """
+    red = _red(image, wanted)
+    return red, np.asarray(cv2.morphologyEx(red, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
+
+
+def blobs(mask: Image, wanted: Thresholds) -> Iterator[tuple[Mask, int, int]]:
+    """Yield each connected area that is large enough, cut to its outline, with its first column and row."""
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     for label in range(1, count):
         left, top, width, height = (int(boxes[label, i]) for i in range(4))
-        cut_off = top == 0 or top + height == mask.shape[0]
-        if height < wanted.height or width < 3 or cut_off:
+        if height >= wanted.height and width >= 3:
+            yield labels[top : top + height, left : left + width] == label, left, top
+
+
+def _candidates(mask: Image, wanted: Thresholds) -> Iterator[Candidate]:
+    for blob, left, top in blobs(mask, wanted):
+        height = blob.shape[0]
+        if top == 0 or top + height == mask.shape[0]:
             continue
-        blob: Mask = labels[top : top + height, left : left + width] == label
         score, axis = likeness(blob)
         if score >= wanted.score and narrows(blob) <= wanted.narrowing:
             yield Candidate(score, left + axis, top, top + height)

@@ -37,18 +37,20 @@ def half_widths(heights: Floats) -> tuple[Floats, Floats]:
     return np.array([least for _, least, _ in PARTS])[part], np.array([most for _, _, most in PARTS])[part]
 
 
-def likeness(mask: Mask) -> tuple[float, float]:
+def likeness(mask: Mask, shown_from: int = 0) -> tuple[float, float]:
     """Tell how much a mask (rows, columns), cut to its outline, looks like a hydrant that stands upright.
 
     Returns the likeness, from 0 to 1: one minus the share of the hydrant's area that is missing or too much,
-    half a pixel at the edges forgiven; and the column of the hydrant's axis.
+    half a pixel at the edges forgiven; and the column of the hydrant's axis. Rows above ``shown_from`` are outside
+    the picture and not judged.
     """
     rows, columns = mask.shape
-    axis = _axis(mask)
+    axis = _axis(mask[shown_from:])
     metres = HEIGHT / rows
     heights = HEIGHT - (np.arange(rows) + 0.5) * metres
     aside = np.abs(np.arange(columns) + 0.5 - axis) * metres
     least, most = half_widths(heights)
+    least[:shown_from] = 0.0
     inside = aside[None, :] < least[:, None]
     missing = ~mask & (aside[None, :] < (least - metres)[:, None])
     too_much = mask & (aside[None, :] > (most + metres)[:, None])

@@ -42,17 +42,28 @@ class View:
         Seen from above, the near edge of its foot appears lower than its axis stands, which counts as height.
         """
         depth = self.focal * HEIGHT / candidate.height
-        for _ in range(3):
-            shown = HEIGHT + FOOT_RADIUS * max(0.0, self.above_floor) / max(depth, FOOT_RADIUS)
-            depth = self.focal * shown / candidate.height
+        for _ in range(5):
+            depth *= self.shown_height(depth) / candidate.height
         return depth
+
+    def depth_on_floor(self, row: float) -> float:
+        """Return how far (m) ahead the axis of a hydrant is whose foot's near edge appears at a row; inf: nowhere."""
+        down = math.atan2(row - self.centre[1], self.focal) + self.pitch
+        return math.inf if down <= 0.0 else self.above_floor / math.tan(down) + FOOT_RADIUS
 
     def floor_error(self, candidate: Candidate) -> float:
         """Return how far a candidate is above or below where it should stand, as a share of its height."""
-        near_edge = max(self.depth(candidate) - FOOT_RADIUS, FOOT_RADIUS)
-        below_axis = math.atan2(self.above_floor, near_edge) - self.pitch
-        floor_row = self.centre[1] + self.focal * math.tan(below_axis)
-        return abs(candidate.bottom - floor_row) / candidate.height
+        return abs(candidate.bottom - self.foot_row(self.depth(candidate))) / candidate.height
+
+    def foot_row(self, depth: float) -> float:
+        """Return the row (px) of the near edge of a hydrant's foot whose axis is so far (m) ahead."""
+        near_edge = max(depth - FOOT_RADIUS, FOOT_RADIUS)
+        return self.centre[1] + self.focal * math.tan(math.atan2(self.above_floor, near_edge) - self.pitch)
+
+    def shown_height(self, depth: float) -> float:
+        """Return how many rows (px) a hydrant covers whose axis is so far (m) ahead."""
+        top = self.centre[1] + self.focal * math.tan(math.atan2(self.above_floor - HEIGHT, depth) - self.pitch)
+        return self.foot_row(depth) - top
 
 
 def _pitch(rotation: Quaternion) -> float:

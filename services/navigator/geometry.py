@@ -54,6 +54,19 @@ def to_base_frame(points: FloatArray, pose: Pose) -> FloatArray:
     return moved
 
 
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """Return, in the frame in which `frame` is given, a pose that is given in `frame`."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    x, y = frame.x + cos * pose.x - sin * pose.y, frame.y + sin * pose.x + cos * pose.y
+    return Pose(x, y, wrap_angle(frame.yaw + pose.yaw))
+
+
+def inverse(frame: Pose) -> Pose:
+    """Return where the frame stands in which `frame` is given, seen from `frame`."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose(-cos * frame.x - sin * frame.y, sin * frame.x - cos * frame.y, -frame.yaw)
+
+
 def interpolate(before: Pose, after: Pose, fraction: float) -> Pose:
     """Return the pose that lies at `fraction` (0 to 1) of the way between two near poses."""
     return Pose(

@@ -55,11 +55,17 @@ class OccupancyGrid:
         rows = np.floor((points[..., 1] - self.origin_y) / self.resolution).astype(np.intp)
         return rows, columns
 
+    def covers(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Tell which of (N, 2) points lie on the map."""
+        rows, columns = self.cells_of(points)
+        inside: NDArray[np.bool_] = (
+            (rows >= 0) & (rows < self.cells.shape[0]) & (columns >= 0) & (columns < self.cells.shape[1])
+        )
+        return inside
+
     def on_map(self, points: FloatArray) -> FloatArray:
         """Return those of (N, 2) points that lie on the map."""
-        rows, columns = self.cells_of(points)
-        inside = (rows >= 0) & (rows < self.cells.shape[0]) & (columns >= 0) & (columns < self.cells.shape[1])
-        kept: FloatArray = points[inside]
+        kept: FloatArray = points[self.covers(points)]
         return kept
 
     def centres(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:

@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import ClassVar
 
 from bus_schema.annotations import PlainValue
+from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft import Component, Input, Output, Parameter, RequestRefused, action, every
+from services.navigator.control import Controller
+from services.navigator.controller import RolloutController
 from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
 from services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
 from services.navigator.planner import GridPlanner
+from services.navigator.qualities import ROLLOUTS, Caution, driving_qualities, is_safe
 from services.navigator.robot import Limits
 from services.navigator.scan import Scan
+from services.navigator.senses import Fault
 from services.power_model import motion_power
 
 FRAMES = ("map", "odom")
 FEEDBACK_EVERY = 0.5
 LOOK_EVERY = 0.05
-FRESH = 1.0
-"""s: an older odometry says nothing about where the robot is now, so it stops."""
-GIVE_UP_AFTER = 10.0
-"""s without odometry until a drive is given up."""
 
 
 class Navigator(Component):
     """Drives the robot to goal poses on collision-free paths.
 
-    It plans on the map, follows the path around what the lidar sees, and takes the odometry for the robot's
-    pose in the map. A new goal replaces the one before. The speed never exceeds ``max_velocity``.
+    It plans on the map, which may grow under way, follows the path around what the lidar sees, and takes the
+    odometry for the robot's pose in the map: a stack with a mapper connects that port to ``localization``, whose
+    jumps it bears. A new goal replaces the one before. The speed never exceeds ``max_velocity``. When a sense that
+    it needs fails, the robot stops, a diagnostic says why, and after a while the drive is given up.
     """
 
     state_version = STATE_VERSION
     checkpoint_every = 2.0
+    resources = Resources(cpu=0.03, memory=100.0)
+    controller: ClassVar[Controller] = RolloutController()
+    """Chooses the twists; a sibling of this class differs in nothing else."""
+    caution: ClassVar[Caution] = ROLLOUTS
+    """How safe that is expected to be."""
 
     max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
     max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")
@@ -57,21 +67,31 @@ class Navigator(Component):
         self._goal: NavigateTo | None = None
         self._command = Command(0.0, 0.0, "idle")
         self._moving = False
-        self._lost_sight_at: float | None = None
+        self._place: sensors.Odometry | None = None
+        self._faults: dict[str, str] = {}
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return speed (m/s), power (W) and energy per metre (J) of driving as fast as allowed."""
+        """Return speed (m/s), power (W), energy per metre (J) and safety of driving as fast as allowed.
+
+        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar.
+        """
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
-        power = motion_power(speed)
-        qualities = {"speed": speed, "power": power}
-        return qualities | ({"energy_per_metre": power / speed} if speed > 0.0 else {})
+        near = context.get("near")
+        return driving_qualities(speed, cls.caution, None if near is None else float(near))
 
     def evaluate(self) -> dict[str, float]:
-        """Return the speed (m/s) and the power of the drive (W) now."""
+        """Return what holds now: speed (m/s), the drive's power (W), safety (1 or 0), and clearance (m).
+
+        The clearance is the range of the nearest echo, left out as long as there is none.
+        """
         odometry = self.odometry.latest
         speed = 0.0 if odometry is None else abs(odometry.twist.forward)
-        return {"speed": speed, "power": motion_power(speed)}
+        scan = self._scan()
+        clearance = math.inf if scan is None else scan.nearest()
+        commanded = abs(self._command.v) if self._moving else 0.0
+        qualities = {"speed": speed, "power": motion_power(speed), "safety": float(is_safe(clearance, commanded))}
+        return qualities | ({"clearance": clearance} if math.isfinite(clearance) else {})
 
     @action("navigate_to", feedback=NavigationProgress)
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
@@ -82,7 +102,6 @@ class Navigator(Component):
         assert self._follower is not None
         self._follower.start(planar_pose(goal.goal.pose))
         self._goal = goal
-        self._lost_sight_at = None
         self._command = Command(0.0, 0.0, "driving")
         try:
             return await self._arrive()
@@ -128,27 +147,40 @@ class Navigator(Component):
     @every(hz=20.0)
     def drive(self) -> None:
         """Command what the goal asks for now; stop once when there is none."""
-        if self._goal is None or self._follower is None:
+        self._place = self.odometry.latest or self._place
+        if self._goal is None:
             self._stop()
-            return
-        odometry = self.odometry.latest
+            if self._faults:
+                self._update()  # so that it is told when they are over
+        elif self._update():
+            self._moving = True
+            self.velocity.publish(geometry.Twist.planar(self._command.v, self._command.w))
+        else:
+            self._stop()
+
+    def _update(self) -> bool:
+        """Take in what has come, and decide what to do now; tell whether that was possible."""
         self._take_map()
-        if odometry is None or self.kit.now() - odometry.stamp > FRESH:
-            self._wait_for_odometry()
-            return
-        self._lost_sight_at = None
+        place = self._place
+        if self._follower is None or place is None:
+            return False
         self._follower.limits = self._limits()
         self._command = self._follower.update(
-            self.kit.now(), planar_pose(odometry.pose), planar_twist(odometry.twist), self._scan()
+            self.kit.now(), planar_pose(place.pose), planar_twist(place.twist), self._scan(), place.stamp
         )
-        self._moving = True
-        self.velocity.publish(geometry.Twist.planar(self._command.v, self._command.w))
+        self._tell_faults(self._command.faults)
+        return True
 
-    def _wait_for_odometry(self) -> None:
-        self._stop()
-        since = self._lost_sight_at = self._lost_sight_at or self.kit.now()
-        if self.kit.now() - since > GIVE_UP_AFTER:
-            self._command = Command(0.0, 0.0, "failed", reason=f"no odometry for {GIVE_UP_AFTER:g} s")
+    def _tell_faults(self, faults: tuple[Fault, ...]) -> None:
+        """Diagnose what is newly wrong with the senses, and what is no longer."""
+        now: dict[str, str] = {fault.subject: fault.text for fault in faults}
+        for subject, text in now.items():
+            if self._faults.get(subject) != text:
+                self.kit.diagnose(subject, Level.ERROR, f"the robot stops: {text}")
+        for subject in self._faults:
+            if subject not in now:
+                self.kit.diagnose(subject, Level.OK, "as it should be again")
+        self._faults = now
 
     def _stop(self) -> None:
         if self._moving:
@@ -187,7 +219,7 @@ class Navigator(Component):
             self._follower.planner = planner
             return
         tolerances = Tolerances(position=self.goal_distance, yaw=self.goal_angle)
-        self._follower = Follower(planner, self._limits(), tolerances=tolerances)
+        self._follower = Follower(planner, self._limits(), self.controller, tolerances)
         if self._restored is not None:
             self._follower.restore(self._restored)
             self._restored = None

@@ -1,4 +1,7 @@
-"""Global planning: short, collision-free paths over an occupancy grid."""
+"""Global planning: short, collision-free paths over an occupancy grid.
+
+The shortest way over its cells is found by scipy's `csgraph.dijkstra`, from the goal, then straightened and rounded.
+"""
 
 from dataclasses import dataclass
 
@@ -31,10 +34,11 @@ class NoPath(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layer:
-    """The map with some obstacles added: `cells` are theirs, (row, column)."""
+    """The map with some obstacles added: `cells` are theirs, (row, column); ways normally run where it is `free`."""
 
     cells: frozenset[tuple[int, int]]
     terrain: Terrain
+    free: NDArray[np.bool_]
     graph: CellGraph
 
 
@@ -51,13 +55,13 @@ class GridPlanner:
         inflation: Inflation | None = None,
         cross_unknown: bool = True,
     ) -> None:
-        """Inflate the map's obstacles and link its free cells."""
+        """Inflate the map's obstacles; all else is done when it is first asked for."""
         self.grid = grid
         self._inflation = inflation or Inflation()
         self._cross_unknown = cross_unknown
         self._static = self._layer(NO_POINTS)
         self._seen = self._static
-        self._regions = self._static.graph.regions()
+        self._labels: NDArray[np.int32] | None = None
 
     def clearance(self, points: FloatArray) -> FloatArray:
         """Return how far (m) the map's nearest obstacle is from (N, 2) points; inf beyond the map."""
@@ -67,6 +71,21 @@ class GridPlanner:
         known = self._static.terrain.clearance[rows.clip(0, shape[0] - 1), columns.clip(0, shape[1] - 1)]
         result: FloatArray = np.where(inside, known, np.inf)
         return result
+
+    def leave_obstacle(self, point: Point, reach: float, obstacles: FloatArray = NO_POINTS) -> Point:
+        """Return the point itself, or the nearest one within `reach` (m) where no obstacle is, if it is in one.
+
+        A robot that stands in an obstacle shows that the map is a little off.
+        """
+        terrain = self._with(obstacles).terrain
+        if not self.grid.contains(point) or terrain.open[self.grid.cell_of(point)]:
+            return point
+        rows, columns = np.nonzero(terrain.around(self.grid.cell_of(point), reach))
+        if not len(rows):
+            return point
+        centres = self.grid.centres(rows, columns)
+        nearest = int(np.hypot(centres[:, 0] - point[0], centres[:, 1] - point[1]).argmin())
+        return (float(centres[nearest, 0]), float(centres[nearest, 1]))
 
     def plan(self, start: Point, goal: Point, obstacles: FloatArray = NO_POINTS) -> Path:
         """Return a path from `start` to `goal` (m) that also avoids the points `obstacles` (N, 2).
@@ -81,8 +100,11 @@ class GridPlanner:
             if not terrain.open[cell]:
                 where = "on unknown ground" if grid.cells[cell] < 0 else "inside an obstacle"
                 raise NoPath(start, goal, f"the {name} is {where}")
-        allowed = self._allowed(terrain, first, last)
-        way = (layer.graph if allowed is terrain.free else CellGraph(terrain, allowed)).way(first, last)
+        allowed = self._allowed(layer, first, last)
+        way = (layer.graph if allowed is layer.free else CellGraph(terrain, allowed)).way(first, last)
+        if way is None and allowed is layer.free:
+            way = CellGraph(terrain, terrain.free).way(first, last)  # through the unknown beyond, if need be
+            allowed = terrain.free
         if way is None:
             whose = "of the map and those seen" if layer is not self._static else "of the map"
             width = 2 * self._inflation.lethal
@@ -126,7 +148,14 @@ class GridPlanner:
         rows, columns = self.grid.cells_of(obstacles)
         cells = frozenset(zip(rows.tolist(), columns.tolist(), strict=True))
         terrain = Terrain.of(self.grid, self._inflation, obstacles, self._cross_unknown)
-        return _Layer(cells, terrain, CellGraph(terrain, terrain.free))
+        free = terrain.free_explored
+        return _Layer(cells, terrain, free, CellGraph(terrain, free))
+
+    @property
+    def _regions(self) -> NDArray[np.int32]:
+        if self._labels is None:
+            self._labels = CellGraph(self._static.terrain, self._static.terrain.free).regions()
+        return self._labels
 
     def _with(self, obstacles: FloatArray) -> _Layer:
         """Return the map with the obstacles (N, 2), the last one again if they have not changed."""
@@ -144,9 +173,12 @@ class GridPlanner:
                 reason = f"the {name} is outside the map, which spans {self.grid.extent()}"
                 raise NoPath(start, goal, reason)
 
-    def _allowed(self, terrain: Terrain, first: tuple[int, int], last: tuple[int, int]) -> NDArray[np.bool_]:
+    def _allowed(self, layer: _Layer, first: tuple[int, int], last: tuple[int, int]) -> NDArray[np.bool_]:
         """Return the cells that a path may use: the free ones, and those around confined ends."""
-        allowed = terrain.free
+        terrain = layer.terrain
+        allowed = layer.free
+        if not (terrain.is_explored(first) and terrain.is_explored(last)):
+            allowed = terrain.free
         for cell in (first, last):
             if not terrain.free[cell]:
                 allowed = allowed | self._around(terrain, cell)

@@ -3,7 +3,7 @@
 import math
 from typing import Any, Literal
 
-from services.navigator.controller import Decision, LocalController, Situation
+from services.navigator.control import Decision, Manoeuvres, Situation
 from services.navigator.geometry import Pose, wrap_angle
 
 Action = Literal["none", "turn", "back_up", "wait"]
@@ -76,27 +76,27 @@ class Recovery:
         """Whether another attempt would be one too many."""
         return self.attempts >= MOST_ATTEMPTS
 
-    def begin(self, time: float, now: Situation, controller: LocalController) -> None:
+    def begin(self, time: float, now: Situation, manoeuvres: Manoeuvres) -> None:
         """Choose the next manoeuvre for a robot that is stuck."""
         self.attempts += 1
         self.total += 1
         self._started, self._from = time, now.pose
-        turns = [angle for angle in (TURN_ANGLE, -TURN_ANGLE) if controller.can_turn(now, angle)]
-        can_back_up = controller.can_back_up(now, BACK_UP_DISTANCE)
+        turns = [angle for angle in (TURN_ANGLE, -TURN_ANGLE) if manoeuvres.can_turn(now, angle)]
+        can_back_up = manoeuvres.can_back_up(now, BACK_UP_DISTANCE)
         if turns and (self.attempts % 2 == 1 or not can_back_up):
             self._action, self._yaw = "turn", wrap_angle(now.pose.yaw + turns[0])
         else:
             self._action = "back_up" if can_back_up else "wait"
 
-    def step(self, time: float, now: Situation, controller: LocalController) -> Decision | None:
+    def step(self, time: float, now: Situation, manoeuvres: Manoeuvres) -> Decision | None:
         """Return what the manoeuvre commands next, or None when it is over."""
-        decision = controller.stop(now)
+        decision = manoeuvres.stop(now)
         over = not self.active or time - self._started > LONGEST[self._action]
         if self._action == "turn":
-            decision = controller.turn(now, self._yaw)
+            decision = manoeuvres.turn(now, self._yaw)
             over |= decision.blocked or abs(wrap_angle(self._yaw - now.pose.yaw)) < 0.1
         elif self._action == "back_up":
-            decision = controller.back_up(now, BACK_UP_SPEED)
+            decision = manoeuvres.back_up(now, BACK_UP_SPEED)
             driven = math.hypot(now.pose.x - self._from.x, now.pose.y - self._from.y)
             over |= decision.blocked or driven >= BACK_UP_DISTANCE
         if not over:

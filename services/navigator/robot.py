@@ -28,24 +28,30 @@ class Footprint:
         """Radius (m) of the disc that the outline sweeps when the robot turns in place."""
         return math.hypot(max(self.front, self.rear), self.half_width)
 
-    def nearest(self, x: Floats, y: Floats) -> Floats:
-        """Return the distance (m) from the outline to the nearest of some base-frame points.
+    @property
+    def centre(self) -> float:
+        """Where the outline's middle is, in m ahead of the axle's."""
+        return (self.front - self.rear) / 2
 
-        `x` and `y` (..., M) hold the points along the last axis, at least one. The distance is negative
-        where a point is inside. Both arrays are overwritten: they are large in a control loop.
+    def nearest(self, x: Floats, y: Floats) -> Floats:
+        """Return the distance (m) from the outline to the nearest of some points.
+
+        `x` and `y` (..., M) hold the points along the last axis, at least one, as seen from the outline's
+        `centre`. The distance is negative where a point is inside. Both arrays are overwritten: they are large in
+        a control loop.
         """
-        x -= (self.front - self.rear) / 2
-        beyond_x, beyond_y = np.abs(x, out=x), np.abs(y, out=y)
-        beyond_x -= (self.front + self.rear) / 2
-        beyond_y -= self.half_width
-        deepest = np.maximum(beyond_x, beyond_y).min(axis=-1)
-        np.maximum(beyond_x, 0.0, out=beyond_x)
-        np.maximum(beyond_y, 0.0, out=beyond_y)
+        half_length, half_width = (self.front + self.rear) / 2, self.half_width
+        beyond_x = x - np.clip(x, -half_length, half_length)
+        beyond_y = y - np.clip(y, -half_width, half_width)
         beyond_x *= beyond_x
         beyond_y *= beyond_y
         beyond_x += beyond_y
-        distance: Floats = np.where(deepest < 0.0, deepest, np.sqrt(beyond_x.min(axis=-1)))
-        return distance
+        distance: Floats = np.sqrt(beyond_x.min(axis=-1))
+        if distance.min() > 0.0:
+            return distance
+        depth = np.maximum(np.abs(x, out=x) - half_length, np.abs(y, out=y) - half_width).min(axis=-1)
+        inside: Floats = np.where(depth < 0.0, depth, distance)
+        return inside
 
 
 @dataclass(frozen=True, slots=True)

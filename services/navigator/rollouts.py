@@ -36,9 +36,13 @@ class Rollouts:
             return np.full(self.x.shape, np.inf)
         # Single precision is far finer than a lidar and halves the time; this is where it goes.
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
-        to_x = np.stack([cos, sin, -(cos * self.x + sin * self.y)], axis=-1).astype(np.float32)
-        to_y = np.stack([-sin, cos, sin * self.x - cos * self.y], axis=-1).astype(np.float32)
-        columns = np.stack([points[:, 0], points[:, 1], np.ones(len(points))]).astype(np.float32)
+        to_x, to_y = np.empty((2, *cos.shape, 3), np.float32)
+        to_x[..., 0], to_x[..., 1] = cos, sin
+        to_x[..., 2] = -(cos * self.x + sin * self.y) - footprint.centre
+        to_y[..., 0], to_y[..., 1] = -sin, cos
+        to_y[..., 2] = sin * self.x - cos * self.y
+        columns = np.ones((3, len(points)), np.float32)
+        columns[:2] = points.T
         return footprint.nearest(to_x @ columns, to_y @ columns).astype(np.float64)
 
 

@@ -4,17 +4,18 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from services.navigator.geometry import FloatArray, Pose, to_fixed_frame
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Scan:
     """One turn of a planar lidar, taken at `stamp` (s).
 
     `ranges` (N,) in m; beam i points at `angle_min + i * angle_increment` (rad) in the sensor's frame,
-    which stands at `sensor` in the base frame. What is not finite or outside [range_min, range_max] is
-    no echo.
+    which stands at `sensor` in the base frame. What is not finite or outside [range_min, range_max) is
+    no echo: some lidars say range_max for nothing.
     """
 
     stamp: float
@@ -25,10 +26,35 @@ class Scan:
     range_min: float = 0.12
     range_max: float = 3.5
 
+    def echoes(self) -> NDArray[np.bool_]:
+        """Tell which beams (N,) came back."""
+        with np.errstate(invalid="ignore"):
+            echo: NDArray[np.bool_] = (self.ranges >= self.range_min) & (self.ranges < self.range_max)
+        return echo
+
+    def nearest(self) -> float:
+        """Return the range (m) of the nearest echo; inf if there is none."""
+        return float(self.ranges[self.echoes()].min(initial=math.inf))
+
+    def towards(self, points: FloatArray) -> FloatArray:
+        """Return the range (m) measured towards each of (M, 2) points in the sensor's frame.
+
+        It is inf where the beam did not come back, and 0 where there is no beam or it says nothing.
+        """
+        bearing = np.arctan2(points[:, 1], points[:, 0]) - self.angle_min
+        beam = np.rint(np.mod(bearing, math.tau) / self.angle_increment).astype(int)
+        beam = np.where(beam * self.angle_increment > math.tau - self.angle_increment / 2, 0, beam)
+        there = beam < len(self.ranges)
+        ranges = self.ranges[np.where(there, beam, 0)]
+        nothing_there = ranges >= self.range_max
+        told = np.where(ranges >= self.range_min, ranges, 0.0)
+        measured: FloatArray = np.where(there, np.where(nothing_there, math.inf, told), 0.0)
+        return measured
+
     def points(self) -> FloatArray:
         """Return the echoes as (M, 2) points (m) in the base frame at the time of the scan."""
-        ranges = np.asarray(self.ranges, dtype=np.float64)
-        echo = np.isfinite(ranges) & (ranges >= self.range_min) & (ranges <= self.range_max)
+        ranges = self.ranges
+        echo = self.echoes()
         angles = self.angle_min + self.angle_increment * np.flatnonzero(echo)
         beams = np.column_stack([np.cos(angles), np.sin(angles)])
         return to_fixed_frame(ranges[echo, None] * beams, self.sensor)

@@ -24,9 +24,17 @@ class CellGraph:
     def __init__(self, terrain: Terrain, allowed: NDArray[np.bool_]) -> None:
         """Link the cells where `allowed` (rows, columns) holds."""
         self._columns = allowed.shape[1]
-        self._matrix = _links(terrain, allowed)
+        self._terrain, self._allowed = terrain, allowed
+        self._links: csr_array | None = None
         self._root = NO_CELL
         self._towards_root: NDArray[np.int32] = np.empty(0, np.int32)
+
+    @property
+    def _matrix(self) -> csr_array:
+        """What each step between neighbouring cells costs; made when it is first needed, as many maps never are."""
+        if self._links is None:
+            self._links = _links(self._terrain, self._allowed)
+        return self._links
 
     def regions(self) -> NDArray[np.int32]:
         """Number the connected regions: cells (rows, columns) with equal numbers can reach each other."""

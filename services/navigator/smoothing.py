@@ -15,8 +15,7 @@ def shortcut(points: FloatArray, ground: Ground) -> FloatArray:
     """Replace stretches of a polyline (N, 2) by straight ones that are allowed and cost no more."""
     if len(points) < 3:
         return points
-    single = [float(ground.straight_costs(points[i], points[i + 1 : i + 2])[0]) for i in range(len(points) - 1)]
-    along = np.concatenate([[0.0], np.cumsum(single)])
+    along = np.concatenate([[0.0], np.cumsum(ground.step_costs(points))])
     kept = [0]
     while kept[-1] < len(points) - 1:
         here = kept[-1]

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from services.navigator.grid import OccupancyGrid
 NEAR_OBSTACLE = 8.0
 # Prefer known ground, but take a short cut through the unknown where the known way is much longer.
 UNKNOWN = 1.0
+BEYOND = 1.0  # m around what is known where a way may run
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,8 @@ class Terrain:
     """A grid with its clearances (m, from a cell's centre to the nearest obstacle's edge) and costs.
 
     All arrays are (rows, columns). `cost` is the extra length paid for each metre of way; `free` is where
-    a path may run, `open` where at least no obstacle is. The area beyond the map is neither.
+    a path may run, `open` where at least no obstacle is. The area beyond the map is neither. `explored` spans
+    the rows and columns around all that is known: there is hardly ever a reason to leave it.
     """
 
     grid: OccupancyGrid
@@ -44,6 +46,7 @@ class Terrain:
     cost: FloatArray
     free: NDArray[np.bool_]
     open: NDArray[np.bool_]
+    explored: tuple[slice, slice]
 
     @classmethod
     def of(cls, grid: OccupancyGrid, inflation: Inflation, obstacles: FloatArray, cross_unknown: bool) -> Self:
@@ -60,7 +63,19 @@ class Terrain:
         cost = NEAR_OBSTACLE * nearness**2 + UNKNOWN * unknown
         # Inside the lethal radius (only where start or goal are) the shortest way out is the best.
         cost[clearance < inflation.lethal] += 3 * NEAR_OBSTACLE
-        return cls(grid, clearance, cost, open_ & (clearance >= inflation.lethal), open_)
+        free = open_ & (clearance >= inflation.lethal)
+        return cls(grid, clearance, cost, free, open_, _explored(~unknown, math.ceil(BEYOND / grid.resolution)))
+
+    @property
+    def free_explored(self) -> NDArray[np.bool_]:
+        """Where a path may run that does not go far into the unknown."""
+        mask = np.zeros_like(self.free)
+        mask[self.explored] = self.free[self.explored]
+        return mask
+
+    def is_explored(self, cell: tuple[int, int]) -> bool:
+        """Tell whether a cell lies within what is explored."""
+        return all(part.start <= index < part.stop for part, index in zip(self.explored, cell, strict=True))
 
     def around(self, centre: tuple[int, int], radius: float) -> NDArray[np.bool_]:
         """Return the mask of the cells without obstacle within `radius` (m) of a cell."""
@@ -68,6 +83,16 @@ class Terrain:
         near = np.hypot(rows - centre[0], columns - centre[1]) * self.grid.resolution <= radius
         mask: NDArray[np.bool_] = near & self.open
         return mask
+
+
+def _explored(known: NDArray[np.bool_], beyond: int) -> tuple[slice, slice]:
+    """Return the rows and columns of what is known, and so many more to each side."""
+    spans = []
+    for axis, size in enumerate(known.shape):
+        found = np.flatnonzero(known.any(axis=1 - axis))
+        first, last = (int(found[0]), int(found[-1])) if len(found) else (0, size - 1)
+        spans.append(slice(max(0, first - beyond), min(size, last + 1 + beyond)))
+    return spans[0], spans[1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +112,13 @@ class Ground:
         count = max(2, math.ceil(float(lengths.max()) / (self.terrain.grid.resolution / 2)) + 1)
         samples = start + np.linspace(0.0, 1.0, count)[:, None, None] * ways
         costs: FloatArray = lengths * (1.0 + self._costs(samples).mean(axis=0))
+        return costs
+
+    def step_costs(self, points: FloatArray) -> FloatArray:
+        """Return what each of the N-1 short steps of a polyline (N, 2) costs in metres; inf if forbidden."""
+        ways = points[1:] - points[:-1]
+        samples = points[:-1] + np.linspace(0.0, 1.0, 5)[:, None, None] * ways
+        costs: FloatArray = np.hypot(ways[:, 0], ways[:, 1]) * (1.0 + self._costs(samples).mean(axis=0))
         return costs
 
     def cost(self, points: FloatArray) -> float:
@@ -112,24 +144,21 @@ class Ground:
         ordered = np.sort(np.concatenate([fractions, ends], axis=1), axis=1)
         halfway = (ordered[:, :-1] + ordered[:, 1:]) / 2
         between = starts[:, None, :] + halfway[:, :, None] * ways[:, None, :]
-        allowed = self._lookup(self.allowed, np.floor(between).astype(np.intp), outside=False)
+        cells_between = np.floor(between).astype(np.intp)
+        columns, rows = cells_between[..., 0], cells_between[..., 1]
+        height, width = self.allowed.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        allowed = inside & self.allowed[rows.clip(0, height - 1), columns.clip(0, width - 1)]
         crossed: NDArray[np.bool_] = np.asarray(allowed.all(axis=1))
         return crossed
 
     def _costs(self, points: FloatArray) -> FloatArray:
         rows, columns = self.terrain.grid.cells_of(points)
-        cells = np.stack([columns, rows], axis=-1)
-        costs: FloatArray = np.where(
-            self._lookup(self.allowed, cells, outside=False),
-            self._lookup(self.terrain.cost, cells, outside=0.0),
-            np.inf,
-        )
+        height, width = self.allowed.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        cells = rows * width + columns
+        if not inside.all():
+            cells = np.where(inside, cells, 0)
+        passable = inside & self.allowed.ravel()[cells]
+        costs: FloatArray = np.where(passable, self.terrain.cost.ravel()[cells], np.inf)
         return costs
-
-    @staticmethod
-    def _lookup(values: NDArray[Any], cells: NDArray[np.intp], outside: float) -> NDArray[Any]:
-        """Return the values under (column, row) cells (..., 2)."""
-        columns, rows = cells[..., 0], cells[..., 1]
-        inside = (rows >= 0) & (rows < values.shape[0]) & (columns >= 0) & (columns < values.shape[1])
-        found = values[rows.clip(0, values.shape[0] - 1), columns.clip(0, values.shape[1] - 1)]
-        return np.where(inside, found, outside)

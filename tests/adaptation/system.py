@@ -32,10 +32,11 @@ from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Scanner, Talker
 
 SYSTEM = "t"
+PATIENCE = 30.0
 M = TypeVar("M")
 
 
-def wait_until(condition: Callable[[], object], within: float = 10.0) -> None:
+def wait_until(condition: Callable[[], object], within: float = PATIENCE) -> None:
     """Wait for a condition; fails the test if it does not come true."""
     deadline = time.monotonic() + within
     gate = threading.Event()
@@ -53,7 +54,7 @@ class Running:
         self._cls, self._assignment = cls, assignment
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
-        assert self._ready.wait(5.0)
+        assert self._ready.wait(PATIENCE)
 
     def _run(self) -> None:
         clock = SteppedClock() if self._assignment.simulated else RealClock()
@@ -79,12 +80,12 @@ class Running:
     def end(self) -> None:
         """Shut down in order."""
         self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
-        self.thread.join(5.0)
+        self.thread.join(PATIENCE)
 
     def kill(self) -> None:
         """End at once, in the middle of whatever it does."""
         self.runtime.post(_die)
-        self.thread.join(5.0)
+        self.thread.join(PATIENCE)
         assert not self.thread.is_alive()
 
 
@@ -169,25 +170,25 @@ class System:
 
     def adapt(self, *changes: Change, service: str = "adaptation_manager/adapt", **more: Any) -> AdaptationReport:
         """Ask for an adaptation and wait for its end."""
-        return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, 15.0)
+        return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, PATIENCE)
 
     def undo(self, adaptation: str) -> AdaptationReport:
         """Ask for an adaptation to be undone."""
-        return self.client.call("adaptation_manager/undo", UndoAdaptation(adaptation), AdaptationReport, 15.0)
+        return self.client.call("adaptation_manager/undo", UndoAdaptation(adaptation), AdaptationReport, PATIENCE)
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Ask for an adaptation to be cancelled."""
-        return self.client.call("adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, 15.0)
+        return self.client.call("adaptation_manager/cancel", CancelAdaptation(adaptation), AdaptationReport, PATIENCE)
 
     def lines(self, **how: Any) -> JournalPage:
         """Read the journal."""
-        return self.client.call("adaptation_manager/journal", JournalRequest(**how), JournalPage)
+        return self.client.call("adaptation_manager/journal", JournalRequest(**how), JournalPage, PATIENCE)
 
     def view(self, name: str) -> ComponentView:
         """Read a component."""
         incarnation = self.running[name].runtime.assignment.incarnation
         key = Keys(SYSTEM).control(name, incarnation, "connections")
-        (answer,) = self.running[name].bus.query(key, b"", 5.0)
+        (answer,) = self.running[name].bus.query(key, b"", PATIENCE)
         return codec.decode(answer.payload, ComponentView)
 
     def views(self) -> dict[str, tuple[Any, ...]]:

@@ -6,7 +6,7 @@ from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters, 
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import PATIENCE, System, wait_until
 
 
 def test_a_hung_component_leads_to_rolled_back_within_its_bound(impatient: System) -> None:
@@ -33,7 +33,7 @@ def test_a_component_that_dies_half_way_leads_to_rolled_back(impatient: System) 
 
     def die() -> None:
         Fragile.release.set()
-        fragile.thread.join(5.0)
+        fragile.thread.join(PATIENCE)
         system.host.ended("fragile")
 
     wanted = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 5}))
@@ -89,7 +89,7 @@ def test_a_new_source_that_hangs_leaves_the_input_on_its_topic(impatient: System
     system.adapt(SetParameters("fragile", {"mood": "hangs"}))
     # "other" never answers: its thread waits in a handler that nobody releases before the end of the test.
     gate = Fragile.release
-    system.running["other"].runtime.post(lambda: gate.wait(10.0))
+    system.running["other"].runtime.post(lambda: gate.wait(PATIENCE))
     report = system.adapt(Connect("listener", "heard", "others"))
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert "other" in report.error

@@ -37,7 +37,7 @@ def _run(folder: Path) -> tuple[list[Any], int, int]:
     try:
         planner = system.running["planner"].component
         counters = [system.running[name].component for name in ("collector", "keeper")]
-        wait_until(lambda: len(getattr(planner, "reports", ())) == 6, within=20.0)
+        wait_until(lambda: len(getattr(planner, "reports", ())) == 6)
         last = planner.reports[-1].tick
         wait_until(lambda: all(len(counter.collected) > last + 10 for counter in counters))
         heard = [list(counter.collected) for counter in counters]

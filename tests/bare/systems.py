@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -23,9 +22,10 @@ from bus_schema.messages.health import ComponentStatus
 from regraft.assignment import Assignment
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
+from tests.ports import free_endpoint
 
 TESTS = Path(__file__).parents[1]
-WITHIN = 20.0
+WITHIN = 30.0
 RUN_KIT_COMPONENT = (
     "import sys; from bus_schema import codec; from regraft.assignment import Assignment;"
     "from regraft.process import run_component;"
@@ -55,12 +55,6 @@ class ControlRefused(Exception):
         super().__init__(str(error))
 
 
-def _free_endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-
-
 class System:
     """The hub, and what runs beside it until the test ends."""
 
@@ -68,7 +62,7 @@ class System:
         """Listen on a free loopback port."""
         self.simulated = simulated
         self.keys = Keys("small")
-        self.endpoint = _free_endpoint()
+        self.endpoint = free_endpoint()
         self.bus = open_bus(Endpoints((self.endpoint,), (), router=True), in_step=simulated)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.statuses: dict[str, list[ComponentStatus]] = {}
@@ -92,7 +86,7 @@ class System:
             process.send_signal(signal.SIGTERM)
         for process in self.processes.values():
             try:
-                process.wait(5.0)
+                process.wait(WITHIN)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
@@ -142,7 +136,7 @@ class System:
         """Ask a control query; raises ControlRefused."""
         payload = codec.encode(message) if message is not None else b""
         key = self.keys.control(name, 1, verb)
-        answers = eventually(lambda: self.bus.query(key, payload, 2.0), f"{name} answers {verb}")
+        answers = eventually(lambda: self.bus.query(key, payload, WITHIN / 3), f"{name} answers {verb}")
         if answers[0].error:
             raise ControlRefused(codec.decode(answers[0].payload, ControlError))
         return codec.decode(answers[0].payload, reply)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import socket
 import subprocess
 import sys
 import threading
@@ -20,19 +19,12 @@ import httpx
 from bus_schema.messages.clock import ClockTime
 from tests.host.system import ROOT, System
 from tests.kit.site import wait_until
+from tests.ports import free_port
 
 M = TypeVar("M")
 
 STACK = ROOT / "stacks" / "frog"
 PATIENCE = 60.0
-
-
-def free_port() -> int:
-    """Return a TCP port that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +67,12 @@ class Frog(System):
             STACK, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
         )
         self.rest = httpx.Client(base_url=self.url, timeout=30.0)
-        wait_until(self._serving, "the gateway", PATIENCE)
-        wait_until(lambda: self.states() == {"active"}, "everybody active", PATIENCE)
+        try:
+            wait_until(self._serving, "the gateway", PATIENCE)
+            wait_until(lambda: self.states() == {"active"}, "everybody active", PATIENCE)
+        except AssertionError:
+            self.end()
+            raise
 
     def _serving(self) -> bool:
         try:

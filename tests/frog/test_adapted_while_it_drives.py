@@ -20,7 +20,7 @@ CORNER = {"change": "connect", "component": "detector", "port": "image", "topic"
 
 def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -> None:
     odometry = frog.listen("odometry", Odometry)
-    wait_until(lambda: any(speed_of(o.twist) > 0.2 for o in odometry), "the robot to drive fast", 30.0)
+    wait_until(lambda: any(speed_of(o.twist) > 0.2 for o in odometry), "the robot to drive fast")
     answer = frog.adapt(SLOW, reason="someone is near")
     assert answer.status_code == 200, answer.text
     assert answer.json()["outcome"] == "applied"
@@ -43,16 +43,16 @@ def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -
 
 def test_the_detector_moves_to_the_corner_camera_without_a_restart(frog: Frog) -> None:
     detections = frog.listen("detections", Detections)
-    wait_until(lambda: detections, "a look", 30.0)
+    wait_until(lambda: detections, "a look")
     before = frog.wait_running("detector")
     assert {d.camera for d in detections} == {"camera"}
     assert frog.adapt(CORNER).json()["outcome"] == "applied"
-    wait_until(lambda: detections[-1].camera == "corner_camera", "a look through the corner camera", 30.0)
+    wait_until(lambda: detections[-1].camera == "corner_camera", "a look through the corner camera")
     assert frog.wait_running("detector").pid == before.pid
     undone = frog.rest.post("/adaptations/2/undo")
     assert undone.json()["outcome"] == "applied"
     seen = len(detections)
-    wait_until(lambda: len(detections) > seen + 1 and detections[-1].camera == "camera", "the way back", 30.0)
+    wait_until(lambda: len(detections) > seen + 1 and detections[-1].camera == "camera", "the way back")
 
 
 def test_a_deactivated_component_is_silent_and_comes_back(frog: Frog) -> None:
@@ -65,13 +65,13 @@ def test_a_deactivated_component_is_silent_and_comes_back(frog: Frog) -> None:
     assert len(states) == said
     answer = frog.rest.post("/components/battery/transition", json={"transition": "activate"})
     assert answer.json()["outcome"] == "applied"
-    wait_until(lambda: len(states) > said, "the battery again", 30.0)
+    wait_until(lambda: len(states) > said, "the battery again")
 
 
 def test_a_deactivated_navigator_stops_the_robot(frog: Frog) -> None:
     odometry = frog.listen("odometry", Odometry)
     velocity = frog.listen("velocity", Twist)
-    wait_until(lambda: any(speed_of(o.twist) > 0.2 for o in odometry), "the robot to drive", 30.0)
+    wait_until(lambda: any(speed_of(o.twist) > 0.2 for o in odometry), "the robot to drive")
     answer = frog.rest.post("/components/navigator/transition", json={"transition": "deactivate"})
     assert answer.status_code == 200, answer.text
     still_from = answer.json()["tick"] * TICK + 1.0

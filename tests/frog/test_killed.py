@@ -26,7 +26,7 @@ def _drives(frog: Frog) -> None:
         status = frog.client.call("mission/status", MissionRequest(), MissionStatus, 10.0)
         return status.state is MissionState.RUNNING
 
-    wait_until(runs, "the mission to run", 30.0)
+    wait_until(runs, "the mission to run")
 
 
 def test_every_component_may_be_killed_in_turn_and_the_mission_goes_on(start_frog: StartFrog) -> None:
@@ -39,7 +39,7 @@ def test_every_component_may_be_killed_in_turn_and_the_mission_goes_on(start_fro
         after = frog.wait_running(name, before.incarnation + 1)
         assert after.pid != before.pid
         assert len(frog.said("component.restarted", name)) == 1
-        wait_until(lambda: frog.states() == {"active"}, f"everybody active after the death of {name}", 30.0)
+        wait_until(lambda: frog.states() == {"active"}, f"everybody active after the death of {name}")
         frog.wait_for_time_after(told, 2.0)
         _drives(frog)
     assert not any(process.state is ProcessState.QUARANTINED for process in frog.processes().values())

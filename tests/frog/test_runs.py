@@ -5,25 +5,31 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK, Load, free_port, run_frog
+from tests.frog.frog import STACK, run_frog
 from tests.host.system import ROOT
+from tests.ports import free_port
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
-    first = run_frog(tmp_path, 30, "--speed", "max")
+    first = run_frog(tmp_path, 15, "--speed", "max")
     assert first.code == 0, first.errors
-    assert first.summary["simulated_s"] == 30
+    assert first.summary["simulated_s"] == 15
     assert first.summary["reproducible"] is True
     assert first.summary["contacts"] == 0
-    with Load(4):
-        second = run_frog(tmp_path, 30, "--speed", "max")
-    assert second.summary["digest"] == first.summary["digest"]
+    # Three dozen processes beside each other: the second run is as the first on a machine that is busy, too.
+    others = ((), ("--seed", "2"), ("--set", "navigator.max_velocity=0.2"))
+    with ThreadPoolExecutor(len(others)) as pool:
+        runs = [
+            pool.submit(run_frog, tmp_path / str(number), 15, "--speed", "max", *options)
+            for number, options in enumerate(others)
+        ]
+        second, other_seed, other_value = (run.result() for run in runs)
+    assert second.summary["digest"] == first.summary["digest"], second.errors
     assert second.summary["dropped"] == []
-    other_seed = run_frog(tmp_path, 30, "--speed", "max", "--seed", "2")
-    other_value = run_frog(tmp_path, 30, "--speed", "max", "--set", "navigator.max_velocity=0.2")
     assert len({run.summary["digest"] for run in (first, other_seed, other_value)}) == 3
 
 
@@ -56,6 +62,6 @@ def _up(*options: str) -> subprocess.CompletedProcess[str]:
         env=dict(os.environ),
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=60,
         check=False,
     )

@@ -11,7 +11,7 @@ from bus_schema.messages.control import ParameterValues
 from dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
-from tests.kit.site import Site, wait_until
+from tests.kit.site import PATIENCE, Site, wait_until
 
 GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
 
@@ -37,7 +37,7 @@ class Running:
 
     def connect(self) -> httpx.Client:
         """Return another client, without checks."""
-        return httpx.Client(base_url=self.url, timeout=10.0)
+        return httpx.Client(base_url=self.url, timeout=PATIENCE)
 
 
 def start_gateway(site: Site, **parameters: Any) -> str:
@@ -62,7 +62,7 @@ def running(site: Site) -> Iterator[Running]:
     site.start(Drive, "drive")
     host = HostStub(site.session(), site.keys)
     url = start_gateway(site)
-    with httpx.Client(base_url=url, timeout=10.0) as http:
+    with httpx.Client(base_url=url, timeout=PATIENCE) as http:
         http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
         yield Running(site, manager, executor, url, http)
     host.close()

@@ -44,6 +44,10 @@ class Navigator(Component):
     velocity = Output(Twist)
     max_velocity = Parameter(0.26, minimum=0.0, maximum=0.26, unit="m/s")
 
+    @classmethod
+    def estimate(cls, parameters: dict[str, Any], context: dict[str, Any]) -> dict[str, float]:
+        return {"speed": parameters["max_velocity"]}
+
 
 class Drive(Component):
     """Turns the wheels."""

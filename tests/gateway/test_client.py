@@ -31,9 +31,8 @@ from regraft.client import (
     read_plain,
 )
 from tests.gateway.parts import HostStub
-from tests.kit.site import Site, wait_until
+from tests.kit.site import PATIENCE, Site, wait_until
 
-PATIENCE = 10.0
 SLOWLY = Twist.planar(0.2, 0.1)
 
 
@@ -197,8 +196,8 @@ def test_an_unknown_component_is_named_with_those_that_are_there(client: Client)
 
 def test_components_are_seen_with_state_host_and_process(site: Site, client: Client) -> None:
     host = HostStub(site.session(), site.keys)
+    wait_until(lambda: client.components(PATIENCE).keys() == {"worker", "navigator"})
     seen = client.components(PATIENCE)
-    assert seen.keys() == {"worker", "navigator"}
     assert seen["worker"].alive
     assert seen["worker"].status
     assert seen["worker"].status.state is State.ACTIVE

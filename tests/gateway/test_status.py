@@ -38,6 +38,17 @@ def test_a_component_is_shown_with_its_live_parameters_and_connections(running: 
     assert details["process"]["pid"] == 4711
 
 
+def test_a_component_tells_its_qualities(running: Running) -> None:
+    url = "/components/navigator/qualities"
+    assert running.http.get(url).json()["estimated"] == {"speed": 0.26}
+    assert running.http.post(url, json={"parameters": {"max_velocity": 0.1}}).json()["estimated"] == {"speed": 0.1}
+    refused = running.http.post(url, json={"parameters": {"max_velocity": 9.0}})
+    assert refused.status_code == 422
+    assert "at most 0.26" in refused.json()["violations"][0]["problem"]
+    assert running.http.post(url, json={"colour": "red"}).status_code == 422
+    assert running.http.get("/components/nobody/qualities").status_code == 404
+
+
 def test_an_unknown_component_is_not_found(running: Running) -> None:
     response = running.http.get("/components/nobody")
     assert response.status_code == 404

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -13,12 +14,12 @@ from typing import Any
 
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import ProcessState, ProcessStatus
-from regraft import rundir
+from regraft import CallFailed, rundir
 from regraft.client import Client
-from tests.kit.site import wait_until
+from tests.kit.site import PATIENCE, wait_until
 
-PATIENCE = 20.0
 ROOT = Path(__file__).parents[2]
+ATTEMPTS = 5
 
 
 class System:
@@ -35,7 +36,12 @@ class System:
                 cwd=ROOT,
             )
         self.events: list[Event] = []
-        wait_until(self._is_up, "the system to be up", PATIENCE)
+        try:
+            wait_until(self._is_up, "the system to be up", PATIENCE)
+        except AssertionError:
+            self.process.kill()
+            self.process.wait()
+            raise
         self.info = rundir.find("tests")
         self.client = Client.connect(self.info)
         self.client.events(self.events.append)
@@ -66,6 +72,23 @@ class System:
         return self.wait_for(
             name, lambda p: p.state is ProcessState.RUNNING and p.incarnation >= incarnation and p.pid, "running"
         )
+
+    def ask_until_it_ends(self, name: str, ask: Callable[[], object]) -> None:
+        """Ask what ends a component's run and is never answered; again if the question did not come through."""
+        run = self.processes()[name]
+
+        def over() -> bool:
+            now = self.processes()[name]
+            return now.incarnation != run.incarnation or now.state is not ProcessState.RUNNING
+
+        for _ in range(ATTEMPTS):
+            with contextlib.suppress(CallFailed):
+                ask()
+                raise AssertionError(f"{name} has answered")
+            with contextlib.suppress(AssertionError):
+                wait_until(over, f"the end of {name}", PATIENCE / ATTEMPTS)
+                return
+        raise AssertionError(f"{name} has not ended")
 
     def said(self, kind: str, subject: str) -> list[Event]:
         """Return the events of a kind about somebody."""

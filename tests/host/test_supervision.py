@@ -10,22 +10,17 @@ from pathlib import Path
 
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
-from regraft import CallFailed
 from tests.host.conftest import HEAD, Start
 from tests.host.parts import Tick
-from tests.host.system import PATIENCE, ROOT, System, children_of, exists, wait_gone
-from tests.kit.site import wait_until
+from tests.host.system import ROOT, System, children_of, exists, wait_gone
+from tests.kit.site import PATIENCE, wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"
 
 
-def _ask(system: System, service: str, count: int = 0) -> None:
-    try:
-        system.client.call(service, Tick(count), Tick, 0.2)
-    except CallFailed:
-        return
-    raise AssertionError(f"{service} was answered")
+def _ask(system: System, name: str, service: str, count: int = 0) -> None:
+    system.ask_until_it_ends(name, lambda: system.client.call(service, Tick(count), Tick, 0.2))
 
 
 def test_a_killed_component_comes_back_with_its_state_and_it_is_said(start: Start) -> None:
@@ -55,7 +50,7 @@ def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
     system = start(MOODY)
     for incarnation, how in ((2, "hang"), (3, "spin"), (4, "stop")):
         system.wait_running("moody", incarnation - 1)
-        _ask(system, how)
+        _ask(system, "moody", how)
         again = system.wait_running("moody", incarnation)
         assert "hung" in again.last_end
     assert len(system.said("component.hung", "moody")) == 3
@@ -81,11 +76,11 @@ def test_the_restart_policy_is_kept(start: Start) -> None:
     system = start(never.replace("exit: exit_never", "hang: a, spin: b, stop: c, exit: exit_never") + failing)
     system.wait_running("never")
     system.wait_running("failing")
-    _ask(system, "exit_never", 5)
+    _ask(system, "never", "exit_never", 5)
     assert system.wait_for("never", lambda p: p.state is ProcessState.STOPPED, "stopped").last_end == "exit code 5"
-    _ask(system, "exit", 5)
+    _ask(system, "failing", "exit", 5)
     system.wait_running("failing", 2)
-    _ask(system, "exit", 0)
+    _ask(system, "failing", "exit", 0)
     system.wait_for("failing", lambda p: p.state is ProcessState.STOPPED, "stopped")
 
 

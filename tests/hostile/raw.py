@@ -13,6 +13,7 @@ from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.registry import type_of
 from regraft.zenoh_config import Endpoints, config
+from tests.kit.site import PATIENCE
 
 
 class Raw:
@@ -38,7 +39,7 @@ class Raw:
             attachment = Envelope(source, incarnation, incarnation, sequence, time.time_ns()).to_bytes()
         self.put(key, codec.encode(message), type_of(type(message)).encoding, attachment)
 
-    def ask(self, key: str, payload: bytes = b"", timeout: float = 2.0) -> list[tuple[bool, bytes]]:
+    def ask(self, key: str, payload: bytes = b"", timeout: float = PATIENCE) -> list[tuple[bool, bytes]]:
         """Return the answers: whether each is an error, and its payload."""
         answers = []
         for reply in self.session.get(key, payload=payload, timeout=timeout):

@@ -22,7 +22,7 @@ FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000
 
 def _goes_on(system: System) -> None:
     before = heard(system)
-    wait_until(lambda: heard(system) > before + 20, "the sink to hear more", 20.0)
+    wait_until(lambda: heard(system) > before + 20, "the sink to hear more")
     assert {p.incarnation for p in system.processes().values()} == {1}
 
 
@@ -43,9 +43,9 @@ def _come_and_go(system: System, count: int) -> None:
 def test_clients_that_come_and_go_leave_nothing_behind(start: Start) -> None:
     system = start(SOURCE + SINK)
     system.wait_running("sink")
-    _come_and_go(system, 60)
+    _come_and_go(system, 30)
     files = len(os.listdir(f"/proc/{system.process.pid}/fd"))
-    _come_and_go(system, 60)
+    _come_and_go(system, 30)
     wait_until(lambda: len(os.listdir(f"/proc/{system.process.pid}/fd")) <= files + 5, "the links to be closed")
     _goes_on(system)
 

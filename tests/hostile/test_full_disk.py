@@ -106,5 +106,5 @@ def test_a_disk_that_fills_up_stops_adaptations_and_nothing_else(
         assert not rest.system.said("component.fault", "chatty")
         assert {p.incarnation for p in rest.system.processes().values()} == {1}
         ballast.unlink()
-        wait_until(lambda: rest.adapt("sink", {"delay": 0.001}).status_code == 200, "room again", 20.0)
+        wait_until(lambda: rest.adapt("sink", {"delay": 0.001}).status_code == 200, "room again")
         assert rest.system.client.view("sink").parameters["delay"] == 0.001

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 from collections.abc import Callable, Iterator
@@ -14,12 +15,14 @@ from bus_schema.keys import CONTROL_VERBS
 from bus_schema.messages.control import ControlError
 from bus_schema.messages.requests import Request, Verb
 from bus_schema.registry import type_of
+from regraft import CallFailed
+from regraft.client import ClientError
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Number, Word
 from tests.hostile.raw import Raw, stranger
 from tests.hostile.test_bad_components import heard
-from tests.kit.site import wait_until
+from tests.kit.site import BEYOND, wait_until
 
 HOST_VERBS = ("view", "specs", "start", "stop", "logs")
 MAP_WITHIN_MAP = b"\x81\xa1a" * 5000 + b"\xc0"
@@ -36,12 +39,16 @@ def _garbage(seed: int, count: int) -> Iterator[bytes]:
         yield dice.randbytes(dice.randint(0, 300))
 
 
-@pytest.fixture
-def system(start: Start) -> System:
+def _up(start: Start) -> System:
     system = start(SOURCE + SINK)
     for name in ("source", "sink"):
         system.wait_running(name)
     return system
+
+
+@pytest.fixture(scope="module")
+def system(start_for_all: Start) -> System:
+    return _up(start_for_all)
 
 
 @pytest.fixture
@@ -50,15 +57,19 @@ def raw(system: System) -> Iterator[Raw]:
         yield raw
 
 
+def _states(system: System) -> dict[str, str]:
+    return {name: s.status.state.value for name, s in system.client.components().items() if s.status}
+
+
 def _goes_on(system: System) -> None:
     before = heard(system)
     wait_until(lambda: heard(system) > before + 10, "the sink to hear more")
+    wait_until(lambda: _states(system) == {"source": "active", "sink": "active"}, "both to be active")
     assert {name: p.incarnation for name, p in system.processes().items()} == {"source": 1, "sink": 1}
-    seen = system.client.components()
-    assert {name: s.status.state.value for name, s in seen.items() if s.status} == {
-        "source": "active",
-        "sink": "active",
-    }
+
+
+def _refused(system: System, source: str) -> list[str]:
+    return [event.text for event in system.said("message.refused", "sink") if source in event.text]
 
 
 KEYS: dict[str, Callable[[System], list[str]]] = {
@@ -98,7 +109,7 @@ def test_garbage_asked_of_a_component_is_answered_with_what_is_wrong(system: Sys
             assert answers[0][0], verb
             assert codec.decode(answers[0][1], ControlError).problems[0].startswith(verb)
     for key in ("tests/component/sink/1/nonsense", "tests/component/sink/1/*", "tests/component/sink/*/describe"):
-        raw.ask(key, b"\xff")
+        raw.ask(key, b"\xff", 0.5)
     _goes_on(system)
 
 
@@ -115,32 +126,57 @@ def test_garbage_asked_of_a_host_is_answered_with_what_is_wrong(system: System, 
 
 
 def test_a_message_of_another_type_is_refused_and_said(system: System, raw: Raw) -> None:
-    raw.say(system.client.keys.topic("numbers"), Word("hello"), "stranger")
-    wait_until(lambda: system.said("message.refused", "sink"))
-    said = system.said("message.refused", "sink")[0].text
-    assert "stranger" in said
+    raw.say(system.client.keys.topic("numbers"), Word("hello"), "foreigner")
+    wait_until(lambda: _refused(system, "foreigner"))
+    said = _refused(system, "foreigner")[0]
     assert "hostile_tests/Number" in said
     assert "hostile_tests/Word@1" in said
     _goes_on(system)
 
 
-def test_a_message_beyond_64_megabytes_is_refused_and_said(system: System, raw: Raw) -> None:
-    attachment = Envelope("stranger", 1, 1, 1, 0).to_bytes()
-    raw.put(system.client.keys.topic("numbers"), bytes(65 * 1024 * 1024), type_of(Number).encoding, attachment)
-    wait_until(lambda: system.said("message.refused", "sink"), seconds=20.0)
-    assert "must be at most 67108864" in system.said("message.refused", "sink")[0].text
-    _goes_on(system)
+def test_the_system_outlives_messages_beyond_64_megabytes(start: Start) -> None:
+    system = _up(start)
+    keys = system.client.keys
+    with stranger(system.info.endpoint) as raw:
+        envelope = Envelope("boaster", 1, 1, 1, 0).to_bytes()
+        raw.put(keys.topic("numbers"), bytes(BEYOND), type_of(Number).encoding, envelope)
+        for key in (keys.request("heard"), keys.status("sink"), keys.host("local", "status"), keys.event):
+            raw.put(key, bytes(BEYOND))
+    _recovers(system)
+    assert all("must be at most 67108864" in text for text in _refused(system, "boaster"))
 
 
-def test_oversized_questions_and_statuses_harm_nobody(system: System, raw: Raw) -> None:
-    keys, huge = system.client.keys, bytes(65 * 1024 * 1024)
-    for key in (keys.request("heard"), keys.status("sink"), keys.host("local", "status"), keys.event):
-        raw.put(key, huge)
-    for key in (keys.control("sink", 1, "parameters"), keys.host("local", "stop")):
-        ((is_error, answer),) = raw.ask(key, huge, 20.0)
-        assert is_error
-        assert "must be at most" in codec.decode(answer, ControlError).problems[0]
-    _goes_on(system)
+def test_the_system_outlives_questions_beyond_64_megabytes(start: Start) -> None:
+    system = _up(start)
+    keys = system.client.keys
+    with stranger(system.info.endpoint) as raw:
+        for key in (keys.control("sink", 1, "parameters"), keys.host("local", "stop")):
+            for is_error, answer in raw.ask(key, bytes(BEYOND)):
+                assert is_error
+                assert "must be at most" in codec.decode(answer, ControlError).problems[0]
+        wait_until(lambda: _answers(raw, keys.host("local", "view")), "an answer of the host")
+    _recovers(system)
+
+
+def _recovers(system: System) -> None:
+    """Wait until all goes on.
+
+    A busy machine cannot pass on so much within the time that a put may block: the link is then closed, what was under
+    way on it is lost, and whoever is not back in time may even be taken for hung and restarted.
+    """
+
+    def more() -> bool:
+        with contextlib.suppress(CallFailed, ClientError):
+            before = heard(system, 2.0)
+            return heard(system, 2.0) > before and system.client.view("sink").parameters == {"delay": 0.0}
+        return False
+
+    wait_until(more, "the sink to hear more and to answer")
+    wait_until(lambda: _states(system) == {"source": "active", "sink": "active"}, "both to be active")
+
+
+def _answers(raw: Raw, key: str) -> bool:
+    return [is_error for is_error, _ in raw.ask(key, b"", 5.0)] == [False]
 
 
 def test_clients_that_never_hear_their_answer_keep_nobody_else_from_theirs(system: System, raw: Raw) -> None:
@@ -148,27 +184,33 @@ def test_clients_that_never_hear_their_answer_keep_nobody_else_from_theirs(syste
     for number in range(300):
         request = Request(f"gone-{number}", 1, Verb.CALL, {"text": ""}, 1.0)
         raw.put(key, codec.encode(request), encoding, Envelope(f"gone-{number}", 1, 1, 1, 0).to_bytes())
-    assert heard(system, 5.0) >= 0
+    assert heard(system) >= 0
     _goes_on(system)
 
 
-@pytest.mark.parametrize("name", ["", "*", "**", "a/b", "../x", "$*", "x?y", "#", "\u202e", "n" * 5000])
+NAMES = ["", "*", "**", "a/b", "../x", "$*", "x?y", "#", "\u202e", "n" * 5000]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_client_whose_name_is_none_is_refused(system: System, raw: Raw, name: str) -> None:
     key, encoding = system.client.keys.request("heard"), type_of(Request).encoding
+    source = f"nameless-{NAMES.index(name)}"
     raw.put(
         key,
         codec.pack_plain({"client": name, "number": 1, "verb": "call", "body": {"text": ""}, "patience": 1.0}),
         encoding,
-        Envelope("stranger", 1, 1, 1, 0).to_bytes(),
+        Envelope(source, 1, 1, 1, 0).to_bytes(),
     )
-    wait_until(lambda: system.said("message.refused", "sink"))
+    wait_until(lambda: _refused(system, source))
     _goes_on(system)
 
 
-def test_a_flood_from_outside_leaves_the_system_responsive(system: System, raw: Raw) -> None:
+def test_a_flood_from_outside_leaves_the_system_responsive(start: Start) -> None:
+    system = _up(start)
     key, encoding = system.client.keys.topic("numbers"), type_of(Number).encoding
     payload = codec.encode(Number(1.0, bytes(1000)))
-    for number in range(1, 100_000):
-        raw.put(key, payload, encoding, Envelope("flooder", 1, 1, number, 0).to_bytes())
-    wait_until(lambda: heard(system, 5.0) > 0, "an answer", 20.0)
+    with stranger(system.info.endpoint) as raw:
+        for number in range(1, 100_000):
+            raw.put(key, payload, encoding, Envelope("flooder", 1, 1, number, 0).to_bytes())
+    assert heard(system) > 0
     _goes_on(system)

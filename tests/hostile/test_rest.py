@@ -34,10 +34,16 @@ NAMES = [
 ]
 
 
-@pytest.fixture
-def rest(start: Start) -> Iterator[Rest]:
-    with Rest(start, SOURCE + SINK) as rest:
+@pytest.fixture(scope="module")
+def shared(start_for_all: Start) -> Iterator[Rest]:
+    with Rest(start_for_all, SOURCE + SINK) as rest:
         yield rest
+
+
+@pytest.fixture
+def rest(shared: Rest) -> Rest:
+    assert shared.adapt("sink", {"delay": 0.0}).status_code == 200
+    return shared
 
 
 def _is_problem(answer: httpx.Response) -> bool:

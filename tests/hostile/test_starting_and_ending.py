@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 
 from regraft import rundir
+from regraft.rundir import RunInfo
 from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.test_broken_stacks import up
-from tests.kit.site import wait_until
+from tests.kit.site import PATIENCE, wait_until
 
 Write = Callable[..., Path]
 
@@ -43,7 +44,7 @@ def _processes(process: subprocess.Popen[bytes], least: int) -> list[int]:
         found = children_of(process.pid)
         return len(found) >= least or process.poll() is not None
 
-    wait_until(there, f"{least} processes", 20.0)
+    wait_until(there, f"{least} processes")
     return found
 
 
@@ -58,7 +59,7 @@ def test_a_start_that_is_interrupted_leaves_nothing(stack: Write, signum: signal
     process = _begin(path)
     pids = _processes(process, processes)
     process.send_signal(signum)
-    assert process.wait(20.0) in (0, 130, -signum), _log(path)
+    assert process.wait(PATIENCE) in (0, 130, -signum), _log(path)
     assert "Traceback" not in _log(path)
     wait_gone(pids)
     wait_until(lambda: not rundir.running(), "the lock to be free")
@@ -73,7 +74,7 @@ def test_a_start_that_is_killed_leaves_nothing_and_the_next_one_works(stack: Wri
     process.kill()
     process.wait()
     wait_gone(pids)
-    wait_until(lambda: not rundir.running(), "the last process to let go of the lock", 20.0)
+    wait_until(lambda: not rundir.running(), "the last process to let go of the lock")
     done = up(path, "--for", "0.2")
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -84,7 +85,7 @@ def test_asking_to_end_again_and_again_is_as_good_as_once(start: Start) -> None:
     pids = children_of(system.process.pid)
     for signum in (signal.SIGTERM, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
         system.process.send_signal(signum)
-    assert system.process.wait(20.0) == 0
+    assert system.process.wait(PATIENCE) == 0
     assert "Traceback" not in system.log.read_text()
     assert not [pid for pid in pids if exists(pid)]
 
@@ -108,15 +109,30 @@ def test_what_a_killed_run_leaves_behind_is_no_running_system(start: Start, stac
 @pytest.mark.parametrize(
     "left", ["", "{", "[]", '{"system": 1}', json.dumps({"system": "tests", "pid": "x"}), "\0" * 100, '"' + "[" * 9000]
 )
-def test_a_run_file_that_is_none_stops_no_start(stack: Write, left: str) -> None:
-    path = stack(SOURCE)
-    folder = rundir.folder("tests")
-    folder.mkdir(parents=True)
-    (folder / "run.json").write_text(left)
-    (folder / "lock").write_text("12345")
+def test_a_run_file_that_is_none_is_no_running_system(stack: Write, left: str) -> None:
+    stack(SOURCE)
+    _leave(left)
     assert rundir.running() == []
+    with rundir.lock("tests"):
+        assert rundir.running() == []
+        info = RunInfo("tests", "1", os.getpid(), "tcp/127.0.0.1:1", "stack.yaml", False)
+        rundir.write_info(info)
+        assert rundir.running() == [info]
+
+
+def test_what_others_left_in_the_folder_stops_no_start(stack: Write) -> None:
+    path = stack(SOURCE)
+    _leave("{")
     done = up(path, "--for", "0.1")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def _leave(text: str) -> None:
+    """Leave a run file that says ``text``, and a lock that nobody holds."""
+    folder = rundir.folder("tests")
+    folder.mkdir(parents=True)
+    (folder / "run.json").write_text(text)
+    (folder / "lock").write_text("12345")
 
 
 def test_a_second_start_is_refused_and_the_first_goes_on(start: Start) -> None:
@@ -156,7 +172,7 @@ def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write) -> None
     process = _begin(path)
     wait_until(lambda: _has_begun(process.pid), "the import")
     process.send_signal(signal.SIGINT)
-    assert process.wait(20.0) == 130
+    assert process.wait(PATIENCE) == 130
     assert "Traceback" not in _log(path)
     wait_until(lambda: not rundir.running(), "the lock to be free")
 

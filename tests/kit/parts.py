@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count, Ratio
+from bus_schema.annotations import Count, PlainValue, Ratio
 from bus_schema.registry import message
 from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
 
@@ -53,6 +53,13 @@ class Counter(Component):
         self.value = 0
         self.hooks: list[str] = []
 
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        return {"pace": parameters["rate"] * parameters["step"] * context.get("slope", 1.0)}
+
+    def evaluate(self) -> dict[str, float]:
+        return {"value": float(self.value)}
+
     def on_configure(self) -> None:
         self.hooks.append("configure")
 
@@ -91,6 +98,17 @@ class Oracle(Component):
     @service("double")
     def double(self, number: Number) -> Number:
         return Number(2 * number.value)
+
+    def __init__(self) -> None:
+        self.waiting = False
+        self.go_on = False
+
+    @service("wait")
+    async def wait(self, number: Number) -> Number:
+        self.waiting = True
+        while not self.go_on:
+            await self.kit.sleep(0.01)
+        return number
 
     @service("slow")
     async def slow(self, number: Number) -> Number:
@@ -146,7 +164,7 @@ class Asker(Component):
 
     @question.handler
     async def ask(self, number: Number) -> None:
-        answer = await self.kit.call("double", number, Number, timeout=1.0)
+        answer = await self.kit.call("double", number, Number, timeout=10.0)
         self.answers.publish(answer)
 
 

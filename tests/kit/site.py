@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import threading
 import time
 from collections.abc import Callable
@@ -26,27 +25,28 @@ from regraft.runtime.runtime import Runtime
 from regraft.runtime.writers import Identity, Writer, Writers
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
+from tests.ports import free_endpoint
 
 C = TypeVar("C", bound=Component)
 M = TypeVar("M")
 
-PATIENCE = 10.0
+PATIENCE = 30.0
+"""Seconds that anything may take on a machine that is busy with other things."""
+LONGEST_PAUSE = 0.03
+"""Seconds between two looks at what takes its time: looking costs those who are looked at."""
+BEYOND = 65 * 1024 * 1024
+"""Bytes: more than any message may have."""
 
 
 def wait_until(condition: Callable[[], Any], what: str = "the condition", seconds: float = PATIENCE) -> None:
     """Wait for a condition, within bounds."""
     deadline = time.monotonic() + seconds
+    pause = 0.002
     while not condition():
         if time.monotonic() > deadline:
             raise AssertionError(f"{what} did not come true within {seconds:g} s")
-        time.sleep(0.002)
-
-
-def free_endpoint() -> str:
-    """Return a loopback endpoint that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+        time.sleep(pause)
+        pause = min(1.2 * pause, LONGEST_PAUSE)
 
 
 class Site:
@@ -97,7 +97,7 @@ class Site:
             raise failure.pop()
         token = self.keys.alive(name, assignment.incarnation)
         if self.runtimes[name].state is not State.FINALIZED:
-            wait_until(lambda: self.bus.present(token, 1.0), f"{name}'s token")
+            wait_until(lambda: self.bus.present(token, PATIENCE), f"{name}'s token")
         component = self.runtimes[name].component
         assert isinstance(component, cls)
         return component

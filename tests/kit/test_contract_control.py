@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import pytest
 
+from bus_schema import codec
 from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.control import ControlCode, SetTransition, Snapshot, StateRequest, StateStep
+from bus_schema.messages.control import (
+    AskQualities,
+    ControlCode,
+    ControlError,
+    SetTransition,
+    Snapshot,
+    StateRequest,
+    StateStep,
+)
 from regraft.client.errors import ControlRefused
 from regraft.parameters import ParameterError
 from tests.kit.parts import Counter, Fragile, Number
-from tests.kit.site import Site, wait_until
+from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
 
 
 def test_a_component_describes_itself(site: Site) -> None:
@@ -22,6 +31,36 @@ def test_a_component_describes_itself(site: Site) -> None:
     assert [port.name for port in description.ports] == ["count"]
 
 
+def test_a_component_says_what_quality_it_gives_and_would_give(site: Site) -> None:
+    counter = site.start(Counter, "counter", parameters={"rate": 0.0})
+    counter.value = 4
+    now = site.client.qualities("counter")
+    assert (now.estimated, now.evaluated) == ({"pace": 0.0}, {"value": 4.0})
+    asked = AskQualities({"rate": 20.0, "step": 2}, {"slope": 0.5})
+    assert site.client.qualities("counter", asked).estimated == {"pace": 20.0}
+    assert site.client.view("counter").parameters["rate"] == 0.0
+    site.client.control("counter", "transition", SetTransition(Transition.DEACTIVATE))
+    assert site.client.qualities("counter").evaluated == {}
+
+
+@pytest.mark.parametrize(
+    ("asked", "problem"),
+    [
+        (AskQualities({"speed": 1}), "no such parameter"),
+        (AskQualities({"rate": -1.0}), "at least 0"),
+        (AskQualities({}, {"slope": "steep"}), "ultiply"),
+        (AskQualities({"rate": 1.0}, {"slope": float("1e309")}), "infinite|finite"),
+    ],
+)
+def test_qualities_that_cannot_be_told_are_refused_with_the_reason(
+    site: Site, asked: AskQualities, problem: str
+) -> None:
+    site.start(Counter, "counter")
+    with pytest.raises(ControlRefused, match=problem):
+        site.client.qualities("counter", asked)
+    assert site.client.qualities("counter").estimated == {"pace": 50.0}
+
+
 def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
     site.start(Counter, "counter")
     with pytest.raises(ControlRefused) as refused:
@@ -32,6 +71,16 @@ def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
     assert site.client.view("counter").parameters["step"] == 1
     view = site.set_parameters("counter", {"step": 3, "label": "fancy"})
     assert view.parameters["step"] == 3
+
+
+def test_a_question_beyond_64_megabytes_is_refused_and_the_next_one_answered() -> None:
+    site = Site("memory")
+    site.start(Counter, "counter")
+    (answer,) = site.bus.query(site.keys.control("counter", 1, "parameters"), bytes(BEYOND), PATIENCE)
+    assert answer.error
+    assert "must be at most 67108864" in codec.decode(answer.payload, ControlError).problems[0]
+    assert site.client.view("counter").parameters["step"] == 1
+    site.close()
 
 
 def test_a_component_may_refuse_values_and_keeps_the_old_ones(site: Site) -> None:

@@ -25,14 +25,16 @@ def test_a_call_gets_its_reply(site: Site) -> None:
 
 
 def test_an_async_service_lets_others_run(site: Site) -> None:
-    site.start(Oracle, "oracle")
+    oracle = site.start(Oracle, "oracle")
     slow: list[Number] = []
-    waiting = threading.Thread(target=lambda: slow.append(site.client.call("slow", Number(300), Number)))
+    waiting = threading.Thread(target=lambda: slow.append(site.client.call("wait", Number(3), Number, PATIENCE)))
     waiting.start()
+    wait_until(lambda: oracle.waiting)
     assert site.client.call("double", Number(1), Number) == Number(2)
     assert not slow
+    oracle.go_on = True
     waiting.join(PATIENCE)
-    assert slow == [Number(300)]
+    assert slow == [Number(3)]
 
 
 def test_heavy_work_returns_its_result(site: Site) -> None:
@@ -83,7 +85,7 @@ def test_one_component_can_call_another(site: Site) -> None:
     site.start(Asker, "asker")
     answers = site.collect("answers", Number)
     writer = site.writer("question", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     writer.put(codec.encode(Number(4)))
     wait_until(lambda: answers == [Number(8)])
 
@@ -102,7 +104,7 @@ def _bare_client(site: Site, name: str) -> tuple[Writer, list[Reply]]:
     requests = Writers(bus, RealClock(), Identity(name, 1, 1)).open(
         site.keys.request("double"), type_of(Request).encoding
     )
-    requests.wait_for_reader(5.0)
+    assert requests.wait_for_reader(PATIENCE)
     return requests, replies
 
 
@@ -131,7 +133,7 @@ def test_a_goal_is_accepted_gives_feedback_and_ends(site: Site) -> None:
     walker = site.start(Walker, "walker")
     heard: list[Number] = []
     goal = site.client.goal("walk", Number(3), Number, Number, on_feedback=heard.append)
-    assert goal.result(5.0) == Number(3)
+    assert goal.result(PATIENCE) == Number(3)
     wait_until(lambda: len(heard) == 3)
     assert [number.value for number in heard] == [0, 1, 2]
     assert walker.ended == ["arrived"]
@@ -142,7 +144,7 @@ def test_a_cancelled_goal_ends_where_it_awaits(site: Site) -> None:
     goal = site.client.goal("walk", Number(10_000), Number, Number)
     goal.cancel()
     with pytest.raises(CallFailed) as failed:
-        goal.result(5.0)
+        goal.result(PATIENCE)
     assert failed.value.answer is Answer.CANCELLED
     assert walker.ended == ["cancelled"]
 
@@ -152,8 +154,8 @@ def test_a_newer_goal_replaces_the_older_one(site: Site) -> None:
     first = site.client.goal("walk", Number(10_000), Number, Number)
     second = site.client.goal("walk", Number(2), Number, Number)
     with pytest.raises(CallFailed, match="replaced"):
-        first.result(5.0)
-    assert second.result(5.0) == Number(2)
+        first.result(PATIENCE)
+    assert second.result(PATIENCE) == Number(2)
     assert walker.ended == ["cancelled", "arrived"]
 
 
@@ -163,7 +165,7 @@ def test_deactivating_ends_goals_and_says_why(site: Site) -> None:
     runtime = site.runtimes["walker"]
     runtime.post(lambda: runtime.lifecycle.perform(Transition.DEACTIVATE))
     with pytest.raises(CallFailed, match="deactivated"):
-        goal.result(5.0)
+        goal.result(PATIENCE)
 
 
 def test_a_client_name_that_is_no_name_is_refused(site: Site) -> None:
@@ -172,7 +174,7 @@ def test_a_client_name_that_is_no_name_is_refused(site: Site) -> None:
     requests = Writers(bus, RealClock(), Identity("rogue", 1, 1)).open(
         site.keys.request("double"), type_of(Request).encoding
     )
-    requests.wait_for_reader(5.0)
+    assert requests.wait_for_reader(PATIENCE)
     plain = {"client": "../**", "number": 1, "verb": "call", "body": None, "patience": 1.0}
     requests.put(codec.pack_plain(plain))
     wait_until(lambda: site.status("oracle").refused == 1)

@@ -5,18 +5,20 @@ from __future__ import annotations
 import pytest
 
 from bus_schema import codec
+from bus_schema.envelope import Envelope
+from bus_schema.messages.health import Event
 from bus_schema.registry import type_of
 from regraft.bus import Bus
 from regraft.runtime.writers import Identity, Writers
 from tests.kit.parts import Counter, Echo, Fragile, Latest, Number, Other
-from tests.kit.site import Site, wait_until
+from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
 
 
 def test_every_message_is_handled_once_and_in_order(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     for value in range(500):
         writer.put(codec.encode(Number(value)))
     wait_until(lambda: len(said) == 500, "500 echoes")
@@ -27,7 +29,7 @@ def test_a_repeated_message_is_dropped(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     writer.put(codec.encode(Number(1)))
     writer.sequence -= 1
     writer.put(codec.encode(Number(1)))
@@ -40,21 +42,27 @@ def test_an_early_arrival_waits_for_the_hole_to_close(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     writer.put(codec.encode(Number(1)))
-    writer.sequence = 2
-    writer.put(codec.encode(Number(3)))
-    writer.sequence = 1
-    writer.put(codec.encode(Number(2)))
-    wait_until(lambda: len(said) == 3)
-    assert [number.value for number in said] == [1, 2, 3]
+    # What comes much too late is given up; if this test is held up that long between two puts, it tries again.
+    for first in range(2, 20, 2):
+        for number in (first + 1, first):
+            writer.sequence = number - 1
+            writer.put(codec.encode(Number(number)))
+        writer.sequence = first + 1
+        wait_until(lambda last=first + 1: said and said[-1].value == last)  # type: ignore[misc]
+        values = [number.value for number in said]
+        assert values == sorted(values)
+        if values[-2:] == [first, first + 1]:
+            return
+    raise AssertionError("the hole never closed in time")
 
 
 def test_a_hole_that_stays_open_is_reported_as_lost(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     writer.put(codec.encode(Number(1)))
     writer.sequence = 4
     writer.put(codec.encode(Number(5)))
@@ -66,7 +74,7 @@ def test_a_message_that_does_not_fit_is_refused_and_the_next_one_handled(site: S
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     for payload in (b"", b"\xc1", b"\x81\xa5value\xa3one", codec.pack_plain({"value": 1, "more": 2})):
         writer.put(payload)
     writer.put(codec.encode(Number(7)))
@@ -74,11 +82,22 @@ def test_a_message_that_does_not_fit_is_refused_and_the_next_one_handled(site: S
     wait_until(lambda: site.status("echo").refused == 4)
 
 
+def test_a_message_beyond_64_megabytes_is_refused_and_said() -> None:
+    site = Site("memory")
+    events: list[Event] = []
+    site.client.events(events.append)
+    site.start(Echo, "echo")
+    _bare_put(site.bus, site.keys.topic("heard"), bytes(BEYOND), Envelope("boaster", 1, 1, 1, 0).to_bytes())
+    wait_until(lambda: site.status("echo").refused == 1)
+    wait_until(lambda: any("boaster" in e.text and "must be at most 67108864" in e.text for e in events))
+    site.close()
+
+
 def test_a_message_of_another_type_is_refused(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     strange = site.writer("heard", Other, "stranger")
-    strange.wait_for_reader(5.0)
+    assert strange.wait_for_reader(PATIENCE)
     strange.put(codec.encode(Other("hello")))
     wait_until(lambda: site.status("echo").refused == 1)
     assert said == []
@@ -91,7 +110,7 @@ def _bare_put(bus: Bus, key: str, payload: bytes, attachment: bytes) -> None:
 def test_a_message_without_an_envelope_is_refused(site: Site) -> None:
     site.start(Echo, "echo")
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     _bare_put(site.bus, site.keys.topic("heard"), codec.encode(Number(1)), b"")
     _bare_put(site.bus, site.keys.topic("heard"), codec.encode(Number(1)), b"\x01" * 200)
     wait_until(lambda: site.status("echo").refused == 2)
@@ -102,7 +121,7 @@ def test_the_dead_cannot_speak_for_the_living(site: Site) -> None:
     said = site.collect("said", Number)
     living = site.writer("heard", Number, "twin", incarnation=2)
     dead = site.writer("heard", Number, "twin", incarnation=1)
-    living.wait_for_reader(5.0)
+    assert living.wait_for_reader(PATIENCE)
     living.put(codec.encode(Number(1)))
     wait_until(lambda: len(said) == 1)
     dead.put(codec.encode(Number(99)))
@@ -116,7 +135,7 @@ def test_a_newer_run_of_a_source_begins_its_numbering_anew(site: Site) -> None:
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     first = site.writer("heard", Number, "twin", incarnation=1)
-    first.wait_for_reader(5.0)
+    assert first.wait_for_reader(PATIENCE)
     for value in range(5):
         first.put(codec.encode(Number(value)))
     wait_until(lambda: len(said) == 5)
@@ -130,7 +149,7 @@ def test_an_exception_in_a_handler_is_reported_and_the_next_message_handled(site
     site.start(Fragile, "fragile")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     writer.put(codec.encode(Number(13)))
     writer.put(codec.encode(Number(14)))
     wait_until(lambda: len(said) == 1)
@@ -141,7 +160,7 @@ def test_latest_only_sees_the_newest(site: Site) -> None:
     site.start(Latest, "latest")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)
-    writer.wait_for_reader(5.0)
+    assert writer.wait_for_reader(PATIENCE)
     for value in range(100):
         writer.put(codec.encode(Number(value)))
     wait_until(lambda: said and said[-1].value == 99)

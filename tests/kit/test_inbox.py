@@ -36,7 +36,8 @@ def test_an_earlier_time_takes_the_place_of_a_later_one() -> None:
 
 
 def test_an_item_ends_a_wait_whatever_the_alarm_does() -> None:
-    inbox, taken = Inbox(), []
+    inbox = Inbox()
+    taken: list[int] = []
     sender = threading.Thread(target=lambda: [inbox.put(number) for number in range(1000)])
     sender.start()
     while len(taken) < 1000:

@@ -148,7 +148,7 @@ def cluttered_rooms(draw: st.DrawFn) -> NDArray[np.int8]:
 ANYWHERE = st.tuples(st.floats(0.0, 1.999), st.floats(0.0, 1.999))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(cells=cluttered_rooms(), start=ANYWHERE, goal=ANYWHERE)
 def test_path_joins_its_ends_and_keeps_off_obstacles_in_any_room(
     cells: NDArray[np.int8], start: tuple[float, float], goal: tuple[float, float]
@@ -169,7 +169,7 @@ def test_path_joins_its_ends_and_keeps_off_obstacles_in_any_room(
     assert planner.clearance(inner).min(initial=math.inf) >= 0.22
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(cells=cluttered_rooms(), start=ANYWHERE, goal=ANYWHERE)
 def test_way_back_exists_wherever_the_way_there_does(
     cells: NDArray[np.int8], start: tuple[float, float], goal: tuple[float, float]

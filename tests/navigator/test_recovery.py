@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from services.navigator.controller import LocalController, Situation
+from services.navigator.control import Manoeuvres, Situation
 from services.navigator.geometry import FloatArray, Pose, Twist
 from services.navigator.recovery import MOST_ATTEMPTS, ProgressMonitor, Recovery
 from services.navigator.robot import Limits
 
 from .world import Robot
 
-CONTROLLER = LocalController()
+MANOEUVRES = Manoeuvres()
 NOTHING = np.empty((0, 2))
 
 
@@ -23,10 +23,10 @@ def recover(recovery: Recovery, robot: Robot, obstacles: FloatArray) -> float:
     """Carry one manoeuvre out; return the fastest it drove backwards (m/s)."""
     fastest = 0.0
     now = Situation(robot.pose, robot.twist, obstacles, Limits())
-    recovery.begin(robot.time, now, CONTROLLER)
+    recovery.begin(robot.time, now, MANOEUVRES)
     while recovery.active:
         now = Situation(robot.pose, robot.twist, obstacles, Limits())
-        decision = recovery.step(robot.time, now, CONTROLLER)
+        decision = recovery.step(robot.time, now, MANOEUVRES)
         if decision is not None:
             robot.drive(decision.twist.v, decision.twist.w)
             fastest = max(fastest, -decision.twist.v)

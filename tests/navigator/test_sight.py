@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from services.navigator.geometry import Pose
+from services.navigator.geometry import Pose, Twist, compose, to_base_frame
 from services.navigator.planner import GridPlanner
+from services.navigator.scan import Scan
 from services.navigator.sight import Sight
 
 from .world import Box, Robot, rasterise
@@ -22,7 +23,7 @@ BOX = Box(2.0, 2.0, 0.3, 0.3)
 
 def look(sight: Sight, robot: Robot, pose: Pose | None = None) -> None:
     """Let the robot look around at its time."""
-    sight.absorb(robot.time, pose or robot.pose, robot.scan(), PLANNER)
+    sight.absorb(robot.time, pose or robot.pose, robot.twist, robot.scan(), PLANNER)
 
 
 def test_walls_of_the_map_are_obstacles_but_not_unmapped_ones() -> None:
@@ -55,12 +56,55 @@ def test_box_that_is_hidden_for_a_while_stays_remembered() -> None:
     assert sight.unmapped[:, 0].max() > 1.8
 
 
+def test_box_behind_beams_that_get_lost_stays_remembered_for_a_while() -> None:
+    sight, robot = Sight(), Robot(POSE, [*ROOM, BOX])
+    look(sight, robot)
+    marks = len(sight.unmapped)
+    nothing = np.full(360, np.inf)
+    for turn in range(1, 3):
+        sight.absorb(0.2 * turn, POSE, Twist(), Scan(0.2 * turn, nothing), PLANNER)
+    assert len(sight.unmapped) == marks
+    sight.absorb(0.6, POSE, Twist(), Scan(0.6, nothing), PLANNER)
+    assert len(sight.unmapped) == 0
+
+
 def test_old_scan_is_placed_where_the_robot_was_when_it_was_taken() -> None:
     sight, robot = Sight(), Robot(POSE, [*ROOM, BOX])
     scan = robot.scan()
-    sight.absorb(0.0, POSE, None, PLANNER)
-    sight.absorb(0.1, Pose(1.1, 2.0, 0.8), None, PLANNER)
-    sight.absorb(0.2, Pose(1.2, 2.0, 1.3), scan, PLANNER)
+    for _ in range(4):
+        sight.absorb(robot.time, robot.pose, robot.twist, None, PLANNER)
+        robot.drive(0.2, 0.4)
+    sight.absorb(robot.time, robot.pose, robot.twist, scan, PLANNER)
     assert len(sight.unmapped) > 3
     assert np.abs(sight.unmapped - [1.85, 2.0]).max() < 0.25
     assert sight.obstacles[:, 0].min() == pytest.approx(0.0, abs=0.06)
+
+
+def test_what_was_seen_follows_when_the_pose_in_the_map_jumps() -> None:
+    sight, robot = Sight(), Robot(POSE, [*ROOM, BOX])
+    look(sight, robot)
+    obstacles, unmapped = sight.obstacles, sight.unmapped
+    jump = Pose(0.04, -0.03, 0.02)
+    jumped = compose(jump, robot.pose)
+    sight.absorb(0.05, jumped, Twist(), robot.scan(), PLANNER)
+    assert np.allclose(to_base_frame(sight.obstacles, jumped), to_base_frame(obstacles, robot.pose))
+    assert np.allclose(to_base_frame(sight.unmapped, jumped), to_base_frame(unmapped, robot.pose))
+
+
+def test_motion_is_no_jump() -> None:
+    sight, robot = Sight(), Robot(POSE, [*ROOM, BOX])
+    for _ in range(60):
+        look(sight, robot)
+        robot.drive(0.26, 0.5)
+    assert sight.track.jumps == 0
+    assert sight.track.correction == Pose(0.0, 0.0, 0.0)
+
+
+def test_obstacles_that_a_new_map_has_are_no_longer_unmapped_and_the_others_stay() -> None:
+    other = Box(1.0, 3.0, 0.2, 0.2)
+    sight = Sight()
+    look(sight, Robot(POSE, [*ROOM, BOX, other]))
+    assert (sight.unmapped[:, 1] < 2.5).any()
+    sight.reconsider(GridPlanner(rasterise([*ROOM, BOX], (84, 84), (-0.1, -0.1))))
+    assert len(sight.unmapped) > 2
+    assert (sight.unmapped[:, 1] > 2.5).all()

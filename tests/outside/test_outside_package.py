@@ -53,7 +53,7 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
     command = [sys.executable, "-m", "regraft.cli", "run", "acme_weather.station:Station", "--name", "station"]
     process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
     try:
-        wait_until(lambda: rundir.running(), "the component to be up", 20.0)
+        wait_until(lambda: rundir.running(), "the component to be up")
         system = rundir.running()[0].system
         assert process.poll() is None
 

@@ -16,14 +16,12 @@ from sim_service.camera import CameraSettings, RenderState, SensorNoise
 from sim_service.camera_mount import camera_mount
 from sim_service.placement import Placement
 from sim_service.poses import Pose2D
-from sim_service.renderers import RendererName, make_camera, probe
+from sim_service.renderers import RendererName, make_camera
 from sim_service.scene import load_scene
 from sim_service.world import World
 
 FROG = str(Path(__file__).parents[2] / "stacks" / "frog" / "world.xml")
 TICK = 0.05
-BEST = probe().renderer
-RENDERERS: list[RendererName] = ["ray"] if BEST == "ray" else ["ray", BEST]
 SIZES = {"ray": (160, 120), "egl": (320, 240), "osmesa": (320, 240)}
 
 

@@ -16,7 +16,7 @@ from sim_service import camera_component, renderers
 from sim_service.camera_component import Camera
 from sim_service.renderers import Probe, RendererName
 
-from .rigs import FROG, RENDERERS, run, world_on
+from .rigs import FROG, run, world_on
 
 
 def camera_on(rig: Rig, renderer: str = "ray", name: str = "camera", **parameters: object) -> Camera:
@@ -24,7 +24,6 @@ def camera_on(rig: Rig, renderer: str = "ray", name: str = "camera", **parameter
     return rig.add(Camera, name, given, {"image": f"{name}/image"})
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
 def test_pictures_come_at_the_renderers_pace_and_show_their_tick(renderer: RendererName) -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig)

@@ -20,7 +20,7 @@ from sim_service.renderers import RendererName
 from sim_service.scene import load_scene
 from sim_service.simulation import Simulation
 
-from .rigs import FROG, RENDERERS, Studio
+from .rigs import FROG, Studio
 
 WRONG = 0.3
 """m: a sighting farther from the hydrant than this saw something else."""
@@ -28,31 +28,30 @@ BEFORE = Pose2D(-0.4, 0.0, 0.0)
 
 
 class Projector(Component):
-    """Shows pictures, five a second, as long as there are some."""
+    """Shows pictures, five a second, as long as there are some, of a robot that stands still."""
 
     image = Output(Image)
+    odometry = Output(Odometry)
 
     def on_configure(self) -> None:
         self.pictures: list[Image] = []
+        self.robot: Pose2D | None = None
 
     @every(hz=5.0)
     def show(self) -> None:
+        now = self.kit.now()
+        if self.robot is not None:
+            pose = Pose.planar(self.robot.x, self.robot.y, self.robot.yaw)
+            self.odometry.publish(Odometry(now, "map", "base_link", pose, Twist()))
         if self.pictures:
-            self.image.publish(replace(self.pictures.pop(0), stamp=self.kit.now()))
-
-
-@pytest.fixture(params=RENDERERS)
-def renderer(request: pytest.FixtureRequest) -> RendererName:
-    name: RendererName = request.param
-    return name
+            self.image.publish(replace(self.pictures.pop(0), stamp=now))
 
 
 def set_up(rig: Rig, shown: list[Image], robot: Pose2D = BEFORE, **parameters: object) -> None:
     """Put a detector before some pictures."""
     rig.add(Detector, parameters=parameters)
-    rig.add(Projector).pictures = shown
-    pose = Pose.planar(robot.x, robot.y, robot.yaw)
-    rig.publish("odometry", Odometry(0.0, "odom", "base_link", pose, Twist()))
+    projector = rig.add(Projector)
+    projector.pictures, projector.robot = shown, robot
 
 
 def look(studio: Studio, robot: Pose2D = BEFORE, light: float = 1.0) -> Detection | None:

@@ -4,14 +4,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bus_schema import codec
 from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import SystemStatus
-from bus_schema.messages.power import BatteryState, EnergyUse, PowerDraw
+from bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
+from bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from bus_schema.messages.sensors import LightLevel, Odometry
 from regraft.testing import Rig
 from services.battery import Battery
 from services.lighting import Lighting, darkness_at
-from services.power_model import motion_power
+from services.power_model import motion_power, total_power
 from services.reflection import Reflection
 
 
@@ -68,7 +69,7 @@ def test_a_low_and_an_empty_battery_are_told_once() -> None:
         states = rig.collect("battery", BatteryState)
         rig.advance(30.0)
         told = [event.kind for event in rig.events if event.kind.startswith("battery.")]
-    assert told == ["battery.low", "battery.empty"]
+    assert told == ["battery.below_limit", "battery.low", "battery.empty"]
     assert states[-1].energy == 0.0
     assert states[-1].charge == 0.0
 
@@ -84,6 +85,122 @@ def test_a_restored_battery_is_no_fuller_and_pays_for_the_time_between() -> None
         states = rig.collect("battery", BatteryState)
         rig.advance(1.0)
     assert states[-1].energy == pytest.approx(20_000.0 - 13.0 * 7.14)
+
+
+def charging(rig: Rig, connected: bool, seconds: float, power: float = 20.0) -> None:
+    """Let the charger speak twice a second, as the world does."""
+    for _ in range(round(2 * seconds)):
+        rig.advance(0.5)
+        rig.publish("charger", ChargerState(rig.clock.now() / 1e9, connected, power if connected else 0.0))
+
+
+def test_a_charger_fills_the_battery_net_of_what_is_drawn() -> None:
+    with Rig() as rig:
+        rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.5})
+        states = rig.collect("battery", BatteryState)
+        charging(rig, connected=True, seconds=10.5)
+        rig.advance(0.5)
+    # The charger's first word comes half a second after the battery began to draw.
+    assert states[-1].energy == pytest.approx(1000.0 + 10.5 * 20.0 - 11.0 * 7.14)
+    assert states[-1].power == pytest.approx(7.14)
+
+
+def test_a_full_battery_takes_no_more_than_is_drawn() -> None:
+    with Rig() as rig:
+        battery = rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.99})
+        states = rig.collect("battery", BatteryState)
+        charging(rig, connected=True, seconds=20.0)
+        before = battery.evaluate()
+        charging(rig, connected=True, seconds=5.0)
+        after = battery.evaluate()
+    assert states[-1].energy == 2000.0
+    assert states[-1].charge == 1.0
+    assert after["charged"] - before["charged"] == pytest.approx(5.0 * 7.14)
+
+
+def test_a_charger_that_falls_silent_charges_no_more() -> None:
+    with Rig() as rig:
+        rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.5})
+        states = rig.collect("battery", BatteryState)
+        rig.publish("charger", ChargerState(0.0, True, 20.0))
+        rig.advance(10.0)
+        told = [event.kind for event in rig.events]
+    assert states[-1].energy == pytest.approx(1000.0 + 2.0 * 20.0 - 10.0 * 7.14)
+    assert told[-2:] == ["battery.charging", "battery.unplugged"]
+
+
+def test_the_battery_asks_below_its_limit_and_is_content_when_recharged() -> None:
+    diagnostics: list[Diagnostic] = []
+    charge_when: dict[str, float] = {}
+    with Rig() as rig:
+        rig.bus.subscribe(rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic)))
+        rig.add(Battery, parameters={"capacity": 2000.0})
+        rig.advance(40.0)
+        charging(rig, connected=True, seconds=40.0)
+        for event in rig.events:
+            charge_when.setdefault(event.kind, event.details.get("charge", 0.0))
+    assert charge_when["battery.below_limit"] == pytest.approx(0.9, abs=0.002)
+    assert charge_when["battery.ok"] == pytest.approx(0.98, abs=0.005)
+    assert [d.level for d in diagnostics if d.subject == "battery"] == [Level.WARNING, Level.OK]
+
+
+uses = st.one_of(
+    st.tuples(st.just("drive"), st.floats(-0.26, 0.26)),
+    st.tuples(st.just("charger"), st.floats(0.0, 60.0)),
+    st.tuples(st.just("use"), st.floats(0.0, 300.0)),
+    st.tuples(st.just("wait"), st.floats(0.01, 3.0).map(lambda seconds: round(seconds, 2))),
+)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.0, 1.0), st.lists(uses, max_size=25))
+def test_no_energy_comes_from_nowhere_and_none_is_lost(initial: float, story: list[tuple[str, float]]) -> None:
+    with Rig() as rig:
+        battery = rig.add(Battery, parameters={"capacity": 500.0, "initial_charge": initial})
+        states = rig.collect("battery", BatteryState)
+        for what, value in story:
+            now = rig.clock.now() / 1e9
+            if what == "drive":
+                moving(rig, value)
+            elif what == "charger":
+                rig.publish("charger", ChargerState(now, value > 0.0, value))
+            elif what == "use":
+                rig.publish("energy", EnergyUse(now, "detector", value))
+            else:
+                rig.advance(value)
+        rig.advance(1.0)
+        account = battery.evaluate()
+    assert all(0.0 <= state.energy <= 500.0 for state in states)
+    left = 500.0 * initial + account["charged"] - account["drawn"]
+    assert states[-1].energy == pytest.approx(left, abs=1e-6)
+
+
+def test_a_battery_that_is_swapped_while_charging_goes_on_charging() -> None:
+    with Rig() as rig:
+        battery = rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.5})
+        charging(rig, connected=True, seconds=5.0)
+        state = codec.unpack_plain(codec.encode(rig.runtimes["battery"].control.snapshot()))["state"]
+        drawn = battery.evaluate()["drawn"]
+    with Rig(start=5.0) as rig:
+        successor = rig.add(Battery, parameters={"capacity": 2000.0})
+        successor.restore(state)
+        states = rig.collect("battery", BatteryState)
+        rig.advance(1.0)
+    assert successor.evaluate()["drawn"] == pytest.approx(drawn + 7.14)
+    assert states[-1].energy == pytest.approx(1000.0 + 5.5 * 20.0 - 6.0 * 7.14)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.1, 0.26])
+def test_the_battery_lasts_as_long_as_it_was_estimated_to(speed: float) -> None:
+    estimate = Battery.estimate({"capacity": 300.0}, {"speed": speed})
+    with Rig() as rig:
+        rig.add(Battery, parameters={"capacity": 300.0})
+        moving(rig, speed)
+        rig.advance(60.0)
+        told = {event.kind: event.stamp for event in rig.events}
+    assert told["battery.empty"] == pytest.approx(estimate["endurance"], abs=0.5)
+    assert told["battery.below_limit"] == pytest.approx(estimate["time_to_limit"], abs=0.5)
+    assert estimate["endurance"] == pytest.approx(300.0 / total_power(speed))
 
 
 @settings(deadline=None)
@@ -135,3 +252,18 @@ def test_reflection_puts_together_charge_and_darkness_and_names_problems() -> No
         "no word from the battery for 6 s",
         "no word of the light for 6 s",
     )
+
+
+def test_reflection_names_what_is_wrong_with_the_sensors() -> None:
+    with Rig() as rig:
+        rig.add(Reflection)
+        statuses = rig.collect("system_status", SystemStatus)
+        faults = (SensorFault("camera/image", "black", "the pictures are black", 0.0),)
+        rig.publish("sensor_health", SensorHealth(0.5, ("camera/image", "scan"), faults))
+        rig.advance(1.0)
+        assert list(statuses[-1].problems) == ["camera/image black"]
+        rig.publish("sensor_health", SensorHealth(1.5, ("camera/image", "scan")))
+        rig.advance(1.0)
+        assert not statuses[-1].problems
+        rig.advance(5.0)
+    assert statuses[-1].problems == ("no word of the sensors for 6 s",)

@@ -15,12 +15,11 @@ from sim_service.ray_camera import RayCamera
 from sim_service.renderers import FORCE, RendererName, make_camera, probe
 from sim_service.scene import SceneError
 from sim_service.simulation import Simulation
+from tests.renderers import renderers
 
 from .worlds import FROG, OUT_OF_THE_WAY, frog
 
 SMALL = (160, 120)
-BEST = probe().renderer
-RENDERERS: list[RendererName] = ["ray"] if BEST == "ray" else ["ray", BEST]
 
 
 def before_the_hydrant() -> Simulation:
@@ -45,7 +44,6 @@ def hydrant_pixels(image: Image) -> np.ndarray[tuple[int, int], np.dtype[np.bool
     return ((hue < 8) | (hue > 172)) & (saturation > 110) & (value > 45)
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
 def test_hydrant_ahead_is_seen_whole_and_red(renderer: RendererName) -> None:
     image = render(before_the_hydrant(), renderer, CameraSettings("camera"))
     assert image.shape == (240, 320, 3)
@@ -57,7 +55,6 @@ def test_hydrant_ahead_is_seen_whole_and_red(renderer: RendererName) -> None:
     assert rows.max() < 239
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
 def test_darkness_blinds_the_robot_but_not_the_corner_camera(renderer: RendererName) -> None:
     simulation = before_the_hydrant()
     robot = CameraSettings("camera", *SMALL)
@@ -75,7 +72,7 @@ def test_darkness_blinds_the_robot_but_not_the_corner_camera(renderer: RendererN
 
 def test_all_renderers_show_the_same_colours() -> None:
     simulation = before_the_hydrant()
-    pictures = [render(simulation, renderer, CameraSettings("camera", *SMALL)) for renderer in RENDERERS]
+    pictures = [render(simulation, renderer, CameraSettings("camera", *SMALL)) for renderer in renderers()]
     means = [image[hydrant_pixels(image)].mean(axis=0) for image in pictures]
     for image, mean in zip(pictures, means, strict=True):
         np.testing.assert_allclose(mean, means[0], atol=4.0)

@@ -10,7 +10,7 @@ import pytest
 from sim_service.footprints import distance_to_rectangles, obstacle_rectangles
 from sim_service.placement import Placement, PlacementError, draw_placement
 from sim_service.placement_rules import placement_rules
-from sim_service.scene import load_scene
+from sim_service.scene import SceneError, load_scene
 from sim_service.visibility import sees_body
 
 from .worlds import frog
@@ -77,3 +77,25 @@ def test_crowded_world_is_refused_naming_the_body(tmp_path: Path) -> None:
     )
     with pytest.raises(PlacementError, match=r"no place for 'ball' after \d+ draws with seed 4"):
         draw_placement(load_scene(file), 4)
+
+
+def test_placed_objects_leave_the_dock_free_but_the_robot_may_start_on_it() -> None:
+    scene = frog()
+    rules = {rule.body: rule for rule in placement_rules(scene)}
+    starts = []
+    for seed in SEEDS:
+        poses = draw_placement(scene, seed).poses
+        for body in ("hydrant", "red_box", "orange_ball"):
+            assert math.hypot(poses[body].x, poses[body].y) >= rules[body].radius + 0.5
+        starts.append(math.hypot(poses["base"].x, poses["base"].y))
+    assert min(starts) < 0.3
+
+
+def test_a_rule_that_names_a_missing_site_or_says_a_word_twice_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "wrong.xml"
+    world = """<mujoco><custom><text name="place ball" data="x -.2 .2 y -.2 .2 {}"/></custom><worldbody>
+        <body name="ball"><geom size=".1"/></body></worldbody></mujoco>"""
+    for rule, complaint in (("clear dock .5", "no site named 'dock'"), ("gap .1 gap .2", "'gap' is given twice")):
+        file.write_text(world.format(rule))
+        with pytest.raises(SceneError, match=complaint):
+            placement_rules(load_scene(file))

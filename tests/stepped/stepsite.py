@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from bus_schema import codec
@@ -21,9 +22,8 @@ from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
-from tests.kit.site import free_endpoint, wait_until
-
-PATIENCE = 20.0
+from tests.kit.site import PATIENCE, wait_until
+from tests.ports import free_endpoint
 
 
 class StepSite:
@@ -67,20 +67,20 @@ class StepSite:
         """Run the time source at full speed, waiting for ``members``."""
         self.start(cls, "world", members=members, duration=duration, parameters={"speed": "max"})
 
-    def time(self) -> ClockTime | None:
-        """Return the latest time that was told."""
-        return self.client.clock()
-
-    def wait_finished(self) -> ClockTime:
-        """Wait for the end of the run."""
-        wait_until(lambda: (t := self.time()) is not None and t.finished, "the end of the run", PATIENCE)
-        told = self.time()
+    def told(self, right: Callable[[ClockTime], bool] = lambda _: True, what: str = "a first time") -> ClockTime:
+        """Return the latest time that was told, once it is right: the first comes after the first tick."""
+        wait_until(lambda: (t := self.client.clock()) is not None and right(t), what, PATIENCE)
+        told = self.client.clock()
         assert told is not None
         return told
 
+    def wait_finished(self) -> ClockTime:
+        """Wait for the end of the run."""
+        return self.told(lambda t: t.finished, "the end of the run")
+
     def wait_for_time(self, seconds: float) -> None:
         """Wait until simulated time has come so far."""
-        wait_until(lambda: (t := self.time()) is not None and t.time >= seconds * 1e9, f"{seconds} s", PATIENCE)
+        self.told(lambda t: t.time >= seconds * 1e9, f"{seconds} s")
 
     def publish(self, topic: str, message: object, source: str) -> None:
         """Put one message at a topic, as somebody who is no member."""

@@ -13,9 +13,9 @@ from bus_schema.messages.clock import Wiring
 from bus_schema.messages.control import SetTransition
 from regraft import CallFailed, Component, Input, service
 from regraft.stepped.roster import MOST_BACKLOG, Roster
-from tests.kit.site import wait_until
+from tests.kit.site import PATIENCE, wait_until
 from tests.stepped.parts import Reading, Text, TinyWorld
-from tests.stepped.stepsite import PATIENCE, StepSite
+from tests.stepped.stepsite import StepSite
 
 
 class OnDemand(Component):
@@ -53,8 +53,8 @@ class Activator(Component):
     async def activate(self, _: Text) -> Text:
         async with self.kit.exclusive():
             key = f"{self.kit.system}/component/listener/1/transition"
-            self.answers = len(await self.kit.ask(key, codec.encode(SetTransition(Transition.ACTIVATE)), 5.0))
-            await self.kit.compute(self.held.wait, 30.0)
+            self.answers = len(await self.kit.ask(key, codec.encode(SetTransition(Transition.ACTIVATE)), PATIENCE))
+            await self.kit.compute(self.held.wait, PATIENCE)
         return Text()
 
     held = threading.Event()
@@ -75,9 +75,7 @@ def test_what_a_stranger_tells_the_world_reaches_it_in_a_slot(steps: StepSite) -
     steps.wait_for_time(1.0)
     steps.publish("push", Reading(0.0, 2.0), "keyboard")
     wait_until(lambda: steps.component("world").v == 2.0, "the world to be pushed")
-    told = steps.time()
-    assert told is not None
-    assert told.reproducible
+    assert steps.told().reproducible
 
 
 def test_a_component_that_only_reads_when_asked_holds_few_messages(steps: StepSite) -> None:
@@ -86,7 +84,7 @@ def test_a_component_that_only_reads_when_asked_holds_few_messages(steps: StepSi
     steps.wait_finished()
     held = [len(stream.waiting) for stream in steps.runtimes["reader"].inbound.streams.values()]
     assert max(held) <= MOST_BACKLOG
-    assert steps.client.call("look", Text(), Reading, 10.0).stamp > 0.0
+    assert steps.client.call("look", Text(), Reading, PATIENCE).stamp > 0.0
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
@@ -98,8 +96,9 @@ def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSit
     steps.wait_for_time(1.0)
 
     def ask() -> None:
-        with contextlib.suppress(CallFailed):
-            steps.client.call("activate", Text(), Text, 1.0)
+        while steps.component("activator").answers == 0:
+            with contextlib.suppress(CallFailed):
+                steps.client.call("activate", Text(), Text, 1.0)
 
     asked = threading.Thread(target=ask, daemon=True)
     asked.start()
@@ -130,8 +129,6 @@ def test_a_holder_of_a_slot_that_waits_for_time_is_cancelled_and_time_goes_on(st
     steps.start(Dawdler, "dawdler")
     steps.start_world(TinyWorld, ("dawdler",), 3600.0)
     with pytest.raises(CallFailed, match="cancelled"):
-        steps.client.call("dawdle", Text(), Text, 10.0)
-    told = steps.time()
-    assert told is not None
-    steps.wait_for_time(told.time / 1e9 + 1.0)
+        steps.client.call("dawdle", Text(), Text, PATIENCE)
+    steps.wait_for_time(steps.told().time / 1e9 + 1.0)
     assert "in a slot, only ask and compute" in steps.runtimes["dawdler"].herald.status.error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.lifecycle import Transition
-from tests.kit.site import wait_until
+from tests.kit.site import PATIENCE, wait_until
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
 
@@ -77,7 +77,7 @@ def test_a_question_outside_a_slot_is_refused(steps: StepSite) -> None:
 def test_what_comes_from_outside_is_handled_in_a_slot(steps: StepSite) -> None:
     _start_all(steps, 3600.0)
     steps.wait_for_time(1.0)
-    answer = steps.client.call("file", Text("hello"), Text, 10.0)
+    answer = steps.client.call("file", Text("hello"), Text, PATIENCE)
     assert answer.text == "HELLO"
     assert answer.number > 1000
 
@@ -86,15 +86,14 @@ def test_a_component_that_is_never_stepped_knows_the_time_in_its_slot(steps: Ste
     steps.start(Adviser, "adviser")
     steps.start_world(TinyWorld, ("adviser",), 3600.0)
     steps.wait_for_time(2.0)
-    told = steps.time()
-    assert told is not None
-    assert steps.client.call("advise", Reading(0.0, 1.0), Reading, 10.0).stamp >= told.time / 1e9
+    told = steps.told()
+    assert steps.client.call("advise", Reading(0.0, 1.0), Reading, PATIENCE).stamp >= told.time / 1e9
 
 
 def test_outsiders_are_answered_while_time_stands_still(steps: StepSite) -> None:
     _start_all(steps, 1.0)
     steps.wait_finished()
-    assert steps.client.call("file", Text("late"), Text, 10.0) == Text("LATE", 1000)
+    assert steps.client.call("file", Text("late"), Text, PATIENCE) == Text("LATE", 1000)
 
 
 def test_a_member_may_join_later_and_is_stepped_from_then_on(steps: StepSite) -> None:
@@ -104,9 +103,7 @@ def test_a_member_may_join_later_and_is_stepped_from_then_on(steps: StepSite) ->
     steps.wait_for_time(2.0)
     steps.start(Witness, "witness")
     wait_until(lambda: "witness" in steps.runtimes and len(steps.component("witness").seen) > 20)
-    told = steps.time()
-    assert told is not None
-    assert told.reproducible
+    assert steps.told().reproducible
 
 
 def test_a_member_that_leaves_does_not_stop_time_and_the_run_is_marked(steps: StepSite) -> None:
@@ -114,13 +111,9 @@ def test_a_member_that_leaves_does_not_stop_time_and_the_run_is_marked(steps: St
     steps.wait_for_time(1.0)
     steps.end("adviser")
     steps.end("witness")
-    told = steps.time()
-    assert told is not None
-    steps.wait_for_time(told.time / 1e9 + 2.0)
-    told = steps.time()
-    assert told is not None
+    told = steps.told(lambda t: set(t.dropped) == {"adviser", "witness"}, "both to be dropped")
     assert not told.reproducible
-    assert set(told.dropped) == {"adviser", "witness"}
+    steps.wait_for_time(told.time / 1e9 + 2.0)
 
 
 def test_a_member_that_comes_back_goes_on(steps: StepSite) -> None:
@@ -128,11 +121,10 @@ def test_a_member_that_comes_back_goes_on(steps: StepSite) -> None:
     steps.wait_for_time(1.0)
     steps.end("adviser")
     steps.start(Adviser, "adviser", incarnation=2)
-    told = steps.time()
-    assert told is not None
+    told = steps.told(lambda t: "adviser" in t.dropped and "adviser" in t.members, "the adviser's second run to join")
     world: TinyWorld = steps.component("world")
     steps.wait_for_time(told.time / 1e9 + 20.0)
-    assert world.x == pytest.approx(3.0, abs=0.2)
+    wait_until(lambda: world.x == pytest.approx(3.0, abs=0.2), "the world to be where it should")
 
 
 def test_a_new_source_of_time_takes_the_members_over_and_time_does_not_go_back(steps: StepSite) -> None:
@@ -152,8 +144,7 @@ def test_a_deactivated_member_is_silent_and_comes_back(steps: StepSite) -> None:
     pusher = steps.runtimes["pusher"]
     pusher.post(lambda: pusher.lifecycle.perform(Transition.DEACTIVATE))
     wait_until(lambda: not pusher.timers.periodic)
-    told = steps.time()
-    assert told is not None
+    told = steps.told()
     steps.wait_for_time(told.time / 1e9 + 2.0)
     published = pusher.writers.sequences()
     steps.wait_for_time(told.time / 1e9 + 4.0)

@@ -1,0 +1,1 @@
+"""Brings the robot to its dock and charges it."""

@@ -1,0 +1,1 @@
+"""The explorer: where the map ends, and where to go next to see beyond."""

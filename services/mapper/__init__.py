@@ -1,0 +1,1 @@
+"""Maps the ground while the robot drives, and tells where in the map it is."""

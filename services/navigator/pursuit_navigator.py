@@ -1,0 +1,19 @@
+"""A navigator that costs less: the same but for its local control."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from bus_schema.description import Resources
+from services.navigator.control import Controller
+from services.navigator.navigator import Navigator
+from services.navigator.pursuit import PursuitController
+from services.navigator.qualities import PURSUIT, Caution
+
+
+class PursuitNavigator(Navigator):
+    """Drives the robot to goal poses by pure pursuit: at about half the cost, without leaving the planned path."""
+
+    resources = Resources(cpu=0.02, memory=100.0)
+    controller: ClassVar[Controller] = PursuitController()
+    caution: ClassVar[Caution] = PURSUIT

@@ -1,0 +1,142 @@
+"""Both ways of control drive FROG to all its goals in real physics, and how well they do is as they estimate."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from services.navigator.control import Controller
+from services.navigator.controller import RolloutController
+from services.navigator.follower import Follower
+from services.navigator.geometry import Pose, Twist, compose
+from services.navigator.grid import OccupancyGrid
+from services.navigator.navigator import Navigator
+from services.navigator.planner import GridPlanner
+from services.navigator.pursuit import PursuitController
+from services.navigator.pursuit_navigator import PursuitNavigator
+from services.navigator.qualities import NEAR, is_safe
+from services.navigator.robot import Limits
+from services.navigator.scan import Scan
+from sim_service.scene import load_scene
+from sim_service.simulation import Simulation, SimulationSettings
+from sim_service.visitor import Walk
+from tests.services.rigs import FROG
+
+pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
+
+SEEDS = range(1, 7)
+CONTROLLERS: dict[type[Navigator], Controller] = {
+    Navigator: RolloutController(),
+    PursuitNavigator: PursuitController(),
+}
+NO_JUMP = Pose(0.0, 0.0, 0.0)
+
+
+@dataclass
+class Round:
+    """One visit to all goals of a room."""
+
+    arrived: int = 0
+    contacts: int = 0
+    recoveries: int = 0
+    seconds: float = 0.0
+    ticks: int = 0
+    near: int = 0
+    safe: int = 0
+    costs: list[float] = field(default_factory=list)
+
+
+class Driver:
+    """Drives the simulated robot as the component does: 20 decisions and five scans a second."""
+
+    def __init__(
+        self, seed: int, controller: Controller, max_velocity: float, jump: float = 0.0, walk: Walk | None = None
+    ) -> None:
+        world = FROG if walk is None else FROG.replace("world.xml", "world_with_visitor.xml")
+        self.simulation = Simulation(load_scene(world), seed, SimulationSettings(walk=walk))
+        ground = self.simulation.ground_map()
+        planner = GridPlanner(OccupancyGrid(ground.occupancy, ground.resolution, *ground.origin))
+        self.follower = Follower(planner, Limits(max_velocity=max_velocity), controller)
+        self.round = Round()
+        self.jump = jump
+        self.noise = np.random.default_rng(seed)
+        self.correction = NO_JUMP
+        self.scan: Scan | None = None
+
+    def visit_all(self) -> Round:
+        """Drive to each goal in turn."""
+        for goal in self.simulation.goals():
+            self.follower.start(Pose(goal.pose.x, goal.pose.y, goal.pose.yaw))
+            while not self._tick():
+                pass
+        self.round.seconds = self.simulation.time
+        self.round.contacts = len(self.simulation.take_contact_events())
+        return self.round
+
+    def _tick(self) -> bool:
+        simulation, visit = self.simulation, self.round
+        simulation.advance(0.05)
+        if visit.ticks % 4 == 0:
+            seen = simulation.scan()
+            self.scan = Scan(simulation.time, seen.ranges, seen.angle_min, seen.angle_increment)
+        if self.jump and visit.ticks % 20 == 0:
+            x, y, yaw = (self.jump * self.noise.uniform(-1.0, 1.0, 3)).tolist()
+            self.correction = Pose(x, y, yaw / 2)
+        reading = simulation.odometry()
+        pose = compose(self.correction, Pose(reading.pose.x, reading.pose.y, reading.pose.yaw))
+        twist = Twist(reading.twist.v, reading.twist.w)
+        began = time.perf_counter()
+        command = self.follower.update(simulation.time, pose, twist, self.scan)
+        visit.costs.append(time.perf_counter() - began)
+        simulation.command(command.v, command.w)
+        assert not command.faults
+        assert self.scan is not None
+        visit.ticks += 1
+        visit.near += self.scan.nearest() <= NEAR
+        visit.safe += is_safe(self.scan.nearest(), abs(command.v))
+        if command.done or command.failed:
+            visit.arrived += command.done
+            visit.recoveries += command.recoveries
+        return command.done or command.failed
+
+
+@pytest.mark.parametrize("kind", CONTROLLERS, ids=lambda kind: kind.__name__)
+def test_all_goals_of_six_rooms_are_reached_without_contact_and_as_safely_as_estimated(kind: type[Navigator]) -> None:
+    print(f"\n{kind.__name__}\nm/s  seed arrived contacts recoveries seconds ms/tick")
+    for max_velocity in (0.26, 0.22, 0.18, 0.10):
+        rounds = []
+        for seed in SEEDS:
+            visit = Driver(seed, CONTROLLERS[kind], max_velocity).visit_all()
+            rounds.append(visit)
+            cost = 1e3 * float(np.mean(visit.costs))
+            numbers = f"{visit.arrived:7d} {visit.contacts:8d} {visit.recoveries:10d} {visit.seconds:7.1f} {cost:7.2f}"
+            print(f"{max_velocity:.2f} {seed:4d} {numbers}")
+        ticks = sum(visit.ticks for visit in rounds)
+        safety = sum(visit.safe for visit in rounds) / ticks
+        near = sum(visit.near for visit in rounds) / ticks
+        estimated = kind.estimate({"max_velocity": max_velocity}, {})["safety"]
+        print(f"{max_velocity:.2f}: safety {safety:.3f}, estimated {estimated:.3f}, near {near:.3f}")
+        assert [visit.arrived for visit in rounds] == [4] * len(SEEDS)
+        assert sum(visit.contacts for visit in rounds) == 0
+        assert math.isclose(safety, estimated, abs_tol=0.04)
+
+
+@pytest.mark.parametrize("kind", CONTROLLERS, ids=lambda kind: kind.__name__)
+def test_pose_that_jumps_by_four_centimetres_every_second_costs_no_goal_and_no_contact(kind: type[Navigator]) -> None:
+    for seed in SEEDS:
+        visit = Driver(seed, CONTROLLERS[kind], 0.26, jump=0.04).visit_all()
+        print(f"{kind.__name__} {seed}: {visit.arrived} arrived, {visit.contacts} contacts, {visit.seconds:.1f} s")
+        assert (visit.arrived, visit.contacts) == (4, 0)
+
+
+@pytest.mark.parametrize("kind", CONTROLLERS, ids=lambda kind: kind.__name__)
+def test_somebody_who_walks_to_and_fro_is_never_touched_and_keeps_the_robot_from_no_goal(kind: type[Navigator]) -> None:
+    walk = Walk(((1.5, -0.5), (-1.5, -0.2), (0.3, 1.6)))
+    for seed in SEEDS:
+        visit = Driver(seed, CONTROLLERS[kind], 0.26, walk=walk).visit_all()
+        print(f"{kind.__name__} {seed}: {visit.arrived} arrived, {visit.contacts} contacts, {visit.seconds:.1f} s")
+        assert (visit.arrived, visit.contacts) == (4, 0)

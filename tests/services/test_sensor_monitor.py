@@ -1,0 +1,184 @@
+"""Promises of the sensor monitor, on the simulated robot whose sensors are made to fail."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from bus_schema import codec
+from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.geometry import Pose, Twist
+from bus_schema.messages.health import Diagnostic, Level, SensorHealth
+from bus_schema.messages.sensors import Image, LightLevel, Odometry
+from regraft.component import describe
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.testing import Rig
+from services.sensor_monitor import SensorMonitor
+from sim_service.camera_component import Camera
+from sim_service.world import World
+
+from .rigs import FROG, run, set_parameters, world_on
+
+
+@dataclass
+class Watched:
+    """FROG's sensors, and what the monitor says of them."""
+
+    rig: Rig
+    world: World
+    health: list[SensorHealth]
+    diagnostics: list[Diagnostic]
+
+    def drive(self, seconds: float, turn: float = 0.4) -> None:
+        """Turn on the spot for some time."""
+        for _ in range(round(seconds / 0.05)):
+            self.rig.publish("velocity", Twist.planar(0.0, turn))
+            run(self.rig, self.world, 0.05)
+
+    def faults(self) -> dict[str, str]:
+        """Return what is wrong now, by topic."""
+        return {fault.topic: fault.fault for fault in self.health[-1].faults}
+
+    def told(self) -> list[tuple[str, Level]]:
+        """Return the diagnostics so far, by subject."""
+        return [(diagnostic.subject, diagnostic.level) for diagnostic in self.diagnostics]
+
+
+@pytest.fixture
+def watched() -> Iterator[Watched]:
+    """Return FROG with a camera and a monitor, two seconds into the run."""
+    with Rig(seed=3) as rig:
+        world = world_on(rig)
+        given = {"file": FROG, "renderer": "ray", "width": 40, "height": 30}
+        rig.add(Camera, "camera", given, {"image": "camera/image"})
+        diagnostics: list[Diagnostic] = []
+        rig.bus.subscribe(rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic)))
+        health = rig.collect("sensor_health", SensorHealth)
+        rig.add(SensorMonitor, "monitor", connections={"image": "camera/image"})
+        run(rig, world, 2.0)
+        yield Watched(rig, world, health, diagnostics)
+
+
+FAILURES = [
+    ("camera", {"failure": "black"}, "camera/image", "black"),
+    ("camera", {"failure": "frozen"}, "camera/image", "frozen"),
+    ("camera", {"failure": "silent"}, "camera/image", "silent"),
+    ("world", {"scan_failure": "silent"}, "scan", "silent"),
+    ("world", {"scan_failure": "frozen"}, "scan", "frozen"),
+    ("world", {"scan_failure": "dropout", "scan_dropout": 0.3}, "scan", "dropouts"),
+    ("world", {"scan_failure": "dropout", "scan_dropout": 0.9}, "scan", "blind"),
+    ("world", {"odometry_failure": "silent"}, "odometry", "silent"),
+    ("world", {"odometry_failure": "frozen"}, "odometry", "frozen"),
+]
+
+
+@pytest.mark.parametrize(("component", "failing", "topic", "fault"), FAILURES)
+def test_every_failure_is_told_once_by_its_topic_and_so_is_its_end(
+    watched: Watched, component: str, failing: dict[str, object], topic: str, fault: str
+) -> None:
+    watched.drive(1.0)
+    assert watched.faults() == {}
+    set_parameters(watched.rig, component, **failing)
+    watched.drive(4.0)
+    assert watched.faults() == {topic: fault}
+    watched.drive(2.0)
+    set_parameters(watched.rig, component, **dict.fromkeys(list(failing)[:1], "none"))
+    watched.drive(1.5)
+    # What was frozen comes back somewhere else at once.
+    jumped = {"odometry": "jumpy"} if (topic, fault) == ("odometry", "frozen") else {}
+    assert watched.faults() == jumped
+    watched.drive(5.0)
+    assert watched.faults() == {}
+    assert watched.told()[0][0] == topic
+    assert watched.told()[-1] == (topic, Level.OK)
+    kinds = [event.kind for event in watched.rig.events if event.kind.startswith("sensor.")]
+    assert kinds == [f"sensor.{fault}", *(["sensor.jumpy"] if jumped else []), "sensor.ok"]
+
+
+def test_healthy_sensors_raise_no_alarm_standing_or_driving_in_light_or_dark(watched: Watched) -> None:
+    for darkness in (0.0, 1.0):
+        watched.rig.publish("light", LightLevel(0.0, darkness))
+        run(watched.rig, watched.world, 4.0)
+        watched.drive(4.0)
+    assert not any(health.faults for health in watched.health)
+    assert not watched.diagnostics
+    assert set(watched.health[-1].watched) == {"camera/image", "scan", "odometry"}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_working_lidar_raises_no_alarm_wherever_the_robot_starts(seed: int) -> None:
+    with Rig(seed=seed) as rig:
+        world = world_on(rig)
+        health = rig.collect("sensor_health", SensorHealth)
+        rig.add(SensorMonitor)
+        run(rig, world, 3.0)
+    assert len(health) == 6
+    assert not any(told.faults for told in health)
+
+
+def test_a_robot_that_stands_has_no_frozen_odometry_but_one_that_is_told_to_drive_has() -> None:
+    def stand(rig: Rig, seconds: float, command: Twist | None) -> None:
+        for _ in range(round(seconds / 0.1)):
+            rig.advance(0.1)
+            if command:
+                rig.publish("velocity", command)
+            now = rig.clock.now() / 1e9
+            rig.publish("odometry", Odometry(now, "odom", "base_link", Pose(), Twist()))
+
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["odometry"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        stand(rig, 5.0, None)
+        assert not health[-1].faults
+        stand(rig, 4.0, Twist.planar(0.2, 0.0))
+        assert [fault.fault for fault in health[-1].faults] == ["frozen"]
+        stand(rig, 2.0, None)
+        assert not health[-1].faults
+
+
+def test_a_corrected_pose_may_move_a_little_but_not_far() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["localization"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        nothing: list[str] = []
+        for x, faults in ((0.0, nothing), (0.1, nothing), (0.0, nothing), (1.5, ["jumpy"]), (1.5, ["jumpy"])):
+            rig.advance(0.5)
+            now = rig.clock.now() / 1e9
+            rig.publish("localization", Odometry(now, "map", "base_link", Pose.planar(x, 0.0, 0.0), Twist()))
+            rig.advance(0.5)
+            assert [fault.fault for fault in health[-1].faults] == faults
+
+
+def test_only_expected_sensors_are_missed_before_their_first_message() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["scan"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        rig.advance(4.0)
+        assert not health[-1].faults
+        rig.advance(3.0)
+    assert [(fault.topic, fault.fault) for fault in health[-1].faults] == [("scan", "silent")]
+    assert health[-1].watched == ("scan",)
+
+
+def test_a_picture_of_one_colour_is_blank() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["image"]})
+        health = rig.collect("sensor_health", SensorHealth)
+        pixels = np.full((60, 80, 3), 255, np.uint8)
+        rig.publish("image", Image(0.2, "camera_optical", "base_link", Pose(), 1.0, pixels))
+        rig.advance(0.5)
+    assert [fault.fault for fault in health[-1].faults] == ["blank"]
+
+
+def test_an_unknown_sensor_to_expect_is_refused() -> None:
+    with Rig() as rig:
+        rig.add(SensorMonitor, parameters={"expected": ["nose"]}, state=State.UNCONFIGURED)
+        with pytest.raises(TransitionFailed, match=r"expected: no sensor 'nose'; there are: image, scan"):
+            rig.transition("sensormonitor", Transition.CONFIGURE)
+
+
+def test_the_monitor_does_not_know_the_truth() -> None:
+    inputs = [port for port in describe(SensorMonitor).ports if port.direction == "input"]
+    assert all("truth" not in port.topic and port.type != "regraft/GroundTruth" for port in inputs)
+    assert not any(port.required for port in inputs)

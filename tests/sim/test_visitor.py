@@ -1,0 +1,136 @@
+"""Promises about the visitor who walks through the world."""
+
+import math
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim_service.camera import CameraSettings
+from sim_service.placement import Placement
+from sim_service.poses import Pose2D
+from sim_service.ray_camera import RayCamera
+from sim_service.scene import SceneError, load_scene
+from sim_service.simulation import Simulation, SimulationSettings
+from sim_service.visitor import COURTESY, Walk, WalkError, parse_walk
+
+from .worlds import FROG, OUT_OF_THE_WAY, drive, frog
+
+WITH_VISITOR = FROG.with_name("world_with_visitor.xml")
+WALK = Walk(((1.5, -0.6), (-1.5, -0.6)), speed=0.5)
+
+
+def visited(walk: Walk | None = WALK, robot: Pose2D | None = None) -> Simulation:
+    """Return FROG with a visitor and with the robot somewhere."""
+    placement = Placement({**OUT_OF_THE_WAY, "base": robot or Pose2D(0.0, -1.8, math.pi / 2)})
+    return Simulation(load_scene(WITH_VISITOR), 1, SimulationSettings(walk=walk), placement)
+
+
+def place_of_visitor(simulation: Simulation) -> tuple[float, float]:
+    scene = simulation.scene
+    joints = [scene.index("joint", name) for name in ("visitor_x", "visitor_y")]
+    x, y = (float(simulation.render_state().qpos[scene.model.jnt_qposadr[joint]]) for joint in joints)
+    return x + 4.0, y
+
+
+def test_a_walk_is_read_from_a_text() -> None:
+    assert parse_walk("1.0 0.0; -1.0 0.5 @0.4") == Walk(((1.0, 0.0), (-1.0, 0.5)), 0.4)
+    assert parse_walk("1 0; 0 0; 0 1") == Walk(((1.0, 0.0), (0.0, 0.0), (0.0, 1.0)), 0.3)
+    assert parse_walk(" ") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("1.0; 2.0 1.0", "visitor: '1.0' must be a waypoint x y"),
+        ("1.0 here; 2 2", "visitor: 'here' in '1.0 here' must be a number"),
+        ("1.0 0.0", "two or more waypoints"),
+        ("1 0; 1 0", "neighbours at different places"),
+        ("1 0; 2 0 @0", "must be a speed above 0"),
+        ("1 0; 2 0 @fast", "'fast' in 'fast' must be a number"),
+    ],
+)
+def test_a_bad_walk_is_refused_naming_the_part(text: str, complaint: str) -> None:
+    with pytest.raises(WalkError, match=complaint):
+        parse_walk(text)
+
+
+places = st.tuples(st.integers(-20, 20), st.integers(-20, 20)).map(lambda p: (p[0] / 10, p[1] / 10))
+
+
+@given(st.lists(places, min_size=2, max_size=6, unique=True), st.floats(0.0, 100.0), st.floats(0.0, 1.0))
+def test_a_walk_never_jumps(way: list[tuple[float, float]], travelled: float, step: float) -> None:
+    walk = Walk(tuple(way))
+    one, other = walk.pose(travelled), walk.pose(travelled + step)
+    assert math.hypot(one.x - other.x, one.y - other.y) <= step + 1e-6
+
+
+def test_the_visitor_walks_to_and_fro_at_its_speed() -> None:
+    simulation = visited()
+    simulation.advance(2.0)
+    assert place_of_visitor(simulation) == pytest.approx((0.5, -0.6), abs=0.02)
+    simulation.advance(7.0)
+    assert place_of_visitor(simulation) == pytest.approx((0.0, -0.6), abs=0.02)
+    assert simulation.ground_truth().pose.y == pytest.approx(-1.8, abs=0.01)
+
+
+def test_lidar_and_cameras_see_the_visitor() -> None:
+    simulation = visited(robot=Pose2D(0.0, -1.8, math.pi / 2))
+    simulation.advance(1.0)
+    pictures, ahead = [], []
+    camera = RayCamera(simulation.scene, simulation.placement, CameraSettings("camera", 80, 60))
+    for _ in range(2):
+        ahead.append(float(simulation.scan().ranges[0]))
+        pictures.append(camera.render(simulation.render_state()).astype(int))
+        simulation.advance(2.0)
+    assert ahead[1] < 1.3 < ahead[0]
+    assert np.mean(np.abs(pictures[0] - pictures[1]).max(axis=2) > 30) > 0.02
+
+
+def test_the_visitor_waits_for_a_robot_in_its_way_and_never_runs_into_it() -> None:
+    simulation = visited(robot=Pose2D(0.0, -0.6, math.pi / 2))
+    for _ in range(100):
+        simulation.advance(0.1)
+        x, y = place_of_visitor(simulation)
+        assert math.hypot(x, y + 0.6) > COURTESY - 0.02
+    assert not simulation.take_contact_events()
+    drive(simulation, -0.26, 0.0, 4.0)
+    passed = []
+    for _ in range(50):
+        simulation.advance(0.1)
+        passed.append(place_of_visitor(simulation)[0])
+    assert min(passed) == pytest.approx(-1.5, abs=0.05)
+
+
+def test_the_visitor_begins_away_from_the_robot() -> None:
+    simulation = visited(robot=Pose2D(1.5, -0.6, 0.0))
+    x, y = place_of_visitor(simulation)
+    assert math.hypot(x - 1.5, y + 0.6) >= COURTESY
+    simulation.advance(1.0)
+    assert not simulation.take_contact_events()
+
+
+def test_a_visited_run_continues_from_its_snapshot_bit_by_bit() -> None:
+    original = visited()
+    drive(original, 0.1, 0.2, 3.0)
+    packed = msgpack.packb(original.snapshot())
+    drive(original, 0.1, 0.2, 3.0)
+    successor = visited()
+    successor.restore(msgpack.unpackb(packed))
+    drive(successor, 0.1, 0.2, 3.0)
+    assert successor.digest() == original.digest()
+
+
+def test_a_visitor_without_a_walk_stays_outside_and_is_not_on_the_map() -> None:
+    simulation = visited(None)
+    simulation.advance(1.0)
+    assert place_of_visitor(simulation)[0] == pytest.approx(4.0, abs=1e-6)
+    plain = Simulation(frog(), 1, placement=simulation.placement)
+    np.testing.assert_array_equal(simulation.ground_map().occupancy, plain.ground_map().occupancy)
+
+
+def test_a_walk_in_a_world_without_visitor_is_refused() -> None:
+    with pytest.raises(SceneError, match="no joint named 'visitor_x'"):
+        Simulation(frog(), 1, SimulationSettings(walk=WALK))
