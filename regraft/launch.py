@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import random
 import secrets
 import signal
 import socket
@@ -25,6 +27,8 @@ from regraft.zenoh_config import Endpoints
 
 PUMP = 0.05
 LOCAL = "local"
+PORTS = range(10_000, 20_000)
+"""TCP ports of hubs: below those that the kernel gives to outgoing connections."""
 
 
 @dataclass(slots=True)
@@ -42,10 +46,16 @@ class Running:
 
 
 def free_endpoint() -> str:
-    """Return a loopback endpoint that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    """Return a loopback endpoint that is free now, and that the kernel gives to nobody meanwhile.
+
+    Raises:
+        OSError: no port is free.
+    """
+    for port in random.sample(PORTS, len(PORTS)):
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return f"tcp/127.0.0.1:{port}"
+    raise OSError(f"none of the TCP ports {PORTS[0]} to {PORTS[-1]} is free")
 
 
 def run_system(

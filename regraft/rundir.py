@@ -9,9 +9,14 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO
+
+
+LOOKERS_WITHIN = 20
+"""Hundredths of a second that a lock is tried for: whoever looks whether a system runs holds it for a moment."""
 
 
 class AlreadyRunning(Exception):
@@ -57,17 +62,26 @@ def lock(system: str) -> IO[str]:
         held = (place / "lock").open("a+")
     except OSError as error:
         raise _no_room(place, error) from None
-    try:
-        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    if not _locked(held):
         held.close()
         info = read_info(system)
         where = f" (process {info.pid}, {info.stack})" if info else ""
         raise AlreadyRunning(
             f"a system named {system!r} is already running{where}: end it with 'regraft down {system}', "
             "or start this one under another name with --system"
-        ) from None
+        )
     return held
+
+
+def _locked(held: IO[str]) -> bool:
+    """Take the lock, waiting a moment for those who only look whether somebody holds it."""
+    for _ in range(LOOKERS_WITHIN):
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError:
+            time.sleep(0.01)
+    return False
 
 
 def write_info(info: RunInfo) -> None:
@@ -103,7 +117,7 @@ def is_running(system: str) -> bool:
     """Tell whether somebody holds the system's lock."""
     try:
         with (folder(system) / "lock").open("a+") as held:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
             return False
     except FileNotFoundError:
         return False

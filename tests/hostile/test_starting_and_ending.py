@@ -33,7 +33,13 @@ def _begin(stack: Path, *options: str) -> subprocess.Popen[bytes]:
             stdout=log,
             stderr=log,
             stdin=subprocess.DEVNULL,
+            preexec_fn=_hear_interrupts,
         )
+
+
+def _hear_interrupts() -> None:
+    """Undo what a shell does to jobs in its background: they ignore SIGINT, and so would all that they start."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _processes(process: subprocess.Popen[bytes], least: int) -> list[int]:
