@@ -27,7 +27,7 @@ class Battery(Component):
 
     state_version = 2
     checkpoint_every = 1.0
-    resources = Resources(cpu=0.02, memory=40.0)
+    resources = Resources(cpu=0.02, memory=20.0)
 
     capacity = Parameter(20_000.0, "energy of the full battery", minimum=1.0, unit="J", read_only=True)
     initial_charge = Parameter(1.0, "how full it is at the start", minimum=0.0, maximum=1.0, read_only=True)
@@ -43,15 +43,21 @@ class Battery(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return how long (s) the battery lasts, and how long until its limit.
+        """Return the ``power`` (W) of the whole robot, the ``endurance`` (s), and the ``time_to_limit`` (s).
 
-        ``context`` may say the ``charge``, and the ``power`` (W) that is drawn or the ``speed`` (m/s).
+        ``context`` may say the ``charge``, and the ``power`` that is drawn or the ``speed`` (m/s), by which it then
+        goes, pictures left out. All times are without a charger.
         """
         capacity = float(parameters.get("capacity", cls.capacity.default))
         limit = float(parameters.get("limit", cls.limit.default))
         initial = float(parameters.get("initial_charge", cls.initial_charge.default))
         charge = float(context.get("charge", initial))
         power = float(context.get("power", total_power(float(context.get("speed", 0.0)))))
+        return {"power": power} | cls._times(charge, limit, capacity, power)
+
+    @staticmethod
+    def _times(charge: float, limit: float, capacity: float, power: float) -> dict[str, float]:
+        """Return how long (s) a power (W) can be drawn, and how long until the limit; nothing if none is drawn."""
         if power <= 0.0:
             return {}
         until_limit = max(0.0, charge - limit) * capacity / power
@@ -63,7 +69,7 @@ class Battery(Component):
         self._until: float | None = None
         self._speed = 0.0
         self._level = FULL
-        self._drawn = self._charged = 0.0
+        self._drawn = self._charged = self._power = 0.0
         self._charger = ChargerState(0.0, False, 0.0)
         self._charging = False
 
@@ -120,7 +126,7 @@ class Battery(Component):
     def _tell(self, now: float, spent: dict[str, float], seconds: float) -> None:
         draw = {consumer: energy / seconds for consumer, energy in spent.items()} if seconds > 0.0 else {}
         charge = self._left / self.capacity
-        total = sum(draw.values())
+        total = self._power = sum(draw.values())
         self.battery.publish(BatteryState(now, self._left, self.capacity, min(charge, 1.0), total))
         self.power.publish(PowerDraw(now, total, draw))
         level = self._level_at(charge)
@@ -149,8 +155,13 @@ class Battery(Component):
         self.kit.event(f"battery.{level}", text, charge=charge)
 
     def evaluate(self) -> dict[str, float]:
-        """Return the charge, and the energy (J) drawn and charged since the start."""
-        return {"charge": self._left / self.capacity, "drawn": self._drawn, "charged": self._charged}
+        """Return the charge, the energy (J) drawn and charged since the start, and what is drawn now.
+
+        ``power`` (W) is that of the last half second; ``endurance`` and ``time_to_limit`` (s) are as long as it holds.
+        """
+        charge = self._left / self.capacity
+        now = {"power": self._power} | self._times(charge, self.limit, self.capacity, self._power)
+        return {"charge": charge, "drawn": self._drawn, "charged": self._charged} | now
 
     def snapshot(self) -> PlainValue:
         """Return the account."""

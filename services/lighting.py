@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from bus_schema.annotations import PlainValue
+from bus_schema.description import Resources
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Output, Parameter, every
 
@@ -23,11 +25,27 @@ class Lighting(Component):
     those measured in the published FROG runs: 0.006 Hz, begun 51.8 s before the mission.
     """
 
+    resources = Resources(cpu=0.01, memory=20.0)
+
     period = Parameter(1.0 / 0.006, "from one darkness to the next", minimum=1.0, unit="s")
     phase = Parameter(51.8, "how far the curve is at time 0", unit="s")
     darkest = Parameter(1.0, "darkness at the darkest", minimum=0.0, maximum=1.0)
 
     light = Output(LightLevel, text="how dark it is now")
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the ``darkness`` (0 to 1) at ``context["time"]`` (s), or without one its mean over a period."""
+        darkest = float(parameters.get("darkest", cls.darkest.default))
+        if "time" not in context:
+            return {"darkness": darkest / 2.0}
+        period = float(parameters.get("period", cls.period.default))
+        phase = float(parameters.get("phase", cls.phase.default))
+        return {"darkness": darkness_at(float(context["time"]), period, phase, darkest)}
+
+    def evaluate(self) -> dict[str, float]:
+        """Return the ``darkness`` (0 to 1) now."""
+        return {"darkness": darkness_at(self.kit.now(), self.period, self.phase, self.darkest)}
 
     @every(hz=2.0)
     def tell(self) -> None:

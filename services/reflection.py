@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from bus_schema.architecture import Architecture
+from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
@@ -17,6 +18,8 @@ class Reflection(Component):
     Components are counted by the state that the architecture wants for them. What has not been heard of for
     ``stale_after`` counts as unknown.
     """
+
+    resources = Resources(cpu=0.01, memory=20.0)
 
     low = Parameter(0.2, "charge below which there is a problem", minimum=0.0, maximum=1.0)
     dark = Parameter(0.7, "darkness above which there is a problem", minimum=0.0, maximum=1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from bus_schema.keys import Keys
 from bus_schema.messages.geometry import Twist
@@ -25,6 +26,8 @@ from services.sensor_checks import (
 )
 
 SENSORS = ("image", "scan", "odometry", "localization")
+LOOKS = 2.0
+"""Hz, of the looks at all sensors."""
 COMMAND_HOLDS = 0.5
 """s: so long a robot drives on after a command."""
 
@@ -50,7 +53,7 @@ class SensorMonitor(Component):
     where nobody else needs them.
     """
 
-    resources = Resources(cpu=0.02, memory=45.0)
+    resources = Resources(cpu=0.03, memory=20.0)
 
     expected = Parameter(("odometry", "scan"), "sensors that must be heard from the start")
     first_within = Parameter(5.0, "how long the first message may take", minimum=0.0, unit="s")
@@ -68,6 +71,19 @@ class SensorMonitor(Component):
     velocity = Input(Twist, latest_only=True, required=False, text="whether the robot is told to move")
     sensor_health = Output(SensorHealth, text="what is wrong")
 
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the ``detection_delay``: how long (s) it takes at the most until a failure is told.
+
+        ``context`` may give the ``rate`` (Hz) of the sensor (default 5). The sensor falls silent, or sends the same
+        over and over; other failures are seen at the next look.
+        """
+        silent = float(parameters.get("silent_after", cls.silent_after.default))
+        frozen = float(parameters.get("frozen_after", cls.frozen_after.default))
+        period = 1.0 / float(context.get("rate", 5.0))
+        # Two looks lie between the first of the same messages and the one that is told of: each comes up to one late.
+        return {"detection_delay": max(silent + 1.0 / LOOKS, frozen + 2.0 / LOOKS + period)}
+
     def on_configure(self) -> None:
         """Begin without trouble; raises ValueError if there is no such sensor to expect."""
         unknown = sorted(set(self.expected) - set(SENSORS))
@@ -79,7 +95,7 @@ class SensorMonitor(Component):
         """Begin to listen now."""
         self._listening_since = self.kit.now()
 
-    @every(hz=2.0)
+    @every(hz=LOOKS)
     def look(self) -> None:
         """Judge all sensors and tell."""
         now = self.kit.now()
@@ -95,7 +111,7 @@ class SensorMonitor(Component):
         self.sensor_health.publish(SensorHealth(now, tuple(watched), tuple(faults)))
 
     def evaluate(self) -> dict[str, float]:
-        """Return how many sensors have something wrong."""
+        """Return how many sensors have something wrong, as ``faults``."""
         return {"faults": float(sum(watch.finding is not None for watch in self._watches.values()))}
 
     def _message(self, name: str) -> Image | LaserScan | Odometry | None:

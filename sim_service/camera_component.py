@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import cache
 
 import cv2
 import numpy as np
 
+from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.sensors import Image
@@ -26,7 +28,18 @@ from sim_service.scene import load_scene
 GL_DEFAULTS = (320, 240, 5.0)
 RAY_DEFAULTS = (160, 120, 2.0)
 """Width, height (pixels) and rate (Hz): the ray camera takes about ten times as long for a pixel."""
+RECENT = 5.0
+"""s over which the rate is taken."""
+LISTENING = 0.012
+"""Share of a core that hearing of 20 world states a second takes."""
+DRAWING = {"egl": (1.3e-3, 1.7e-8), "osmesa": (1.3e-3, 1.7e-8), "ray": (0.2e-3, 4.5e-7)}
+"""s of a core for a picture of FROG's room, and for each of its pixels, by renderer."""
 FRAMES = {True: "base_link", False: "map"}
+
+
+def usual_of(renderer: str) -> tuple[int, int, float]:
+    """Return width and height (pixels) and rate (Hz) that a renderer does with ease."""
+    return RAY_DEFAULTS if renderer == "ray" else GL_DEFAULTS
 
 
 @cache
@@ -46,7 +59,7 @@ class Camera(Component):
     """
 
     longest_handler = 2.0
-    resources = Resources(cpu=0.3)
+    resources = Resources(cpu=0.05, memory=120.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
     camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
@@ -75,6 +88,18 @@ class Camera(Component):
         """Find out which renderer works, before processes are forked."""
         probed()
 
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the ``rate`` (Hz) of the pictures, if somebody wants them, and the ``cpu`` (share of a core)."""
+        wanted = str(parameters.get("renderer", cls.renderer.default))
+        renderer = probed().renderer if wanted == "auto" else wanted
+        width, height, rate = (
+            float(parameters.get(name) or usual)
+            for name, usual in zip(("width", "height", "rate"), usual_of(renderer), strict=True)
+        )
+        picture, pixel = DRAWING[renderer]
+        return {"rate": rate, "cpu": LISTENING + rate * (picture + pixel * width * height)}
+
     def on_configure(self) -> None:
         """Load the world and get the renderer ready; raises SceneError, ScheduleError."""
         if not self.file:
@@ -83,10 +108,11 @@ class Camera(Component):
         self._schedule = parse_schedule(self.failures, {"image": CAMERA_FAILURES})
         self._failing = NONE
         self._shown: Pixels | None = None
+        self._taken: deque[float] = deque()
         scene = load_scene(self.file)
         placement = draw_placement(scene, self.kit.seed)
         renderer = self._choose_renderer()
-        width, height, self._default_rate = RAY_DEFAULTS if renderer == "ray" else GL_DEFAULTS
+        width, height, self._default_rate = usual_of(renderer)
         self._size = (self.width or width, self.height or height)
         noise = SensorNoise(self.full_well, self.read_noise) if self.full_well else None
         settings = CameraSettings(self.camera, *self._size, self.always_lit, noise, self.kit.seed)
@@ -108,6 +134,8 @@ class Camera(Component):
 
     def on_activate(self) -> None:
         """Begin to take pictures."""
+        self._active_since = self.kit.now()
+        self._taken.clear()
         self.kit.spawn(self._take_pictures(), "take pictures")
 
     async def _take_pictures(self) -> None:
@@ -126,6 +154,7 @@ class Camera(Component):
         if state is None or self._eye is None or not self._is_ours(state):
             return
         pixels = self._pixels(self._eye, state, failure)
+        self._note_rate()
         mount: CameraMount = self._mount
         self.image.publish(
             Image(
@@ -137,6 +166,15 @@ class Camera(Component):
                 pixels,
             )
         )
+
+    def _note_rate(self, count: int = 1) -> float:
+        """Count pictures that were just taken; returns the rate (Hz) of the last seconds."""
+        now = self.kit.now()
+        self._taken.extend([now] * count)
+        while self._taken and self._taken[0] <= now - RECENT:
+            self._taken.popleft()
+        seconds = min(RECENT, now - self._active_since)
+        return len(self._taken) / seconds if seconds > 0.0 else 0.0
 
     def _note_failure(self) -> str:
         """Return how the camera fails now, and tell when that changes."""
@@ -166,8 +204,8 @@ class Camera(Component):
         return False
 
     def evaluate(self) -> dict[str, float]:
-        """Return the rate of the pictures in Hz."""
-        return {"rate": self.rate or self._default_rate}
+        """Return the ``rate`` (Hz) at which pictures were taken in the last 5 s: none while nobody wants them."""
+        return {"rate": self._note_rate(0)}
 
     def on_cleanup(self) -> None:
         """Give the renderer back."""

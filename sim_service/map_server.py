@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bus_schema.description import Resources
 from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from regraft import Component, Output, Parameter, every
@@ -17,6 +18,7 @@ class MapServer(Component):
     """
 
     longest_handler = 2.0
+    resources = Resources(cpu=0.01, memory=30.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
     group = Parameter("goals", "the MJCF tuple that lists the objects to visit, in order", read_only=True)

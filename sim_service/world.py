@@ -53,7 +53,7 @@ class World(TimeSource):
     """
 
     state_version = 2
-    resources = Resources(cpu=0.3)
+    resources = Resources(cpu=0.1, memory=65.0)
 
     file = Parameter("", "the world's MJCF file", unit="path", read_only=True)
     scan_rate = Parameter(5.0, "turns of the lidar per second", minimum=0.1, unit="Hz", read_only=True)
@@ -237,7 +237,7 @@ class World(TimeSource):
         )
 
     def evaluate(self) -> dict[str, float]:
-        """Return how often the robot has touched something."""
+        """Return how often the robot has touched something, as ``contacts``."""
         return {"contacts": float(self._contacts)}
 
     def snapshot(self) -> PlainValue:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from bus_schema.annotations import PlainValue
+from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.mission import (
     Command,
@@ -56,6 +57,8 @@ class Executor(Component):
     goals = Input(Goals, latest_only=True, required=False, text="the places to visit")
     battery = Input(BatteryState, latest_only=True, required=False, text="for {@battery_charge}")
     light = Input(LightLevel, latest_only=True, required=False, text="for {@darkness}")
+    sensor_health = Input(SensorHealth, latest_only=True, required=False, text="for {@sensor_faults}")
+    system_status = Input(SystemStatus, latest_only=True, required=False, text="for {@problems}")
     status = Output(MissionStatus, topic="mission", text="the mission, once a second and when its state changes")
 
     def __init__(self) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
 from regraft.runtime.inputs import Inputs
@@ -33,11 +34,21 @@ def _darkness(light: LightLevel) -> float:
     return light.darkness
 
 
+def _problems(status: SystemStatus) -> str:
+    return "; ".join(status.problems)
+
+
+def _sensor_faults(health: SensorHealth) -> str:
+    return "; ".join(f"{fault.topic} {fault.fault}" for fault in health.faults)
+
+
 REFLECTED: Final = (
     Reflected("battery", "battery_charge", float, _charge),
     Reflected("light", "darkness", float, _darkness),
+    Reflected("sensor_health", "sensor_faults", str, _sensor_faults),
+    Reflected("system_status", "problems", str, _problems),
 )
-"""Charge of the battery and darkness, both as ratios in [0, 1]."""
+"""Charge of the battery and darkness, both as ratios in [0, 1]; what is wrong with the sensors, and altogether."""
 
 
 class SystemReflection:

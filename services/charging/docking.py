@@ -12,7 +12,8 @@ from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgre
 from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
 from regraft import CallFailed, Component, Input, Parameter, RequestRefused, action
 from services.charging.search import places_to_try
-from services.power_model import total_power
+from services.navigator.qualities import drive_energy, drive_time
+from services.power_model import IDLE_POWER, LIDAR_POWER, total_power
 
 MAP_FRAME = "map"
 LOOK_EVERY = 0.25
@@ -20,6 +21,8 @@ LOOK_EVERY = 0.25
 FEEDBACK_EVERY = 1.0
 STALE = 3.0
 """s: an older word of battery or charger counts for nothing."""
+FASTEST = 0.26
+"""m/s."""
 FOREVER = 1e6
 """s, for what will not end: a message carries finite numbers."""
 
@@ -35,7 +38,7 @@ class Docking(Component):
     when the robot is mistaken about its own, it tries around it. A new goal replaces the one before.
     """
 
-    resources = Resources(cpu=0.02, memory=40.0)
+    resources = Resources(cpu=0.01, memory=20.0, devices=("dock",))
 
     dock_x = Parameter(0.0, "where the dock is in the map", unit="m")
     dock_y = Parameter(0.0, "where the dock is in the map", unit="m")
@@ -54,24 +57,40 @@ class Docking(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return the power (W) that gets into the battery of a standing robot, and how long (s) a charging takes.
+        """Return what a charging takes, from the goal on.
 
         ``context`` may say the ``charge`` to begin with, the one to charge ``until``, the battery's
-        ``capacity`` (J), and the ``power`` (W) that is drawn meanwhile. The drive is not counted.
+        ``capacity`` (J), the ``power`` (W) that is drawn on the dock, the ``distance`` (m) to drive to it (default 0:
+        the robot is there), and the ``speed`` (m/s) at which it drives (above 0, default 0.26).
+
+        Returns:
+            ``docking_time`` (s) and ``docking_energy`` (J) of the drive, ``net_power`` (W) that gets into the
+            battery of a standing robot, and ``charging_time`` (s) on the dock, if anything gets into it at all.
         """
         power = float(parameters.get("expected_power", cls.expected_power.default))
         net = power - float(context.get("power", total_power(0.0)))
+        distance, speed = float(context.get("distance", 0.0)), float(context.get("speed", FASTEST))
+        seconds = drive_time(distance, speed)
+        spent = drive_energy(distance, speed) + (LIDAR_POWER + IDLE_POWER) * seconds
         missing = float(context.get("until", Charge().until)) - float(context.get("charge", 0.9))
-        energy = max(missing, 0.0) * float(context.get("capacity", 20_000.0))
-        return {"net_power": net} | ({"charging_time": energy / net} if net > 0.0 else {})
+        energy = max(missing * float(context.get("capacity", 20_000.0)) + spent, 0.0)
+        drive = {"docking_time": seconds, "docking_energy": spent, "net_power": net}
+        return drive | ({"charging_time": energy / net} if net > 0.0 else {})
 
     def on_configure(self) -> None:
         """Nothing has been approached yet."""
         self._approaches = 0
 
     def evaluate(self) -> dict[str, float]:
-        """Return whether the robot is on the dock (1 or 0), and how often that was approached."""
-        return {"docked": float(self._is_connected()), "approaches": float(self._approaches)}
+        """Return whether the robot is on the dock (1 or 0), how often that was approached, and the ``net_power`` (W).
+
+        That is what gets into the battery now; it is only told on the dock.
+        """
+        counted = {"docked": float(self._is_connected()), "approaches": float(self._approaches)}
+        battery, charger = self.battery.latest, self.charger.latest
+        if battery is None or charger is None or not self._is_connected():
+            return counted
+        return counted | {"net_power": charger.power - battery.power}
 
     @action("charge", feedback=ChargeProgress)
     async def charge(self, goal: Charge) -> Charged:

@@ -21,7 +21,7 @@ class Detector(HydrantDetector):
     It takes red areas for hydrants that have a hydrant's outline. Each on-board picture takes 59.275 J.
     """
 
-    resources = Resources(cpu=0.03, memory=120.0)
+    resources = Resources(cpu=0.03, memory=50.0)
     calibration = Calibration(constant=-9.8, likeness=23.1, brightness=8.3, depth=-0.6)
     performance = Performance((0.99, 0.96, 0.87, 0.60, 0.47, 0.20, 0.02, 0.0, 0.0, 0.0), cpu=0.003)
 

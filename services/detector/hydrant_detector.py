@@ -73,10 +73,13 @@ class HydrantDetector(Component):
         return cls.performance.estimate({**known, **parameters}, context)
 
     def evaluate(self) -> dict[str, float]:
-        """Return how many pictures were looked at, and of the last 20 the shares that were of use and with a hit."""
+        """Return how many ``pictures`` were looked at, and rates (0 to 1) of the last 20.
+
+        ``detection_rate`` is the share with a hit, wherever the hydrant was, ``useful_rate`` that without a fault.
+        """
         rates = {"pictures": float(self._taken)}
         if self._recent:
-            rates["hit_rate"] = sum(hit for _, hit in self._recent) / len(self._recent)
+            rates["detection_rate"] = sum(hit for _, hit in self._recent) / len(self._recent)
             rates["useful_rate"] = sum(useful for useful, _ in self._recent) / len(self._recent)
         return rates
 

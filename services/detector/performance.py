@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,20 +35,22 @@ class Performance:
 
         Returns:
             ``detection_rate`` of one picture, ``hits_per_request`` as expected, ``energy_per_request`` (J),
-            ``power`` (W, if one request follows another), ``seconds_per_request`` and ``cpu_per_request`` (s).
+            ``power`` (W, if one request follows another), ``time_per_request`` and ``cpu_per_request`` (s).
         """
         on_board = bool(context.get("on_board", True))
         asked_for = context.get("pictures")
         pictures = float(parameters["pictures"] if asked_for is None else asked_for)
         darkness = float(context.get("darkness", 0.0)) if on_board else 0.0
         rate = self.rate(darkness) * float(context.get("in_view", 1.0))
-        period = max(float(parameters["interval"]), 1.0 / float(context.get("camera_rate", 5.0)))
+        camera_rate = float(context.get("camera_rate", 5.0))
+        # After the pause it is the next picture that is looked at, not the one that came meanwhile.
+        period = max(1, math.ceil(float(parameters["interval"]) * camera_rate - 1e-9)) / camera_rate
         energy = float(parameters["picture_energy"]) if on_board else 0.0
         return {
             "detection_rate": rate,
             "hits_per_request": rate * pictures,
             "energy_per_request": energy * pictures,
             "power": energy / period,
-            "seconds_per_request": period * pictures,
+            "time_per_request": period * pictures,
             "cpu_per_request": self.cpu * pictures,
         }

@@ -19,7 +19,7 @@ class TemplateDetector(HydrantDetector):
     the computing time, for which an on-board picture takes half as much energy again.
     """
 
-    resources = Resources(cpu=0.07, memory=120.0)
+    resources = Resources(cpu=0.07, memory=50.0)
     calibration = Calibration(constant=23.6, likeness=2.0, brightness=12.4, depth=-9.0)
     performance = Performance((1.0, 1.0, 0.99, 0.98, 0.98, 0.83, 0.65, 0.44, 0.09, 0.0), cpu=0.008)
 

@@ -39,7 +39,7 @@ class Explorer(Component):
 
     state_version = 1
     checkpoint_every = 5.0
-    resources = Resources(cpu=0.02, memory=80.0)
+    resources = Resources(cpu=0.02, memory=25.0)
 
     strategy = Parameter(
         "best", "which frontier comes first: see the weights, or the furthest", choices=tuple(STRATEGIES)
@@ -61,6 +61,8 @@ class Explorer(Component):
         """Begin with nothing given."""
         self._places = Places(self.renewal)
         self._seen: _Look | None = None
+        self._requests = 0
+        self._distance = 0.0
 
     def on_parameters(self, changed: frozenset[str]) -> None:
         """Take over what changed."""
@@ -85,12 +87,14 @@ class Explorer(Component):
 
     def _answer(self, look: _Look) -> maps.Frontier:
         left = len(look.frontiers)
+        self._requests += 1
         if not look.frontiers:
             self.kit.say("nothing is left to explore")
             return maps.Frontier(found=False, left=0)
         weights = Weights(self.gain_weight, self.distance_weight)
         chosen = choose(look.frontiers, self.strategy, weights)
         self._places.give(chosen, look.ground)
+        self._distance += chosen.distance
         self.kit.say(f"{left} frontiers, next the one at ({chosen.target[0]:.2f}, {chosen.target[1]:.2f})")
         latest = self.map.latest
         assert latest is not None
@@ -140,16 +144,22 @@ class Explorer(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return how far (m) the robot drives, and how often it asks, to explore ``context["area"]`` (m²)."""
+        """Return the ``distance`` (m) to drive and the number of ``requests`` to explore ``context["area"]`` (m²)."""
         return forecast(str(parameters.get("strategy", cls.strategy.default)), context)
 
     def evaluate(self) -> dict[str, float]:
-        """Return how much ground is known (m²) and how many frontiers are left, as of the last request."""
+        """Return what the last request has shown, and what was given since this component was configured.
+
+        ``known_area`` (m²) and ``frontiers_left`` are as of the last request; ``requests`` is how many there were,
+        ``distance`` (m) how far it was to all the frontiers that were given.
+        """
         if self._seen is None:
             return {}
         return {
             "known_area": self._seen.ground.known_area(),
             "frontiers_left": float(len(self._seen.frontiers)),
+            "requests": float(self._requests),
+            "distance": self._distance,
         }
 
     def snapshot(self) -> PlainValue:

@@ -23,7 +23,7 @@ class Mapper(MappingComponent):
     lifted it away, or its surroundings changed. It then searches the map for the one place where the scan fits.
     """
 
-    resources = Resources(cpu=0.04, memory=90.0)
+    resources = Resources(cpu=0.04, memory=25.0)
 
     least_ratio = Parameter(
         0.6, "share of the echoes on known ground that must fit the map for a correction", minimum=0.1, maximum=1.0

@@ -16,7 +16,7 @@ class OdometryMapper(MappingComponent):
     drift, which it cannot notice.
     """
 
-    resources = Resources(cpu=0.02, memory=90.0)
+    resources = Resources(cpu=0.03, memory=25.0)
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

@@ -17,7 +17,7 @@ from services.navigator.controller import RolloutController
 from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
 from services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
 from services.navigator.planner import GridPlanner
-from services.navigator.qualities import ROLLOUTS, Caution, driving_qualities, is_safe
+from services.navigator.qualities import ROLLOUTS, Caution, drive_energy, drive_time, driving_qualities, is_safe
 from services.navigator.robot import Limits
 from services.navigator.scan import Scan
 from services.navigator.senses import Fault
@@ -39,7 +39,7 @@ class Navigator(Component):
 
     state_version = STATE_VERSION
     checkpoint_every = 2.0
-    resources = Resources(cpu=0.03, memory=100.0)
+    resources = Resources(cpu=0.05, memory=30.0)
     controller: ClassVar[Controller] = RolloutController()
     """Chooses the twists; a sibling of this class differs in nothing else."""
     caution: ClassVar[Caution] = ROLLOUTS
@@ -72,16 +72,26 @@ class Navigator(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return speed (m/s), power (W), energy per metre (J) and safety of driving as fast as allowed.
+        """Return the qualities of driving straight on as fast as allowed, and of a whole drive.
 
-        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar.
+        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar, and the
+        ``distance`` (m) of a drive from pose to pose.
+
+        Returns:
+            ``speed`` (m/s), ``power`` of the wheels (W), ``energy_per_metre`` (J/m), and ``safety``, the share of the
+            time in which nothing is near or the robot slow; with a ``distance`` also ``drive_time`` (s) and
+            ``drive_energy`` (J) of the wheels, turning at both ends included.
         """
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
-        near = context.get("near")
-        return driving_qualities(speed, cls.caution, None if near is None else float(near))
+        near, distance = context.get("near"), context.get("distance")
+        qualities = driving_qualities(speed, cls.caution, None if near is None else float(near))
+        if distance is None or speed <= 0.0:
+            return qualities
+        way = float(distance)
+        return qualities | {"drive_time": drive_time(way, speed), "drive_energy": drive_energy(way, speed)}
 
     def evaluate(self) -> dict[str, float]:
-        """Return what holds now: speed (m/s), the drive's power (W), safety (1 or 0), and clearance (m).
+        """Return what holds now: ``speed`` (m/s), ``power`` of the wheels (W), ``safety`` (1 or 0), ``clearance`` (m).
 
         The clearance is the range of the nearest echo, left out as long as there is none.
         """

@@ -14,6 +14,6 @@ from services.navigator.qualities import PURSUIT, Caution
 class PursuitNavigator(Navigator):
     """Drives the robot to goal poses by pure pursuit: at about half the cost, without leaving the planned path."""
 
-    resources = Resources(cpu=0.02, memory=100.0)
+    resources = Resources(cpu=0.04, memory=30.0)
     controller: ClassVar[Controller] = PursuitController()
     caution: ClassVar[Caution] = PURSUIT

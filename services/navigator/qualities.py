@@ -10,6 +10,8 @@ NEAR = 0.458
 """m: the first tenth of the lidar's range (FROG, requirement B1-1)."""
 SLOW = 0.18
 """m/s: slower is safe also near obstacles."""
+TURNING = 4.5
+"""s of a drive from pose to pose that go into turning, speeding up and slowing down, in FROG's room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,17 @@ PURSUIT = Caution(near=0.08, full=0.08)
 def is_safe(clearance: float, speed: float) -> bool:
     """Tell whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
     return clearance > NEAR or speed < SLOW
+
+
+def drive_time(distance: float, speed: float) -> float:
+    """Return how long (s) a drive over a distance (m) takes at a speed (m/s) above 0; none if there is no way."""
+    return distance / speed + TURNING if distance > 0.0 else 0.0
+
+
+def drive_energy(distance: float, speed: float) -> float:
+    """Return what the wheels take (J) for a drive over a distance (m) at a speed (m/s) above 0."""
+    turning = TURNING if distance > 0.0 else 0.0
+    return distance / speed * motion_power(speed) + turning * motion_power(0.0)
 
 
 def driving_qualities(max_velocity: float, caution: Caution, near: float | None = None) -> dict[str, float]:

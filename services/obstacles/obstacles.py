@@ -24,7 +24,7 @@ class Obstacles(Component):
     longest_handler = 2.0
     state_version = 1
     checkpoint_every = 5.0
-    resources = Resources(cpu=0.03, memory=80.0)
+    resources = Resources(cpu=0.02, memory=25.0)
 
     rate = Parameter(1.0, "how often a changed map is looked at, at the most", minimum=0.01, maximum=10.0, unit="Hz")
     repeat = Parameter(5.0, "how long unchanged goals are not told again", minimum=0.1, unit="s")
@@ -94,7 +94,11 @@ class Obstacles(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return how far (m) goals are from the middles of objects of ``context["size"]`` (m), and from everything."""
+        """Return how far (m) goals are from what they show, and from everything.
+
+        ``viewing_distance`` is that from the middles of objects of ``context["size"]`` (m) as the mean, ``clearance``
+        the least there is around a goal.
+        """
         size = float(context.get("size", 0.25))
         standoff = float(parameters.get("standoff", cls.standoff.default))
         # Seen from all directions, a square of this side reaches 0.56 of it from its middle on average.
@@ -104,7 +108,7 @@ class Obstacles(Component):
         }
 
     def evaluate(self) -> dict[str, float]:
-        """Return how many objects and goals there are, and how far (m) goals are from them and from everything."""
+        """Return how many ``objects`` and ``goals`` there are, and ``viewing_distance`` and ``clearance`` (m)."""
         seen = [each for each in self._viewed if each.pose is not None]
         counted = {"objects": float(len(self._viewed)), "goals": float(len(seen))}
         if not seen or self._ground is None:

@@ -230,7 +230,7 @@ def test_black_and_frozen_pictures_are_told_and_of_no_use(detector: Detecting) -
     assert "frozen" in told[0].text
     assert "black" in told[1].text
     assert quality["pictures"] == 6
-    assert quality["hit_rate"] == pytest.approx(2 / 6)
+    assert quality["detection_rate"] == pytest.approx(2 / 6)
 
 
 def test_a_missing_picture_is_told_until_one_comes(detector: Detecting) -> None:

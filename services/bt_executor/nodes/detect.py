@@ -21,8 +21,11 @@ class DetectObject(Asking):
     hits = Output(int, description="in how many of them it was seen")
     found = Output(bool, description="whether it was seen at all")
     confidence = Output(float, description="of the best sighting, 0 if it was not seen")
-    x = Output(float, description="where it is, in metres; written only if it was seen")
-    y = Output(float, description="where it is, in metres; written only if it was seen")
+    x = Output(float, description="where it is by all sightings, in metres; written only if it was seen")
+    y = Output(float, description="where it is by all sightings, in metres; written only if it was seen")
+    spread = Output(
+        float, description="metres between sightings and that place, 0 if it was seen once; written only if it was seen"
+    )
     frame = Output(str, description="the frame of x and y; written only if it was seen")
 
     def ask(self) -> Asked[Any]:
@@ -40,7 +43,8 @@ class DetectObject(Asking):
             "confidence": best.confidence if best else 0.0,
         }
         if best:
-            outputs |= {"x": best.position.x, "y": best.position.y, "frame": best.frame}
+            place, frame = (answer.position, answer.frame) if answer.position else (best.position, best.frame)
+            outputs |= {"x": place.x, "y": place.y, "frame": frame, "spread": answer.spread or 0.0}
         for port, value in outputs.items():
             write_if_connected(self, port, value)
         return SUCCESS

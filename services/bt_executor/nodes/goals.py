@@ -81,3 +81,43 @@ class NextGoal(SyncAction):
         self.goal = goals[index]
         write_if_connected(self, "goal_name", goals[index].name)
         return SUCCESS
+
+
+class TakeGoal(SyncAction):
+    """Takes the first entry out of a list of goals; fails if the list is empty or unset."""
+
+    goals = InOut[Any](description="the list, which gets shorter")
+    goal = Output[Any](description="the goal, for NavigateTo")
+    goal_name = Output(str, description="its name")
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports; see `Node.adopt`."""
+        super().adopt(children)
+        require_ports(self, "goals", "goal")
+
+    def tick(self) -> Status:
+        """Write the goal, and the rest of the list."""
+        goals = self.read_port_or("goals", [])
+        if not goals:
+            return FAILURE
+        self.goals = list(goals[1:])
+        self.goal = goals[0]
+        write_if_connected(self, "goal_name", goals[0].name)
+        return SUCCESS
+
+
+class PutGoal(SyncAction):
+    """Puts a goal at the end of a list of goals, to come back to it; the list may be unset."""
+
+    goals = InOut[Any](description="the list, which gets longer")
+    goal = Input[Any](description="the goal, as NextGoal and TakeGoal give it")
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports; see `Node.adopt`."""
+        super().adopt(children)
+        require_ports(self, "goals", "goal")
+
+    def tick(self) -> Status:
+        """Write the longer list."""
+        self.goals = [*self.read_port_or("goals", []), self.goal]
+        return SUCCESS

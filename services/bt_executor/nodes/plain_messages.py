@@ -57,6 +57,15 @@ def filled(plain: PlainValue, board: Blackboard) -> PlainValue:
     return as_plain(board.get(found.group(1))) if found else plain
 
 
+def has_references(plain: PlainValue) -> bool:
+    """Tell whether plain data holds texts that stand for blackboard entries."""
+    if isinstance(plain, dict):
+        return any(has_references(value) for value in plain.values())
+    if isinstance(plain, list):
+        return any(has_references(item) for item in plain)
+    return isinstance(plain, str) and _REFERENCE.fullmatch(plain) is not None
+
+
 def as_plain(value: Any) -> PlainValue:
     """Return a blackboard value as plain data; messages become maps."""
     if isinstance(value, list | tuple):

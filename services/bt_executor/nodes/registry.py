@@ -9,22 +9,31 @@ from importlib.metadata import entry_points
 from typing import Any, Final
 
 from services.bt_executor.engine import Node, Registry, RegistryError
+from services.bt_executor.nodes.adapt import Adapt
+from services.bt_executor.nodes.charge import ChargeBattery
 from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.nodes.detect import DetectObject
+from services.bt_executor.nodes.exploring import AskNextFrontier, KeepMap
 from services.bt_executor.nodes.generic import CallAction, CallService
-from services.bt_executor.nodes.goals import GetGoals, NextGoal
+from services.bt_executor.nodes.goals import GetGoals, NextGoal, PutGoal, TakeGoal
 from services.bt_executor.nodes.navigate_to import NavigateToGoal
 from services.bt_executor.nodes.say import Say
 from services.bt_executor.nodes.wait_for_topic import WaitForTopic
 
 NODE_TYPES: Final[dict[str, type[Node]]] = {
+    "Adapt": Adapt,
     "CallAction": CallAction,
     "CallService": CallService,
+    "Charge": ChargeBattery,
     "Detect": DetectObject,
     "GetGoals": GetGoals,
     "NavigateTo": NavigateToGoal,
+    "NextFrontier": AskNextFrontier,
     "NextGoal": NextGoal,
+    "PutGoal": PutGoal,
+    "SaveMap": KeepMap,
     "Say": Say,
+    "TakeGoal": TakeGoal,
     "WaitForTopic": WaitForTopic,
 }
 """Our leaves by their names in XML: a further one is a class and a line here."""

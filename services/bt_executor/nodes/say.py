@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import Any, Final
 
 from services.bt_executor.engine import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
 from services.bt_executor.nodes.asking import require_ports
 from services.bt_executor.nodes.context import LeafContext
+from services.bt_executor.nodes.plain_messages import as_plain
 
 _PLACE: Final = re.compile(r"\{(@?\w+)\}")
 
@@ -17,6 +18,7 @@ class Say(SyncAction):
 
     text = Input(str, description="what to say")
     event = Input(str, default="mission.said", description="the kind of event, dotted")
+    details = Input(str, default="", description="keys of entries that go with the event as values, set off by blanks")
 
     def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
         """Keep the context."""
@@ -30,11 +32,17 @@ class Say(SyncAction):
 
     def tick(self) -> Status:
         """Put the event; an entry that is empty is told as '?'."""
-        text = _PLACE.sub(lambda place: self._value(place.group(1)), self.text)
-        self._context.kit.event(self.event, text, node=self.path)
+        text = _PLACE.sub(lambda place: self._text(place.group(1)), self.text)
+        details = {key.removeprefix("@"): as_plain(self._value(key)) for key in self.details.split()}
+        self._context.kit.event(self.event, text, node=self.path, **details)
         return SUCCESS
 
-    def _value(self, key: str) -> str:
+    def _value(self, key: str) -> Any:
         entry = self.blackboard.find(key)
-        value = entry.value if entry else None
+        return entry.value if entry else None
+
+    def _text(self, key: str) -> str:
+        value = self._value(key)
+        if isinstance(value, float):
+            return f"{value:.4g}"
         return "?" if value is None else str(value)

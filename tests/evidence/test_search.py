@@ -1,0 +1,54 @@
+"""FROG's search: twenty rooms, start to finish; and rooms in which a sensor fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
+from evaluation.search_run import run_search
+from tests.host.system import ROOT
+
+pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]
+
+STACK = ROOT / "stacks" / "frog" / "search.yaml"
+FAILURES = {
+    "lidar": "world.failures=30 scan silent, 60 scan none, 150 scan dropout, 160 scan none",
+    "odometry": "world.failures=30 odometry silent, 45 odometry none, 150 odometry drift, 170 odometry none",
+    "camera": "camera.failures=100 black, 200 none, 260 silent, 280 none",
+}
+
+
+def test_twenty_rooms_are_searched_as_promised(tmp_path: Path) -> None:
+    runs, failures = run_campaign(STACK, range(1, 21), tmp_path, (), AT_MOST)
+    print(report(runs, failures))
+    assert is_kept(runs, failures)
+
+
+@pytest.mark.parametrize("sensor", FAILURES)
+def test_a_sensor_that_fails_for_a_while_is_told_and_nothing_is_touched(sensor: str, tmp_path: Path) -> None:
+    run = run_search(
+        STACK, 2, tmp_path, at_least=AT_LEAST, at_most=AT_MOST, options=("--set", FAILURES[sensor])
+    )  # fmt: skip
+    kinds = {event.kind for event in run.events}
+    assert any(kind.startswith("sensor.") or kind == "mission.trouble" for kind in kinds)
+    assert run.judgement.contacts == 0
+    assert run.judgement.mission in {"succeeded", "failed"}
+    assert not {"component.fault", "component.restarted"} & kinds
+
+
+def test_a_lidar_that_stays_away_ends_the_search_with_the_reason_and_without_a_contact(tmp_path: Path) -> None:
+    failure = ("--set", "world.failures=30 scan silent")
+    run = run_search(STACK, 2, tmp_path, at_least=10.0, at_most=AT_MOST, options=failure)
+    assert run.judgement.mission == "failed"
+    assert run.judgement.contacts == 0
+    assert any("scan silent" in event.text for event in run.events if event.kind == "mission.trouble")
+
+
+def test_equal_seeds_are_searched_equally(tmp_path: Path) -> None:
+    first, second = (
+        run_search(STACK, 4, tmp_path / str(n), at_least=AT_LEAST, at_most=AT_MOST).judgement for n in range(2)
+    )
+    assert first.ended == second.ended
+    assert (first.visited, first.charges) == (second.visited, second.charges)

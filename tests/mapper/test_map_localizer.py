@@ -1,0 +1,187 @@
+"""Promises of the localizer on a given map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from bus_schema import codec
+from bus_schema.lifecycle import Transition
+from bus_schema.messages import geometry, maps, sensors
+from bus_schema.messages.health import Diagnostic
+from regraft.component import describe
+from regraft.testing import Rig
+from services.mapper.map_localizer import MapLocalizer
+from services.mapper.mapper import Mapper
+from services.mapper.poses import Pose
+from tests.mapper.room import MOUNT, RANGE, THINGS, TICK, TICKS_PER_SCAN, WALLS, Ride, cast, circle, true_cells
+
+
+def room_map(stamp: float = 0.0) -> maps.OccupancyGrid:
+    cells, resolution, (x, y) = true_cells(WALLS + THINGS)
+    return maps.OccupancyGrid(stamp, "map", resolution, geometry.Pose.planar(x, y, 0.0), cells)
+
+
+@dataclass
+class Walk:
+    """A robot on its round, whose odometry is off by ``shift`` and turns by ``drift`` rad/s."""
+
+    rig: Rig
+    shift: Pose = field(default_factory=Pose)
+    drift: float = 0.0
+    ticks: int = 0
+    place: list[sensors.Odometry] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.localizer = self.rig.add(MapLocalizer, "localizer")
+        self.place = self.rig.collect("localization", sensors.Odometry)
+        self.kept = self.rig.collect("kept_map", maps.OccupancyGrid)
+        self.told: list[Diagnostic] = []
+        self.rig.bus.subscribe(
+            self.rig.keys.diagnostics, lambda sample: self.told.append(codec.decode(sample.payload, Diagnostic))
+        )
+
+    @property
+    def error(self) -> float:
+        truth, pose = circle(self.ticks * TICK), self.place[-1].pose
+        return math.hypot(pose.x - truth.x, pose.y - truth.y)
+
+    def odometry(self) -> sensors.Odometry:
+        now = self.ticks * TICK
+        read = self.shift.compose(Pose(yaw=self.drift * now)).compose(circle(now))
+        pose = geometry.Pose.planar(read.x, read.y, read.yaw)
+        return sensors.Odometry(now, "odom", "base_link", pose, geometry.Twist.planar(0.2, 0.25))
+
+    def go(self, seconds: float) -> None:
+        mount = geometry.Pose(geometry.Vector3(MOUNT.x, 0.0, 0.1))
+        for _ in range(round(seconds / TICK)):
+            self.rig.advance(TICK)
+            self.ticks += 1
+            self.rig.publish("odometry", self.odometry())
+            if self.ticks % TICKS_PER_SCAN == 0:
+                now = self.ticks * TICK
+                ranges = cast(WALLS + THINGS, circle(now).compose(MOUNT), self.ticks)
+                scan = sensors.LaserScan(
+                    now, "lidar", "base_link", mount, 0.0, math.tau / 360, 0.12, RANGE, ranges
+                )  # fmt: skip
+                self.rig.publish("scan", scan)
+
+    def levels(self, subject: str) -> list[str]:
+        return [told.level.value for told in self.told if told.subject == subject]
+
+
+def test_the_place_is_told_with_every_odometry_also_while_that_drifts() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, drift=0.01)
+        rig.publish("map", room_map())
+        walk.go(20.0)
+        assert len(walk.place) == 400
+        assert (walk.place[-1].frame, walk.place[-1].child_frame) == ("map", "base_link")
+        assert walk.error < 0.05
+
+
+def test_the_map_holds_when_its_maker_falls_silent_and_is_repeated() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(10.0)
+        assert walk.error < 0.05
+        assert 4 <= len(walk.kept) <= 6
+        assert np.array_equal(walk.kept[-1].cells, room_map().cells)
+
+
+def test_where_the_robot_is_to_begin_with_is_believed() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, shift=Pose(3.0, -2.0, 1.0))
+        rig.publish("map", room_map())
+        walk.go(TICK)
+        truth = circle(walk.ticks * TICK)
+        rig.publish("start", replace(walk.odometry(), frame="map", pose=geometry.Pose.planar(*_parts(truth))))
+        walk.go(2.0)
+        assert walk.error < 0.05
+
+
+def test_what_is_said_of_the_start_is_not_believed_against_scans_that_fit() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        rig.publish("start", replace(walk.odometry(), frame="map", pose=geometry.Pose.planar(1.0, 1.0, 0.0)))
+        walk.go(0.5)
+        assert walk.error < 0.05
+
+
+def test_a_robot_of_unknown_place_is_searched_for_on_the_map() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, shift=Pose(0.9, 0.7, 2.0))
+        rig.publish("map", room_map())
+        walk.go(12.0)
+        assert walk.error < 0.05
+        assert [event.kind for event in rig.events if event.kind.startswith("mapper.")] == [
+            "mapper.lost",
+            "mapper.found",
+        ]
+
+
+def test_a_map_of_other_cells_is_refused_and_the_last_one_holds() -> None:
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(1.0)
+        rig.publish("map", replace(room_map(1.0), resolution=0.1))
+        walk.go(3.0)
+        assert walk.levels("map") == ["error"]
+        assert walk.error < 0.05
+
+
+def test_it_goes_on_after_a_rest_during_which_the_robot_went_on() -> None:
+    with Rig() as rig:
+        walk = Walk(rig, drift=0.01)
+        rig.publish("map", room_map())
+        walk.go(4.0)
+        rig.transition("localizer", Transition.DEACTIVATE)
+        walk.go(4.0)
+        rig.transition("localizer", Transition.ACTIVATE)
+        walk.go(4.0)
+        assert walk.error < 0.05
+
+
+def test_a_mapper_s_state_is_of_use_to_it() -> None:
+    with Rig() as rig:
+        ride = Ride(rig, Mapper)
+        ride.go(8.0)
+        state = ride.remove()
+        walk = Walk(rig, ticks=ride.ticks)
+        walk.localizer.restore(state)
+        walk.go(1.0)
+        assert walk.error < 0.05
+
+
+def test_equal_messages_give_equal_places_to_the_byte() -> None:
+    seen = []
+    for _ in range(2):
+        with Rig() as rig:
+            walk = Walk(rig, drift=0.02)
+            rig.publish("map", room_map())
+            walk.go(4.0)
+            seen.append([codec.encode(message) for message in walk.place])
+    assert seen[0] == seen[1]
+
+
+def test_it_says_what_it_would_give_and_what_it_gives() -> None:
+    expected = MapLocalizer.estimate({"resolution": 0.05}, {})
+    assert expected.keys() == {"cpu", "pose_error"}
+    assert expected["cpu"] < Mapper.estimate({"resolution": 0.05}, {})["cpu"]
+    assert 0.0 < describe(MapLocalizer).resources.cpu < 0.1
+    with Rig() as rig:
+        walk = Walk(rig)
+        rig.publish("map", room_map())
+        walk.go(2.0)
+        assert walk.localizer.evaluate()["inlier_ratio"] == pytest.approx(1.0, abs=0.1)
+
+
+def _parts(pose: Pose) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.yaw
