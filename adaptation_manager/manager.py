@@ -28,6 +28,7 @@ from bus_schema.adaptation import (
     Violation,
 )
 from bus_schema.architecture import Architecture
+from bus_schema.description import Resources
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.manager import (
     ArchitectureRequest,
@@ -48,6 +49,8 @@ ASK_HOSTS_AGAIN_AFTER = 0.5
 
 class AdaptationManager(Component):
     """Carries out adaptations of the architecture as transactions, and keeps the journal of them."""
+
+    resources = Resources(cpu=0.01, memory=25.0)
 
     adaptations = Output(AdaptationReport, text="every adaptation at its end")
     architecture = Output(Architecture, text="the architecture at every new revision")

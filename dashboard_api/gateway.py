@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 
+from bus_schema.description import Resources
 from dashboard_api.app import PREFIX, build
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.manager import Services
@@ -18,6 +19,7 @@ class Gateway(Component):
     It looks on from outside simulated time, through the component's own session.
     """
 
+    resources = Resources(cpu=0.04, memory=40.0)
     in_step = False
     longest_handler = 8.0
 

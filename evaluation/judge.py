@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from bus_schema.description import Resources
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals, OccupancyGrid
 from bus_schema.messages.mission import MissionState, MissionStatus
@@ -31,6 +32,7 @@ class Judge(Component):
     its status alone: the phase is what the blackboard calls so, the result the place at ``result``.
     """
 
+    resources = Resources(cpu=0.03, memory=25.0)
     longest_handler = 2.0
 
     pose_error_at = Parameter(300.0, "when the localization is to be judged", minimum=0.0, unit="s")

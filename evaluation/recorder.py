@@ -8,6 +8,7 @@ from collections import Counter
 from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport
 from bus_schema.annotations import PlainValue
+from bus_schema.description import Resources
 from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals
@@ -31,6 +32,7 @@ class Recorder(Component):
     detections and every adaptation, in their order.
     """
 
+    resources = Resources(cpu=0.02, memory=20.0)
     state_version = 1
     checkpoint_every = 1.0
 

@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO
 
-
 LOOKERS_WITHIN = 20
 """Hundredths of a second that a lock is tried for: whoever looks whether a system runs holds it for a moment."""
 

@@ -59,7 +59,7 @@ class Camera(Component):
     """
 
     longest_handler = 2.0
-    resources = Resources(cpu=0.05, memory=120.0)
+    resources = Resources(cpu=0.05, memory=130.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
     camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)

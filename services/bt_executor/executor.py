@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from bus_schema.annotations import PlainValue
+from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.mission import (
@@ -41,6 +42,7 @@ class Executor(Component):
     starts again from its root, with the plain values of its root blackboard.
     """
 
+    resources = Resources(cpu=0.02, memory=25.0)
     state_version = 1
     checkpoint_every = 1.0
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED

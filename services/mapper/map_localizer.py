@@ -35,7 +35,7 @@ class MapLocalizer(Component):
 
     state_version = 1
     checkpoint_every = 5.0
-    resources = Resources(cpu=0.03, memory=90.0)
+    resources = Resources(cpu=0.03, memory=25.0)
 
     resolution = Parameter(
         0.05, "side of a cell of the maps that are given", minimum=0.02, maximum=0.5, unit="m", read_only=True

@@ -19,6 +19,7 @@ from regraft.testing import Rig
 from services.battery import Battery
 from services.charging.docking import Docking
 from services.charging.search import places_to_try
+from services.power_model import total_power
 
 Charging = Goal[Charged, ChargeProgress]
 
@@ -117,7 +118,9 @@ def test_the_robot_drives_to_the_dock_and_stays_until_the_battery_is_full_enough
     assert charged.charge == pytest.approx(0.98, abs=0.005)
     assert station.driver.driven == [(0.0, 0.0)]
     assert states[-1].charge >= 0.98
-    assert station.docking.evaluate() == {"docked": 1.0, "approaches": 1.0}
+    assert station.docking.evaluate() == pytest.approx(
+        {"docked": 1.0, "approaches": 1.0, "net_power": 20.0 - total_power(0.0)}
+    )
 
 
 def test_progress_and_time_left_are_told_and_come_true(station: Station) -> None:

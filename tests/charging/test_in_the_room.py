@@ -10,6 +10,7 @@ from regraft.testing import Rig
 from services.battery import Battery
 from services.charging.docking import Docking
 from services.navigator.navigator import Navigator
+from services.power_model import total_power
 from sim_service.map_server import MapServer
 
 from ..services.rigs import FROG, finish, run, world_on
@@ -29,7 +30,9 @@ def test_frog_finds_its_dock_charges_and_touches_nothing(seed: int) -> None:
         finish(rig, world, goal, within=90.0)
         assert goal.result is not None, goal.error
         assert goal.result.charged, goal.result.reason
-        assert docking.evaluate() == {"docked": 1.0, "approaches": 1.0}
+        assert docking.evaluate() == pytest.approx(
+            {"docked": 1.0, "approaches": 1.0, "net_power": 20.0 - total_power(0.0)}
+        )
     pose = truth[-1].pose
     assert math.hypot(pose.x, pose.y) <= 0.15
     assert abs(pose.yaw) < 0.2
