@@ -210,7 +210,9 @@ class Control:
     def _state(self, payload: bytes) -> object:
         wanted = codec.decode(payload, StateRequest) if payload else StateRequest(StateStep.SNAPSHOT)
         if wanted.step is StateStep.SNAPSHOT:
-            return self.snapshot()
+            snapshot = self.snapshot()
+            self._payload_of(snapshot)
+            return snapshot
         self._fence(wanted.term)
         version = type(self._runtime.component).state_version
         if wanted.version != version:
@@ -227,9 +229,9 @@ class Control:
     # --- snapshots and checkpoints ---
 
     def snapshot(self) -> Snapshot:
-        """Return the component's state and where its numbering stands; raises BadMessage for what is no plain data."""
+        """Return the component's state and where its numbering stands."""
         runtime = self._runtime
-        snapshot = Snapshot(
+        return Snapshot(
             runtime.assignment.name,
             runtime.assignment.incarnation,
             runtime.clock.now() / 1e9,
@@ -237,17 +239,18 @@ class Control:
             runtime.component.snapshot(),
             runtime.writers.sequences(),
         )
+
+    @staticmethod
+    def _payload_of(snapshot: Snapshot) -> bytes:
         try:
-            codec.encode(snapshot)
+            return codec.encode(snapshot)
         except BadMessage as error:
             raise _Refused(ControlCode.FAILED, f"snapshot: {error}") from None
-        return snapshot
 
     def checkpoint(self) -> None:
         """Put a checkpoint, for the host to keep."""
-        snapshot = self.snapshot()
         key = self._runtime.keys.checkpoint(self._runtime.assignment.name)
-        self._runtime.herald.put(key, type_of(Snapshot), codec.encode(snapshot))
+        self._runtime.herald.put(key, type_of(Snapshot), self._payload_of(self.snapshot()))
 
     def checkpoint_if_any(self) -> None:
         """Put a checkpoint unless the component has no state to keep."""

@@ -92,11 +92,12 @@ class Inbound:
 
     def arrive(self, sample: Sample) -> None:
         """Take a sample from the bus."""
-        attachment = sample.attachment
-        known = self._known.get((sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]))
-        if known is not None and known[0].follows(PLACE.unpack_from(attachment, RUN_ENDS)[0]):
-            self.ready.append((known[1], sample))
-            return
+        if not self.stepped:
+            attachment = sample.attachment
+            known = self._known.get((sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]))
+            if known is not None and known[0].follows(PLACE.unpack_from(attachment, RUN_ENDS)[0]):
+                self.ready.append((known[1], sample))
+                return
         consumer = self.consumer_of(sample.key)
         if consumer is None:
             return
