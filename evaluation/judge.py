@@ -22,13 +22,16 @@ TRUTHS_KEPT = 200
 """Poses that others' messages of the same moment are compared with."""
 PLUGGED_IN = 2.0
 """s on the charger that make a visit."""
+AT_REST_AFTER = 1.0
+"""s after a mission's end in which the robot comes to rest where the mission left it."""
 ENDED = (MissionState.SUCCEEDED, MissionState.FAILED, MissionState.HALTED)
 
 
 class Judge(Component):
     """Says how good a run was: the map, the localization, the visits, the contacts, the result, the battery.
 
-    It wakes once a second and disturbs nobody. What counts is counted until the mission ends. It knows the mission by
+    It wakes once a second and disturbs nobody. What counts is counted until the mission has ended and the robot has
+    come to rest: it may still brake when its last drive is told to have arrived. It knows the mission by
     its status alone: the phase is what the blackboard calls so, the result the place at ``result``.
     """
 
@@ -77,7 +80,7 @@ class Judge(Component):
             self._objects = true_objects(self.true_map.latest, self.true_goals.latest)
         for truth in self.ground_truth.take():
             self._truths.append((_milliseconds(truth.stamp), truth.pose))
-            if self._ended is None:
+            if self._ended is None or truth.stamp <= self._ended + AT_REST_AFTER:
                 self._follow(truth)
         self._compare()
         self._note_power(str(status.blackboard.get("phase") or "") if status else "")
