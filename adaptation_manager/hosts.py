@@ -99,10 +99,10 @@ class Hosts:
         return await self.begin_giving(specs, revision).processes()
 
     def begin_giving(self, specs: Iterable[ComponentSpec], revision: int) -> Update:
-        """Give each of ``specs``, whose classes they know, to its host, without waiting; raises NoAnswer."""
+        """Give each of ``specs`` to its host, without waiting for the answers; raises NoAnswer."""
         per_host: dict[str, list[ComponentSpec]] = {}
         for spec in specs:
-            per_host.setdefault(spec.host, []).append(spec.brief())
+            per_host.setdefault(spec.host, []).append(spec)
         return self._update(
             {host: UpdateSpecs(revision, tuple(mine), term=self.term) for host, mine in per_host.items()}
         )

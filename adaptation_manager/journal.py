@@ -149,7 +149,7 @@ class Journal:
             (term,) = database.execute("SELECT term FROM reign").fetchone()
             if term > self.term:
                 raise JournalError(f"the journal is kept under term {term} by now, this manager's is {self.term}")
-            self._insert(self.run, report, plan.changed(plan.after))
+            self._insert(self.run, report, plan.changes())
             for step, planned in enumerate(plan.steps, start=1):
                 state = StepState.STARTED if step == 1 else StepState.PLANNED
                 row = (self.run, int(report.id), step, state.value, codec.encode(planned))
@@ -171,7 +171,7 @@ class Journal:
             report.outcome.value,
             _revision(report),
             codec.encode(report),
-            codec.encode(UpdateSpecs(report.revision_after, tuple(spec.brief() for spec in following))),
+            codec.encode(UpdateSpecs(report.revision_after, following)),
         )
         self._database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 

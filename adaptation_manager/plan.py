@@ -25,6 +25,10 @@ class Plan:
             if self.before.components.get(name) != self.after.components[name] and name in architecture.components
         )
 
+    def changes(self) -> tuple[ComponentSpec, ...]:
+        """Return the changed specs for those who know the ones before: without what these say of the same class."""
+        return tuple(spec.brief(self.before.components.get(spec.name)) for spec in self.changed(self.after))
+
     @property
     def only_gives_values(self) -> bool:
         """Whether all that is done is to set parameters, each step all or nothing."""

@@ -74,9 +74,9 @@ class ComponentSpec:
     managed: bool = True
     description: Description | None = None
 
-    def brief(self) -> ComponentSpec:
-        """Return the spec without its description, for whoever knows the class already."""
-        return replace(self, description=None)
+    def brief(self, known: ComponentSpec | None) -> ComponentSpec:
+        """Return the spec without its description, for whoever has ``known`` of the same class already."""
+        return replace(self, description=None) if known is not None and known.cls == self.cls else self
 
     def described_as(self, known: ComponentSpec | None) -> ComponentSpec:
         """Return the spec with the description that ``known`` has of the same class, if it has none of its own."""

@@ -57,6 +57,7 @@ def decode_as(kind: MessageType, payload: bytes) -> Any:
         raise BadMessage(f"is {len(payload)} bytes long, must be at most {LARGEST_MESSAGE}")
     if kind.tail:
         return kind.unpack(_plain_with_tail(payload))
+    # What _unpacked does, without its frame: every small message comes this way.
     try:
         plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=LARGEST_MAP)
     except MALFORMED as error:

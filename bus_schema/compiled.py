@@ -10,10 +10,11 @@ import dataclasses
 import inspect
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from bus_schema.errors import BadMessage
-from bus_schema.records import RecordShape
+from bus_schema.records import RecordShape, record_shape
 from bus_schema.shapes import (
     INT_RANGE,
     BoolShape,
@@ -50,8 +51,10 @@ class _Names:
         return name
 
 
-def compile_pack(shape: RecordShape) -> Convert:
-    """Return what ``shape.pack`` does, faster."""
+@cache
+def compile_pack(cls: type) -> Convert:
+    """Return what the ``pack`` of a dataclass's shape does, faster."""
+    shape = record_shape(cls)
     if not _is_simple(shape):
         return shape.pack
     names = _Names(cls=shape.cls, walk=shape.pack, BadMessage=BadMessage)
@@ -79,8 +82,10 @@ def pack(record):
     return _define("pack", text, names)
 
 
-def compile_unpack(shape: RecordShape) -> Convert:
-    """Return what ``shape.unpack`` does, faster."""
+@cache
+def compile_unpack(cls: type) -> Convert:
+    """Return what the ``unpack`` of a dataclass's shape does, faster."""
+    shape = record_shape(cls)
     if not _is_simple(shape):
         return shape.unpack
     names = _Names(cls=shape.cls, walk=shape.unpack, BadMessage=BadMessage)
@@ -121,9 +126,9 @@ def _making(shape: RecordShape, values: list[str], names: _Names) -> list[str]:
 
 
 def _is_simple(shape: RecordShape) -> bool:
-    """Tell whether the class takes its fields by position, and travels without a tag."""
+    """Tell whether the class takes its fields by position."""
     fields: Any = dataclasses.fields(shape.cls)
-    return shape.tag is None and bool(fields) and all(field.init and not field.kw_only for field in fields)
+    return bool(fields) and all(field.init and not field.kw_only for field in fields)
 
 
 def _all(fields: list[_Field], variables: list[str]) -> str:
@@ -141,8 +146,8 @@ def _define(name: str, text: str, names: _Names) -> Convert:
 def _packing(shape: Shape, names: _Names) -> _Field:
     if isinstance(shape, EnumShape):
         return _Field(f"type({{v}}) is {names.add(shape.members)}", "{v}._value_")
-    if isinstance(shape, RecordShape):
-        return _Field("", f"{names.add(compile_pack(shape))}({{v}})")
+    if isinstance(shape, RecordShape) and shape.tag is None:
+        return _Field("", f"{names.add(compile_pack(shape.cls))}({{v}})")
     return _leaf(shape) or _nested(shape, names, _packing) or _Field("", f"{names.add(shape.pack)}({{v}})")
 
 
@@ -150,8 +155,8 @@ def _unpacking(shape: Shape, names: _Names) -> _Field:
     if isinstance(shape, EnumShape):
         members = names.add({member.value: member for member in shape.members})
         return _Field(f"{{v}} in {members}", f"{members}[{{v}}]")
-    if isinstance(shape, RecordShape):
-        return _Field("", f"{names.add(compile_unpack(shape))}({{v}})")
+    if isinstance(shape, RecordShape) and shape.tag is None:
+        return _Field("", f"{names.add(compile_unpack(shape.cls))}({{v}})")
     return _leaf(shape) or _nested(shape, names, _unpacking) or _Field("", f"{names.add(shape.unpack)}({{v}})")
 
 

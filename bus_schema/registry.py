@@ -81,8 +81,8 @@ def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
             shape,
             tails[0] if tails else None,
             f"{media};{name}@{version}",
-            compile_pack(shape),
-            compile_unpack(shape),
+            compile_pack(described),
+            compile_unpack(described),
         )
         _types[name] = registered
         _by_class[cls] = registered

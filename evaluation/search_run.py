@@ -22,6 +22,8 @@ MISSION_ENDS = ("mission.succeeded", "mission.failed", "mission.halted")
 TOLD = ("mission.", "world.contact", "sensor.", "mapper.", "adaptation.", "component.fault", "component.restarted")
 STARTED_WITHIN = 60.0
 ENDS_WITHIN = 30.0
+STANDS_STILL_WITHIN = 60.0
+"""s of wall-clock time in which simulated time has to go on."""
 LOOK_EVERY = 0.1
 WORD_SPREADS = 2.0
 """s of simulated time until the judge has heard of the mission's end, too."""
@@ -73,11 +75,16 @@ def _watch(
 ) -> tuple[Judgement, tuple[Event, ...]]:
     with Client.connect(_started(process, home)) as client:
         events: list[Event] = []
+        reached, moved_at = -1.0, time.monotonic()
         client.events(lambda event: events.append(event) if event.kind.startswith(TOLD) else None)
         while process.poll() is None:
             time.sleep(LOOK_EVERY)
             told = client.clock()
             now = told.time / 1e9 if told else 0.0
+            if now > reached:
+                reached, moved_at = now, time.monotonic()
+            elif time.monotonic() - moved_at > STANDS_STILL_WITHIN:
+                raise RunFailed(f"simulated time stood still at {now:.2f} s, see {home / 'up.log'}")
             ended = min((event.stamp for event in events if event.kind in MISSION_ENDS), default=math.inf)
             if now >= min(at_most, max(at_least, ended + WORD_SPREADS)):
                 judgement = client.call("judgement", JudgementRequest(), Judgement, 20.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections import deque
 from typing import ClassVar
 
@@ -58,9 +59,9 @@ class HydrantDetector(Component):
     detections = Output(Detections, text="what each picture shows that was looked at")
     energy = Output(EnergyUse, text="what an on-board picture takes")
 
+    @abstractmethod
     def finder(self) -> Finder:
         """Return what finds hydrants, as the parameters now are."""
-        raise NotImplementedError(f"{type(self).__name__} must say what finds hydrants")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +50,9 @@ class MappingComponent(Component):
     map = Output(OccupancyGrid, text="the map, while it changes")
     localization = Output(Odometry, text="each odometry with the robot's pose in the map")
 
+    @abstractmethod
     def localizer(self) -> Localizer:
         """Return what corrects the odometry."""
-        raise NotImplementedError
 
     def on_configure(self) -> None:
         """Begin without a map."""
