@@ -6,7 +6,8 @@ import math
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from typing import Any
 
 SOON = 0.003
@@ -19,15 +20,33 @@ class Inbox:
     A wait with a time-out has the kernel set a timer, which costs as much as a fifth of a round trip; and a
     component waits after every message. So another thread, the alarm, keeps the time, and is told of it only
     when something is due earlier than what it is set to. A wait may end early with nothing.
+
+    What is shelved is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
+    whoever takes is ``attentive``. It comes behind what was put, whichever came first.
     """
 
     def __init__(self) -> None:
         """Begin empty; a None in it is the alarm, or whoever wants the waiting to end."""
         self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._shelf: deque[Any] = deque()
         self._alarm = _Alarm(self._items.put)
+        self.attentive = False
         self.put = self._items.put
-        self.empty = self._items.empty
-        self.qsize = self._items.qsize
+
+    def shelve(self, item: Any) -> None:
+        """Put an item that need not be taken before something else is."""
+        self._shelf.append(item)
+        # Whoever becomes attentive looks at the shelf afterwards, so that one of the two sees the other.
+        if self.attentive:
+            self._items.put(None)
+
+    def empty(self) -> bool:
+        """Tell whether nothing is there."""
+        return not self._shelf and self._items.empty()
+
+    def qsize(self) -> int:
+        """Return how many items are there."""
+        return len(self._shelf) + self._items.qsize()
 
     def get(self, timeout: float) -> Any:
         """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
@@ -35,6 +54,8 @@ class Inbox:
 
     def get_until(self, then: float) -> Any:
         """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
+        if self._shelf:
+            return self._get_soon(0.0)
         if self._alarm.set_to > then:
             left = then - time.monotonic()
             if left <= SOON:
@@ -46,14 +67,20 @@ class Inbox:
         """End the alarm: nobody waits here any more."""
         self._alarm.stop()
 
+    def take_shelved(self) -> Iterator[Any]:
+        """Take what is on the shelf now."""
+        for _ in range(len(self._shelf)):
+            yield self._shelf.popleft()
+
     def _get_soon(self, timeout: float) -> Any:
         item = None
+        timeout = 0.0 if self._shelf else timeout
         try:
             while item is None:  # the alarm's Nones stand among the items
                 item = self._items.get(timeout=timeout) if timeout > 0.0 else self._items.get_nowait()
         except queue.Empty:
             pass
-        return item
+        return self._shelf.popleft() if item is None and self._shelf else item
 
 
 class _Alarm:

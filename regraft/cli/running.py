@@ -16,6 +16,8 @@ from regraft.launch import Running
 TRANSITION = "component.transition"
 SETTLED_AFTER = 0.5
 """Seconds after which transitions are no longer those of the start."""
+LOOK_EVERY = 0.05
+"""Seconds between two looks at the system: the host has better things to do than to be looked at."""
 SHOW_EVERY = 0.25
 PROGRESS_EVERY = 1.0
 SAY_WHY_AFTER = 10.0
@@ -38,14 +40,18 @@ class Run:
         self._up_at: float | None = None
         self._counting_from: float | None = None
         self._ready_shown = -1
-        self._next_show = self._next_progress = 0.0
+        self._next_look = self._next_show = self._next_progress = 0.0
         self._next_why = self._started + SAY_WHY_AFTER
         self._url: str | None = None
         self._asked: SummaryAsked | None = None
         self._stopping_shown = False
 
     def step(self, running: Running) -> None:
-        """Look at the system, show what is new, and end it when its time is over."""
+        """Look at the system if it is time to, show what is new, and end it when its time is over."""
+        now = time.monotonic()
+        if now < self._next_look and not running.stopping and not running.host.ended:
+            return
+        self._next_look = now + LOOK_EVERY
         watch = self._watch
         if watch is None:
             watch = self._watch = Watch(running)
@@ -54,7 +60,6 @@ class Run:
             # While the system starts, everybody's transitions are what the progress sums up.
             if event.kind != TRANSITION or self._has_settled():
                 self._display.line(event_line(event, watch.clock()))
-        now = time.monotonic()
         if self._up_at is None:
             self._show_start(watch, now)
         if now >= self._next_show:

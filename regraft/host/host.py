@@ -85,7 +85,8 @@ class Host:
         """Appear on the bus and start everything: the time source first, since the others connect to it."""
         keys, name = self._keys, self.plan.name
         self._declared = [
-            *(self._bus.subscribe(key, self.inbox.put) for key in (keys.status("*"), keys.checkpoint("*"))),
+            # The host looks often enough by itself: neither heartbeats nor checkpoints need to wake it.
+            *(self._bus.subscribe(key, self.inbox.shelve) for key in (keys.status("*"), keys.checkpoint("*"))),
             *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._verbs),
             self._bus.announce(keys.host(name, "alive")),
         ]

@@ -135,7 +135,7 @@ class Lifecycle:
         reader = runtime.reader(key)
         if reader is None:
             runtime.inbound.add(key, TopicReader((port,)))
-            self._subscriptions[key] = runtime.bus.subscribe(key, runtime.inbox.put)
+            self._subscriptions[key] = runtime.bus.subscribe(key, runtime.take_in)
         elif port not in reader.ports:
             reader.read_by(*reader.ports, port)
 

@@ -53,6 +53,7 @@ class Runtime:
         epoch = assignment.incarnation
         self.identity = Identity(assignment.name, epoch, assignment.incarnation)
         self.inbox = Inbox()
+        self.take_in: Callable[[Any], object] = self.inbox.put
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)

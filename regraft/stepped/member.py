@@ -6,6 +6,7 @@ Between steps it answers control queries and keeps its heartbeat; its clock stan
 from __future__ import annotations
 
 import time
+from typing import Any
 
 from bus_schema import codec
 from bus_schema.errors import BadMessage
@@ -49,6 +50,7 @@ class Member:
     def run(self) -> None:
         """Join and work until the component is finalized."""
         runtime = self._runtime
+        runtime.take_in = self._shelve
         runtime.declare()
         self._configure()
         step_key = self._keys.clock(f"step/{self._name}")
@@ -68,6 +70,15 @@ class Member:
         for closable in declared:
             closable.close()
         self._line.close()
+
+    def _shelve(self, item: Any) -> None:
+        """Take in a topic's message, on the bus's thread: it is not handled before the step that says so.
+
+        A marker, which alone is empty, is waited for now.
+        """
+        self._runtime.inbox.shelve(item)
+        if not len(item.payload):
+            self._runtime.inbox.put(None)
 
     def _configure(self) -> None:
         if self._runtime.assignment.state in (State.INACTIVE, State.ACTIVE):
@@ -176,12 +187,21 @@ class Member:
 
     def _wait_for(self, step: Step) -> str:
         """Wait until the inputs have come as far as the step says."""
+        inbox, inbound = self._runtime.inbox, self._runtime.inbound
+        for item in inbox.take_shelved():
+            self._runtime.take(item)
+        if inbound.reaches(step.frontier):
+            return ""
         deadline = time.monotonic() + INPUTS_WITHIN
-        while not self._runtime.inbound.reaches(step.frontier):
-            if time.monotonic() > deadline:
-                return "some of the messages that were to be handled have not come"
-            self._pump_once()
-        return ""
+        inbox.attentive = True
+        try:
+            while not inbound.reaches(step.frontier):
+                if time.monotonic() > deadline:
+                    return "some of the messages that were to be handled have not come"
+                self._pump_once()
+            return ""
+        finally:
+            inbox.attentive = False
 
     def _settle(self) -> None:
         """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""

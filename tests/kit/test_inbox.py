@@ -46,3 +46,46 @@ def test_an_item_ends_a_wait_whatever_the_alarm_does() -> None:
             taken.append(item)
     sender.join()
     assert taken == list(range(1000))
+
+
+def test_what_is_shelved_is_taken_behind_what_was_put() -> None:
+    inbox = Inbox()
+    for number in range(3):
+        inbox.shelve(number)
+    inbox.put("put")
+    assert inbox.qsize() == 4
+    assert [inbox.get(LONG) for _ in range(4)] == ["put", 0, 1, 2]
+    assert inbox.empty()
+
+
+def test_whoever_is_attentive_is_woken_by_what_is_shelved() -> None:
+    inbox = Inbox()
+    inbox.attentive = True
+    taken: list[int] = []
+    sender = threading.Thread(target=lambda: [inbox.shelve(number) for number in range(1000)])
+    sender.start()
+    while len(taken) < 1000:
+        item = inbox.get(LONG)
+        if item is not None:
+            taken.append(item)
+    sender.join()
+    assert taken == list(range(1000))
+
+
+def test_becoming_attentive_misses_nothing() -> None:
+    inbox = Inbox()
+    for _ in range(300):
+        sender = threading.Thread(target=inbox.shelve, args=("item",))
+        sender.start()
+        inbox.attentive = True
+        taken = list(inbox.take_shelved())
+        began = time.monotonic()
+        while not taken:
+            item = inbox.get(LONG)
+            if item is not None:
+                taken.append(item)
+        assert time.monotonic() - began < LONG
+        sender.join()
+        inbox.attentive = False
+        while inbox.get(0.0) is not None:
+            pass
