@@ -16,7 +16,7 @@ STACK = ROOT / "stacks" / "frog" / "search.yaml"
 FAILURES = {
     "lidar": "world.failures=30 scan silent, 60 scan none, 150 scan dropout, 160 scan none",
     "odometry": "world.failures=30 odometry silent, 45 odometry none, 150 odometry drift, 170 odometry none",
-    "camera": "camera.failures=100 black, 200 none, 260 silent, 280 none",
+    "camera": "camera.failures=80 black, 200 none, 360 silent, 380 none",
 }
 
 

@@ -228,3 +228,18 @@ def test_a_system_that_cannot_be_changed_ends_the_search_with_the_reason() -> No
         rig.advance(60.0)
         assert crew.state is MissionState.FAILED
         assert "there is none of this name" in crew.told("mission.trouble")[-1]
+
+
+def test_a_look_with_a_broken_camera_is_told_and_made_up_for() -> None:
+    with Rig() as rig:
+        crew = Crew(rig, "visit")
+        rig.publish("goals", goals("north", "east"))
+        crew.detector.broken = True
+        crew.detector.seen_from = {1.0}
+        rig.advance(20.0)
+        assert "none was of use" in crew.told("mission.trouble")[0]
+        assert not crew.told("mission.hydrant_located")
+        crew.detector.broken = False
+        rig.advance(60.0)
+        assert crew.told("mission.hydrant_located")
+        assert crew.state is MissionState.SUCCEEDED

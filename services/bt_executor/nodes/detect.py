@@ -11,13 +11,17 @@ from services.bt_executor.nodes.context import Asked
 
 
 class DetectObject(Asking):
-    """Looks for an object in the next pictures; succeeds when they were looked at, seen or not."""
+    """Looks for an object in the next pictures; succeeds when they were looked at, seen or not.
+
+    Where the detector says that none of them was of use, being black or frozen, nothing can be said: that is a FAILURE.
+    """
 
     label = Input(str, default="hydrant", description="what to look for")
     pictures = Input(int, description="how many pictures; by default as many as the detector thinks fit")
     service = Input(str, default="detect", description="the service that looks")
     timeout = Input(float, default=10.0, description="seconds to wait for the answer")
     looked = Output(int, description="how many pictures were looked at")
+    useful = Output(int, description="how many of them were of use; all, if the detector does not say")
     hits = Output(int, description="in how many of them it was seen")
     found = Output(bool, description="whether it was seen at all")
     confidence = Output(float, description="of the best sighting, 0 if it was not seen")
@@ -36,8 +40,10 @@ class DetectObject(Asking):
     def answered(self, answer: Sightings) -> Status:
         """Write what was seen."""
         best = answer.best
+        useful = answer.pictures if answer.useful is None else answer.useful
         outputs: dict[str, int | float | str] = {
             "looked": answer.pictures,
+            "useful": useful,
             "hits": answer.hits,
             "found": answer.hits > 0,
             "confidence": best.confidence if best else 0.0,
@@ -47,4 +53,6 @@ class DetectObject(Asking):
             outputs |= {"x": place.x, "y": place.y, "frame": frame, "spread": answer.spread or 0.0}
         for port, value in outputs.items():
             write_if_connected(self, port, value)
+        if answer.pictures and not useful:
+            return self.failed(f"of {answer.pictures} pictures none was of use: the camera is black, blank or frozen")
         return SUCCESS
