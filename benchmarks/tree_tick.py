@@ -1,4 +1,4 @@
-"""One pass through a tree of 50 nodes: our engine against py_trees on the same tree."""
+"""One pass through a tree of 50 nodes: our engine against py_trees on the same tree; and through one of 1,000."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from services.bt_executor.engine import (
 
 TICKS = 300
 LIMIT, PARALLEL_LIMIT = 10.0, 8.0
-BRANCHES = 8
+BRANCHES, MANY_BRANCHES = 8, 166
 Theirs = py_trees.behaviour.Behaviour
 
 
@@ -52,16 +52,16 @@ def reactive() -> py_trees.behaviour.Behaviour:
     return root
 
 
-def mission() -> py_trees.behaviour.Behaviour:
+def mission(branches: int = BRANCHES, ends: int = 1) -> py_trees.behaviour.Behaviour:
     """Return py_trees' mission-like tree: a sequence of fallbacks, each with a refuted condition and a sequence."""
     root = py_trees.composites.Sequence("root", memory=True)
-    for _ in range(BRANCHES):
+    for _ in range(branches):
         fallback = py_trees.composites.Selector("fallback", memory=True)
         steps = py_trees.composites.Sequence("steps", memory=True)
         steps.add_children([_succeeding(), _succeeding()])
         fallback.add_children([py_trees.decorators.Inverter("not", _succeeding()), steps])
         root.add_child(fallback)
-    root.add_child(_succeeding())
+    root.add_children([_succeeding() for _ in range(ends)])
     return root
 
 
@@ -77,16 +77,21 @@ def _succeeding() -> py_trees.behaviour.Behaviour:
 
 
 FALLBACK = "<Fallback><Inverter><Yes/></Inverter><Sequence><Yes/><Yes/></Sequence></Fallback>"
-TREES: tuple[tuple[str, str, Callable[[], Theirs], float], ...] = (
+TREES: tuple[tuple[str, str, Callable[[], Theirs], float | None], ...] = (
     ("reactive", f"<ReactiveSequence>{'<Yes/>' * 48}<Act/></ReactiveSequence>", reactive, LIMIT),
     ("mission-like", f"<Sequence>{FALLBACK * BRANCHES}<Yes/></Sequence>", mission, LIMIT),
     ("parallel", f"<Parallel>{'<Act/>' * 49}</Parallel>", parallel, PARALLEL_LIMIT),
+    (
+        "large",
+        f"<Sequence>{FALLBACK * MANY_BRANCHES}{'<Yes/>' * 3}</Sequence>",
+        partial(mission, MANY_BRANCHES, 3),
+        None,
+    ),
 )
 
 
 def tree_tick(effort: Effort) -> list[Result]:
-    """Tick each tree."""
-    count = effort.count(TICKS)
+    """Tick each tree; the large one for information."""
     registry = Registry()
     registry.register(Yes)
     registry.register(Act)
@@ -94,6 +99,7 @@ def tree_tick(effort: Effort) -> list[Result]:
     for name, body, build, limit in TREES:
         text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{body}</BehaviorTree></root>'
         ours, theirs = load_text(text, registry), build()
+        count = effort.count(TICKS if limit else TICKS // 10)
         sides = in_turns(
             effort.rounds,
             partial(_times, ours.tick_exactly_once, count),

@@ -8,8 +8,12 @@ from typing import Annotated, ClassVar
 
 from bus_schema.annotations import Count, PlainValue, Seconds, Tagged, Text
 from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import Transition
 from bus_schema.registry import message
+
+LARGEST_CONTEXT = 16_384
+"""What a request's context may measure, as ``context_size`` does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +113,8 @@ class AdaptationRequest:
     """What somebody wants changed. ``revision`` is the one that the caller saw; stale is refused.
 
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
-    the request is queued.
+    the request is queued. ``context`` says what was so when it was asked for: a map of plain data for the journal's
+    readers, at most 16,384 in size, where a text counts its characters and any other value 8.
     """
 
     changes: tuple[Change, ...]
@@ -120,6 +125,30 @@ class AdaptationRequest:
     dry_run: bool = False
     wait: bool = True
     undoes: str = ""
+    context: dict[str, PlainValue] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse a context that would swell the journal."""
+        size = context_size(self.context)
+        if size > LARGEST_CONTEXT:
+            raise BadMessage(f"has the size {size}, must be at most {LARGEST_CONTEXT}", ("context",))
+
+
+def context_size(plain: PlainValue) -> int:
+    """Return how large plain data is: the characters of its texts, the bytes of its bytes, 8 for any other value."""
+    size, left = 0, [plain]
+    while left and size <= LARGEST_CONTEXT:
+        value = left.pop()
+        if isinstance(value, str | bytes):
+            size += len(value)
+        else:
+            size += 8
+        if isinstance(value, dict):
+            left.extend(value.keys())
+            left.extend(value.values())
+        elif isinstance(value, list | tuple):
+            left.extend(value)
+    return size
 
 
 @message("regraft/Violation")

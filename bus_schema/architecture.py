@@ -75,8 +75,9 @@ class ComponentSpec:
     description: Description | None = None
 
     def brief(self, known: ComponentSpec | None) -> ComponentSpec:
-        """Return the spec without its description, for whoever has ``known`` of the same class already."""
-        return replace(self, description=None) if known is not None and known.cls == self.cls else self
+        """Return the spec without its description, for whoever has ``known`` of the same class and description."""
+        alike = known is not None and known.cls == self.cls and known.description == self.description
+        return replace(self, description=None) if alike else self
 
     def described_as(self, known: ComponentSpec | None) -> ComponentSpec:
         """Return the spec with the description that ``known`` has of the same class, if it has none of its own."""

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bus_schema.annotations import Count, PlainValue, Ratio, Seconds
+from bus_schema.reading import Reading
 from bus_schema.registry import message
+
+ANY_TYPE = "*"
+"""The type of an input that takes whatever its topic carries."""
 
 
 @message("regraft/PortDescription")
@@ -13,7 +17,10 @@ from bus_schema.registry import message
 class PortDescription:
     """A port: its direction (``input`` or ``output``), its message type, and the topic it has by default.
 
-    ``required`` inputs must be fed by somebody; ``latest_only`` inputs see only the newest message.
+    ``required`` inputs must be fed by somebody, the topics of ``required`` outputs be in the stack's table;
+    ``latest_only`` inputs see only the newest message. An input of type ``*`` takes any message that ``reads`` can
+    be read from. ``origin`` is the part of a parameter's value that asks for the port, such as ``mapping.0``; empty
+    for the ports that every component of the class has.
     """
 
     name: str
@@ -24,6 +31,8 @@ class PortDescription:
     required: bool = True
     latest_only: bool = False
     text: str = ""
+    reads: tuple[Reading, ...] = ()
+    origin: str = ""
 
 
 @message("regraft/ParameterDescription")
@@ -65,7 +74,10 @@ class Resources:
 @message("regraft/Description")
 @dataclass(frozen=True, slots=True)
 class Description:
-    """A component class. ``longest_handler`` is how long one handler may keep the loop before it counts as hung."""
+    """A component: what its class says of itself, given the read-only parameters.
+
+    ``longest_handler`` is how long one handler may keep the loop before it counts as hung.
+    """
 
     cls: str
     text: str

@@ -48,6 +48,7 @@ class MessageType:
 
 _types: dict[str, MessageType] = {}
 _by_class: dict[type, MessageType] = {}
+_by_encoding: dict[str, MessageType] = {}
 
 
 def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
@@ -85,7 +86,7 @@ def message(name: str, version: int = 1) -> Callable[[type[T]], type[T]]:
             compile_unpack(described),
         )
         _types[name] = registered
-        _by_class[cls] = registered
+        _by_class[cls] = _by_encoding[registered.encoding] = registered
         return cls
 
     return register
@@ -105,6 +106,11 @@ def type_named(name: str) -> MessageType:
         return _types[name]
     except KeyError:
         raise BadType(f"no message type {name!r} is known here; known: {', '.join(sorted(_types))}") from None
+
+
+def type_encoded(encoding: str) -> MessageType | None:
+    """Return the type whose payloads carry this Zenoh encoding, None if this process knows none."""
+    return _by_encoding.get(encoding)
 
 
 def known_types() -> tuple[MessageType, ...]:

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec, Writers
-from bus_schema.description import PortDescription
+from bus_schema.description import ANY_TYPE, PortDescription
+from bus_schema.errors import BadType
 from bus_schema.lifecycle import State
+from bus_schema.reading_checks import reading_problem
+from bus_schema.registry import type_named
 from bus_schema.suggestions import LISTED, instead_of
 
 
@@ -29,7 +32,14 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
             yield Violation(None, name, f"connections.{port}", problem)
         for described in spec.description.ports:
             for problem in _port_problems(architecture, writers, spec, described):
-                yield Violation(None, name, f"connections.{described.name}", problem)
+                yield Violation(None, name, _field(spec, described), problem)
+
+
+def _field(spec: ComponentSpec, port: PortDescription) -> str:
+    """Return the field that connects a port: for one that a parameter asks for this is the parameter, at first."""
+    if port.origin and spec.connections.get(port.name) == port.topic:
+        return f"parameters.{port.origin}"
+    return f"connections.{port.name}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +73,15 @@ def _port_problems(
     label = f"{port.direction} {port.name!r}"
     name = spec.connections.get(port.name)
     if name is None:
-        if port.direction == "output" or port.required:
+        if port.required:
             yield f"{label} is connected to no topic; {_fitting(architecture, port)}"
         return
     topic = architecture.topics.get(name)
     if topic is None:
         hint = instead_of(name, architecture.topics)
         yield f"{label} is connected to {name!r}, which is not in the topic table; {hint}"
+    elif port.type == ANY_TYPE:
+        yield from _reading_problems(topic, port)
     elif topic.type != port.type:
         verb = "takes" if port.direction == "input" else "gives"
         hint = _fitting(architecture, port)
@@ -78,6 +90,18 @@ def _port_problems(
         yield from _input_problems(spec, port, name, writers.get(name, []))
     else:
         yield from _output_problems(topic, spec, port, writers.get(name, []))
+
+
+def _reading_problems(topic: TopicSpec, port: PortDescription) -> Iterator[str]:
+    try:
+        shape = type_named(topic.type).shape
+    except BadType:
+        yield f"input {port.name!r} cannot read topic {topic.name!r}: no message type {topic.type!r} is known here"
+        return
+    for reading in port.reads:
+        problem = reading_problem(shape, reading)
+        if problem:
+            yield f"input {port.name!r} cannot read topic {topic.name!r}: {problem}"
 
 
 def _input_problems(spec: ComponentSpec, port: PortDescription, topic: str, writers: list[_Writer]) -> Iterator[str]:
@@ -113,7 +137,7 @@ def _output_problems(
 
 
 def _fitting(architecture: Architecture, port: PortDescription) -> str:
-    fitting = sorted(topic.name for topic in architecture.topics.values() if topic.type == port.type)
+    fitting = sorted(topic.name for topic in architecture.topics.values() if port.type in (topic.type, ANY_TYPE))
     if not fitting:
         return f"no topic carries {port.type}"
     return f"topics that carry {port.type}: {', '.join(fitting[:LISTED])}"

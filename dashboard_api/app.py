@@ -8,11 +8,12 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.responses import JSONResponse
 
-from dashboard_api import adaptations, changes, events, mission, problems, status
+from dashboard_api import adaptations, changes, events, mission, mission_events, planners, problems, status
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.guard import Guard
 from dashboard_api.json_replies import schemas
 from dashboard_api.manager import Manager, Services
+from dashboard_api.mission_events import MissionFeed
 from dashboard_api.overview import Overview
 
 PREFIX = "/api/v1"
@@ -33,6 +34,8 @@ def build(services: Services, buffer: EventBuffer, address: str, *, heartbeat: f
         adaptations.routes(manager, PREFIX),
         changes.routes(manager, PREFIX),
         mission.routes(services),
+        planners.routes(services, manager),
+        mission_events.routes(MissionFeed(services, manager, buffer.beside()), heartbeat),
         events.routes(buffer, heartbeat),
     ):
         app.include_router(router, prefix=PREFIX, default_response_class=JSONResponse)

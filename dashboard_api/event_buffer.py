@@ -44,6 +44,7 @@ class EventBuffer:
         self._kept: deque[Numbered] = deque(maxlen=size)
         self._last = 0
         self._readers: dict[asyncio.Event, asyncio.AbstractEventLoop] = {}
+        self._beside: list[EventBuffer] = []
         self._closed = False
 
     @property
@@ -63,16 +64,35 @@ class EventBuffer:
 
     def add(self, event: Event) -> None:
         """Keep an event and wake the readers."""
-        text = json.dumps(to_json(event))
+        self.add_message(event.kind, event)
+
+    def add_message(self, kind: str, message: object) -> None:
+        """Keep any message as an event of a kind, and wake the readers."""
+        text = json.dumps(to_json(message))
         with self._lock:
             self._last += 1
-            self._kept.append(Numbered(self._last, _one_word(event.kind), text))
+            self._kept.append(Numbered(self._last, _one_word(kind), text))
         self._wake()
+
+    def restart(self) -> None:
+        """Forget all and begin a new numbering; only while nobody reads."""
+        with self._lock:
+            self.run = secrets.token_hex(4)
+            self._kept.clear()
+            self._last = 0
+
+    def beside(self) -> EventBuffer:
+        """Return another buffer, which is closed with this one."""
+        other = EventBuffer()
+        self._beside.append(other)
+        return other
 
     def close(self) -> None:
         """Send the readers home."""
         self._closed = True
         self._wake()
+        for other in self._beside:
+            other.close()
 
     def _wake(self) -> None:
         with self._lock:

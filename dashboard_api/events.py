@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header
@@ -41,13 +41,14 @@ def routes(buffer: EventBuffer, heartbeat: float) -> APIRouter:
         """What happens, as it happens: adaptations, faults, transitions, restarts."""
         if buffer.readers >= MOST_READERS:
             raise unavailable(f"{MOST_READERS} readers are being sent events already")
-        body = _stream(buffer, last_event_id, heartbeat)
+        body = stream(buffer, last_event_id, heartbeat)
         return StreamingResponse(body, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
     return router
 
 
-async def _stream(buffer: EventBuffer, last_event_id: str | None, heartbeat: float) -> AsyncIterator[str]:
+async def stream(buffer: EventBuffer, last_event_id: str | None, heartbeat: float) -> AsyncGenerator[str]:
+    """Yield the text of a stream: what is behind an event, then what comes, comments in between."""
     resumed = buffer.resume(last_event_id)
     position = resumed or 0
     with buffer.reading() as woken:

@@ -1,20 +1,30 @@
-"""The routes of the mission: what its tree does, and commands to the executor."""
+"""The routes of the mission: what its tree does, its blackboards, and commands to the executor."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
 from bus_schema.errors import BadMessage
-from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionStatus
+from bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardRequest,
+    Command,
+    MissionCommand,
+    MissionRequest,
+    MissionStatus,
+    WriteBlackboard,
+)
 from bus_schema.records import record_shape
 from dashboard_api.adaptations import request_body
 from dashboard_api.body import json_object, optional_json_object, told, unknown_fields
 from dashboard_api.json_replies import reply, shown
 from dashboard_api.manager import Refused, Services
-from dashboard_api.problems import CONFLICT, Problem, declared, malformed
+from dashboard_api.problems import CONFLICT, Problem, declared, malformed, not_found
+
+A = TypeVar("A")
 
 TEXTS = {name: shape.json_schema() for name, shape in record_shape(MissionCommand).fields if name != "command"}
 LOAD_SCHEMA = {"type": "object", "properties": TEXTS, "required": ["tree"], "additionalProperties": False}
@@ -22,6 +32,12 @@ NOTHING_SCHEMA = {"type": "object", "properties": {}, "additionalProperties": Fa
 TREE_EXAMPLE = (
     '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
 )
+WRITE_SCHEMA = {"type": "object", "description": "New values by entry; null removes one; the others keep theirs"}
+TAKE_A_TREE = {
+    Command.LOAD: "Load a behaviour tree (BehaviorTree.CPP XML, version 4) in place of the present one.",
+    Command.SWAP: "Have another tree take over from the running one at once; the root blackboard is carried over.",
+}
+Board = Annotated[str, Query(description="The path of a sub-tree; the root's board by default", max_length=1000)]
 MEANINGS = {
     Command.START: "Tick the loaded tree from now on.",
     Command.PAUSE: "Tick no more for now; running nodes stay as they are.",
@@ -37,34 +53,53 @@ def routes(services: Services) -> APIRouter:
     @router.get("/mission", responses={**shown(MissionStatus, "The mission"), **declared(409, 503)})
     def show_mission() -> Response:
         """The mission: tree, statuses of its nodes, blackboard."""
-        return reply(_asked(services, "mission/status", MissionRequest()))
+        return reply(_asked(services, "mission/status", MissionRequest(), MissionStatus))
 
-    @router.post(
-        "/mission/load",
-        responses={**shown(MissionStatus, "The mission"), **declared(409, 413, 415, 422, 503)},
-        openapi_extra=request_body(LOAD_SCHEMA, {"tree": TREE_EXAMPLE}),
+    @router.get("/mission/blackboard", responses={**shown(BlackboardEntries, "The entries"), **declared(404, 422, 503)})
+    def read_blackboard(
+        key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "", board: Board = ""
+    ) -> Response:
+        """The entries of a blackboard: value, type, number of writes, age."""
+        try:
+            return reply(services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries))
+        except Refused as refusal:
+            raise not_found(str(refusal)) from None
+
+    @router.patch(
+        "/mission/blackboard",
+        responses={**shown(BlackboardEntries, "The entries written"), **declared(409, 413, 415, 422, 503)},
+        openapi_extra=request_body(WRITE_SCHEMA, {"charging_wanted": 1}),
     )
-    def load(body: Annotated[dict[str, Any], Depends(json_object)]) -> Response:
-        """Load a behaviour tree (BehaviorTree.CPP XML, version 4)."""
-        return _command(services, Command.LOAD, body, ("tree", "main"))
+    def write_blackboard(body: Annotated[dict[str, Any], Depends(json_object)], board: Board = "") -> Response:
+        """Write entries of a blackboard, all or none; a value must fit its entry's type."""
+        return reply(_asked(services, "mission/write", WriteBlackboard(body, board), BlackboardEntries))
 
+    for command, meaning in TAKE_A_TREE.items():
+        _add_command(router, services, command, meaning)
     for command, meaning in MEANINGS.items():
         _add_command(router, services, command, meaning)
     return router
 
 
 def _add_command(router: APIRouter, services: Services, command: Command, meaning: str) -> None:
+    takes_tree = command in TAKE_A_TREE
+
     def tell(body: Annotated[dict[str, Any], Depends(optional_json_object)]) -> Response:
         return _command(services, command, body, ())
 
+    def tell_with_tree(body: Annotated[dict[str, Any], Depends(json_object)]) -> Response:
+        return _command(services, command, body, tuple(TEXTS))
+
     router.add_api_route(
         f"/mission/{command.value}",
-        tell,
+        tell_with_tree if takes_tree else tell,
         methods=["POST"],
         name=f"{command.value}_mission",
         description=meaning,
         responses={**shown(MissionStatus, "The mission"), **declared(409, 413, 415, 422, 503)},
-        openapi_extra=request_body(NOTHING_SCHEMA, {}, required=False),
+        openapi_extra=request_body(LOAD_SCHEMA, {"tree": TREE_EXAMPLE})
+        if takes_tree
+        else request_body(NOTHING_SCHEMA, {}, required=False),
     )
 
 
@@ -72,17 +107,17 @@ def _command(services: Services, command: Command, body: dict[str, Any], known: 
     wrong = unknown_fields(body, known)
     if wrong:
         raise malformed(*wrong)
-    if command is Command.LOAD and "tree" not in body:
+    if command in TAKE_A_TREE and "tree" not in body:
         raise malformed(told(BadMessage("is missing", ("tree",))))
     try:
         request = record_shape(MissionCommand).unpack({**body, "command": command.value})
     except BadMessage as error:
         raise malformed(told(error)) from None
-    return reply(_asked(services, "mission/command", request))
+    return reply(_asked(services, "mission/command", request, MissionStatus))
 
 
-def _asked(services: Services, service: str, request: object) -> MissionStatus:
+def _asked(services: Services, service: str, request: object, expected: type[A]) -> A:
     try:
-        return services.ask(service, request, MissionStatus)
+        return services.ask(service, request, expected)
     except Refused as refusal:
         raise Problem(CONFLICT, str(refusal)) from None

@@ -6,19 +6,20 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from bus_schema.adaptation import AdaptationRequest, Change, Violation
-from bus_schema.annotations import Count
+from bus_schema.annotations import Count, PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.records import record_shape, shape_of
 from dashboard_api.body import told, unknown_fields
 from dashboard_api.problems import malformed, violation
 from dashboard_api.terms import Terms
 
-FIELDS = ("changes", "reason", "revision")
+FIELDS = ("changes", "reason", "revision", "context")
 LONGEST_REASON = 1000
 MOST_CHANGES = 1000
 CHANGE = shape_of(Change)
 REVISION = shape_of(Count)
 REASON = dict(record_shape(AdaptationRequest).fields)["reason"]
+CONTEXT = dict(record_shape(AdaptationRequest).fields)["context"]
 
 ADAPTATION_EXAMPLE = {
     "reason": "someone is near",
@@ -43,6 +44,7 @@ def adaptation_schema() -> dict[str, Any]:
             },
             "reason": REASON.json_schema(),
             "revision": REVISION.json_schema(),
+            "context": CONTEXT.json_schema() | {"description": "What is so in the world, for readers of the journal"},
         },
         ["changes"],
     )
@@ -64,17 +66,36 @@ def read_adaptation(body: dict[str, Any], asked: Terms) -> AdaptationRequest:
     changes = _changes(body.get("changes"), wrong)
     reason = _read("reason", body.get("reason", ""), REASON.unpack, wrong)
     seen = _read("revision", body["revision"], REVISION.unpack, wrong) if "revision" in body else None
+    context = _read("context", body.get("context", {}), CONTEXT.unpack, wrong)
     if seen is not None and asked.revision is not None and seen != asked.revision:
         wrong.append(violation("revision", f"is {seen}, but If-Match says {asked.revision}"))
     if wrong:
         raise malformed(*wrong)
     revision = asked.revision if asked.revision is not None else seen
-    return request(tuple(changes), reason or "", revision, asked)
+    return request(tuple(changes), reason or "", revision, asked, context)
 
 
-def request(changes: tuple[Any, ...], reason: str, revision: int | None, asked: Terms) -> AdaptationRequest:
-    """Return an adaptation on the caller's terms."""
-    return AdaptationRequest(changes, reason, asked.who, revision, asked.key, dry_run=asked.dry_run, wait=asked.wait)
+def request(
+    changes: tuple[Any, ...],
+    reason: str,
+    revision: int | None,
+    asked: Terms,
+    context: dict[str, PlainValue] | None = None,
+) -> AdaptationRequest:
+    """Return an adaptation on the caller's terms; raises Problem if its context is too large."""
+    try:
+        return AdaptationRequest(
+            changes,
+            reason,
+            asked.who,
+            revision,
+            asked.key,
+            dry_run=asked.dry_run,
+            wait=asked.wait,
+            context=context or {},
+        )
+    except BadMessage as error:
+        raise malformed(told(error)) from None
 
 
 def read_change(plain: dict[str, Any]) -> Any:

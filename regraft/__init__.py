@@ -8,6 +8,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from regraft.component import Component
 from regraft.parameters import Parameter
 from regraft.ports import Input, Output
+from regraft.records import Records
 from regraft.requests import action, every, service
 from regraft.runtime.calling import CallFailed
 from regraft.runtime.serving import RequestRefused
@@ -20,6 +21,7 @@ __all__ = [
     "Input",
     "Output",
     "Parameter",
+    "Records",
     "RequestRefused",
     "action",
     "every",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bus_schema.annotations import PlainValue
 from bus_schema.description import Description, Resources
 from bus_schema.errors import BadType
-from regraft.parameters import Parameter
+from regraft.parameters import Parameter, ParameterError, ParameterSet
 from regraft.ports import Input, Output
 from regraft.requests import Period, Service, period_of, service_of
 
@@ -43,6 +44,17 @@ class Component:
 
         It must start no thread and open no device.
         """
+
+    @classmethod
+    def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:
+        """Name the ports that a component has by its read-only ``parameters``, beside those of its class.
+
+        Each needs a ``name`` and an ``origin``; it is found in ``kit.inputs`` or ``kit.outputs``, not as an attribute.
+
+        Raises:
+            ParameterError: the parameters make no sense together.
+        """
+        return ()
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
@@ -121,6 +133,31 @@ def declared(cls: type[Component]) -> Declared:
     return found
 
 
+def declared_for(cls: type[Component], parameters: Mapping[str, Any]) -> Declared:
+    """Return what a component of the class declares that has these values of its parameters.
+
+    Raises:
+        BadType: see `declared`.
+        ParameterError: the ports that the parameters ask for cannot be.
+    """
+    parts = declared(cls)
+    fixed = {name: parameters[name] for name, parameter in parts.parameters.items() if parameter.read_only}
+    inputs, outputs = dict(parts.inputs), dict(parts.outputs)
+    problems = []
+    for port in cls.ports_for(fixed):
+        namesake = inputs.get(port.name) or outputs.get(port.name)
+        if namesake is not None:
+            whose = f"{namesake.origin} asks for" if namesake.origin else "the class has"
+            problems.append(f"{port.origin}: {whose} a port {port.name!r} already: each needs a name of its own")
+        elif isinstance(port, Input):
+            inputs[port.name] = port
+        else:
+            outputs[port.name] = port
+    if problems:
+        raise ParameterError(problems)
+    return replace(parts, inputs=inputs, outputs=outputs)
+
+
 def _take_function(found: Declared, name: str, function: Any) -> None:
     offered = service_of(name, function)
     if offered:
@@ -137,9 +174,16 @@ def class_path(cls: type) -> str:
     return f"{cls.__module__}:{cls.__qualname__}"
 
 
-def describe(cls: type[Component]) -> Description:
-    """Return what a component class says of itself, without running it; raises BadType."""
-    parts = declared(cls)
+def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) -> Description:
+    """Return what a component class says of itself, without running it, given parameters other than its defaults.
+
+    Raises:
+        BadType: see `declared`.
+        ParameterError: the parameters do not fit the class.
+    """
+    values = ParameterSet(declared(cls).parameters)
+    values.set(parameters or {}, starting=True)
+    parts = declared_for(cls, values.values)
     text = (inspect.getdoc(cls) or "").split("\n\n")[0]
     return Description(
         class_path(cls),

@@ -18,7 +18,7 @@ JSON_TYPES: dict[type, str] = {bool: "boolean", int: "integer", float: "number",
 
 
 class ParameterError(ValueError):
-    """Values that cannot be set; ``problems`` names every one of them."""
+    """Values that cannot be set; ``problems`` names every one of them, led by the parameter or the part of it."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         self.problems = tuple(problems)
@@ -100,6 +100,10 @@ class Parameter(Generic[V]):
     def _unit(self) -> str:
         return f" {self.unit}" if self.unit else ""
 
+    def plain(self, value: Any) -> Any:
+        """Return a value as plain data."""
+        return list(value) if isinstance(value, tuple) else value
+
     def describe(self) -> ParameterDescription:
         """Return the parameter's description, with a JSON Schema of its values."""
         schema: dict[str, Any] = {"type": JSON_TYPES[type(self.default)]}
@@ -109,7 +113,7 @@ class Parameter(Generic[V]):
         schema |= {key: bound for key, bound in bounds.items() if bound is not None}
         if self.choices:
             schema["enum"] = list(self.choices)
-        default = list(self.default) if isinstance(self.default, tuple) else self.default
+        default = self.plain(self.default)
         return ParameterDescription(self.name, default, schema, self.unit, self.read_only, self.text)
 
 
@@ -176,4 +180,4 @@ class ParameterSet:
 
     def plain(self) -> dict[str, Any]:
         """Return the current values as plain data."""
-        return {name: list(v) if isinstance(v, tuple) else v for name, v in self.values.items()}
+        return {name: self.declared[name].plain(value) for name, value in self.values.items()}

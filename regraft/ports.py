@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from bus_schema.description import PortDescription
+from bus_schema.description import ANY_TYPE, PortDescription
+from bus_schema.reading import Reading
 from bus_schema.registry import type_of
 
 if TYPE_CHECKING:
@@ -25,23 +26,29 @@ class Input(Generic[M]):
 
     def __init__(
         self,
-        message: type[M],
+        message: type[M] | None,
         *,
         topic: str | None = None,
         latest_only: bool = False,
         required: bool = True,
         keep: int = 0,
         text: str = "",
+        reads: Sequence[Reading] = (),
+        name: str = "",
+        origin: str = "",
     ) -> None:
         """Declare an input.
 
         Args:
-            message: the message class.
+            message: the message class; None takes whatever the topic carries.
             topic: the topic it has unless the stack says another; the port's name by default.
             latest_only: see only the newest message, for sensor streams.
             required: whether a stack must feed it.
             keep: how many messages wait for ``take`` at the most, then the oldest are dropped; 0 if it is not used.
             text: what it is for.
+            reads: what must be there to be read in messages of any type.
+            name: its name, where `Component.ports_for` returns it; in a class body it is the attribute's.
+            origin: the part of a parameter's value that asks for it, such as ``mapping.0``; with `ports_for` only.
         """
         self.message = message
         self.topic = topic
@@ -49,7 +56,9 @@ class Input(Generic[M]):
         self.required = required
         self.keep = keep
         self.text = text
-        self.name = ""
+        self.reads = tuple(reads)
+        self.name = name
+        self.origin = origin
         self.handler_name: str | None = None
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -75,30 +84,53 @@ class Input(Generic[M]):
 
     def describe(self) -> PortDescription:
         """Return the port's description."""
-        kind = type_of(self.message)
-        topic = self.topic or self.name
+        kind = type_of(self.message) if self.message else None
         return PortDescription(
-            self.name, "input", kind.name, kind.version, topic, self.required, self.latest_only, self.text
+            self.name,
+            "input",
+            kind.name if kind else ANY_TYPE,
+            kind.version if kind else 0,
+            self.topic or self.name,
+            self.required,
+            self.latest_only,
+            self.text,
+            self.reads,
+            self.origin,
         )
 
 
 class Output(Generic[M]):
     """An output: messages of one type to the topic it is connected to."""
 
-    def __init__(self, message: type[M], *, topic: str | None = None, reliable: bool = True, text: str = "") -> None:
+    def __init__(
+        self,
+        message: type[M],
+        *,
+        topic: str | None = None,
+        reliable: bool = True,
+        required: bool = True,
+        text: str = "",
+        name: str = "",
+        origin: str = "",
+    ) -> None:
         """Declare an output.
 
         Args:
             message: the message class.
             topic: the topic it has unless the stack says another; the port's name by default.
             reliable: block, within bounds, rather than drop; the stack's topic table overrides it.
+            required: whether a stack must list its topic.
             text: what it carries.
+            name: as for an input.
+            origin: as for an input.
         """
         self.message = message
         self.topic = topic
         self.reliable = reliable
+        self.required = required
         self.text = text
-        self.name = ""
+        self.name = name
+        self.origin = origin
 
     def __set_name__(self, owner: type, name: str) -> None:
         """Learn the name from the class body."""
@@ -119,4 +151,7 @@ class Output(Generic[M]):
     def describe(self) -> PortDescription:
         """Return the port's description."""
         kind = type_of(self.message)
-        return PortDescription(self.name, "output", kind.name, kind.version, self.topic or self.name, text=self.text)
+        topic, required = self.topic or self.name, self.required
+        return PortDescription(
+            self.name, "output", kind.name, kind.version, topic, required, text=self.text, origin=self.origin
+        )

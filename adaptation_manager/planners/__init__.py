@@ -7,4 +7,8 @@ be swapped, it can run on another host, it can be written in another language, a
 reach the manager by the same door. ``who`` names the planner in the journal, ``reason`` says why,
 ``revision`` guards a decision that was made on an architecture that may have changed since, and ``dry_run``
 asks whether an option is possible at all.
+
+A planner that can be asked offers ``planners/NAME/propose`` and ``planners/NAME/describe``, with the messages of
+``bus_schema.messages.planning``. ``asking`` is what planners have in common: seeing the architecture, having changes
+carried out, taking turns.
 """

@@ -1,4 +1,4 @@
-"""How components and the system are: status, diagnostics, quality, events."""
+"""How components and the system are: status, diagnostics, events."""
 
 from __future__ import annotations
 
@@ -50,19 +50,6 @@ class Diagnostic:
     level: Level
     text: str
     values: dict[str, PlainValue] = field(default_factory=dict)
-
-
-@message("regraft/Quality")
-@dataclass(frozen=True, slots=True)
-class Quality:
-    """A quality as measured: ``attribute`` such as Safety or Power, ``satisfied`` None where nothing is required."""
-
-    stamp: Seconds
-    requirement: str
-    attribute: str
-    value: float
-    satisfied: bool | None = None
-    weight: Ratio = 1.0
 
 
 @message("regraft/Event")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import replace
 from typing import Annotated
@@ -117,6 +118,8 @@ def _show_entry(report: AdaptationReport) -> None:
     say(f"by {report.request.who or 'nobody known'}, because: {report.request.reason or 'no reason given'}")
     for change in codec.to_plain(report.request)["changes"]:
         say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
+    for name, value in report.request.context.items():
+        say(f"  {name}: {json.dumps(value, default=str) if isinstance(value, dict | list) else value}")
     for violation in report.violations:
         say(f"  violation: {managing.violation_line(violation)}")
     for step in report.steps:

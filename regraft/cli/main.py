@@ -14,8 +14,8 @@ from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
 from regraft.cli.host import events, host, logs
 from regraft.cli.lifecycle import lifecycle
-from regraft.cli.mission import mission
 from regraft.cli.param import param
+from regraft.cli.planner import planner
 from regraft.cli.ps import down, ps
 from regraft.cli.run import run
 from regraft.cli.service import action, goal, service
@@ -31,7 +31,7 @@ GROUPS = {
     "service": service,
     "action": action,
     "goal": goal,
-    "mission": mission,
+    "planner": planner,
 }
 
 

@@ -70,12 +70,13 @@ def run(
     called = component_name(name or name_of(cls))
     there = rundir.find(join) if join is not None else None
     usual = called.replace(".", "-")
+    parameters = _parameters(cls, settings or [])
     own = Assignment(
         there.system if there else system_name(chosen_system(ctx, system) or usual),
         called,
         component,
-        parameters=_parameters(cls, settings or []),
-        connections=_connections(cls, connections or []),
+        parameters=parameters,
+        connections=_connections(cls, parameters, connections or []),
     )
     _log_to_terminal()
     code = _run_joined(own, cls, there, as_json) if there else _run_alone(own, cls, as_json)
@@ -98,8 +99,8 @@ def _parameters(cls: type[Component], settings: list[str]) -> dict[str, PlainVal
     return given
 
 
-def _connections(cls: type[Component], connections: list[str]) -> dict[str, str]:
-    ports = {**declared(cls).inputs, **declared(cls).outputs}
+def _connections(cls: type[Component], parameters: dict[str, PlainValue], connections: list[str]) -> dict[str, str]:
+    ports = [port.name for port in describe(cls, parameters).ports]
     found = {}
     for text in connections:
         port, equals, topic = text.partition("=")

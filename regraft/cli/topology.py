@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.description import PortDescription, ServiceDescription
+from bus_schema.description import ANY_TYPE, PortDescription, ServiceDescription
 from bus_schema.suggestions import instead_of
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
@@ -93,7 +93,8 @@ class Topology:
     def uses(self) -> dict[str, TopicUse]:
         """Return all topics by name."""
         uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
-        for component, port, topic in self._ports():
+        # Who takes any type cannot tell which one it is.
+        for component, port, topic in sorted(self._ports(), key=lambda end: end[1].type == ANY_TYPE):
             use = uses.setdefault(topic, TopicUse(topic, port.type))
             (use.writers if port.direction == "output" else use.readers).append((component, port.name))
         return dict(sorted(uses.items()))

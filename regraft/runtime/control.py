@@ -142,7 +142,7 @@ class Control:
     def _describe(self, payload: bytes) -> object:
         if payload:
             return self._qualities(codec.decode(payload, AskQualities))
-        return describe(type(self._runtime.component))
+        return describe(type(self._runtime.component), self._runtime.parameters.values)
 
     def _qualities(self, asked: AskQualities) -> Qualities:
         runtime = self._runtime

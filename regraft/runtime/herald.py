@@ -11,6 +11,7 @@ from bus_schema import codec
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
+from bus_schema.messages.quality import Quality
 from bus_schema.registry import MessageType, type_of
 from regraft.bus import Bus, BusError
 from regraft.clock import Clock
@@ -62,6 +63,10 @@ class Herald:
         """Put a diagnostic."""
         diagnostic = Diagnostic(self._seconds(), self.status.component, subject, level, text, values)
         self._put(self._keys.diagnostics, diagnostic)
+
+    def quality(self, quality: Quality) -> None:
+        """Put how a quality requirement is met."""
+        self._put(self._keys.quality(quality.requirement), quality)
 
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""

@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
-from bus_schema.registry import type_of
+from bus_schema.registry import type_encoded, type_of
 from regraft.bus import Sample
 from regraft.ports import Input
 from regraft.runtime.tasks import Waiting
@@ -61,7 +61,7 @@ class InputPort(Generic[M]):
         self.move: Move | None = None
         self._handle = handle
         self._reporter = reporter
-        self._kind = type_of(declared.message)
+        self._kind = type_of(declared.message) if declared.message else None
         self._newest: Sample | None = None
         self._latest: M | None = None
         self._attachment = b""
@@ -86,6 +86,15 @@ class InputPort(Generic[M]):
     def envelope(self) -> Envelope | None:
         """The envelope of the message that ``latest`` last returned, or that is being handled; None before any."""
         return Envelope.from_bytes(self._attachment) if self._attachment else None
+
+    @property
+    def stamp(self) -> float | None:
+        """When that message was true, in seconds: its own ``stamp``, else when it was published; None before any."""
+        envelope = self.envelope
+        if envelope is None:
+            return None
+        own = getattr(self._latest, "stamp", None)
+        return float(own) if isinstance(own, int | float) else envelope.stamp / 1e9
 
     def take(self) -> list[M]:
         """Return the messages that came since the last call, oldest first; raises TypeError without ``keep``."""
@@ -144,9 +153,10 @@ class InputPort(Generic[M]):
                 self._reporter.fault(self.name, error)
 
     def _decoded(self, sample: Sample) -> M | None:
-        kind = self._kind
-        if sample.encoding != kind.encoding:
-            self._refuse_sample(sample, f"has the encoding {sample.encoding!r}, must be {kind.encoding!r}")
+        kind = self._kind or type_encoded(sample.encoding)
+        if kind is None or sample.encoding != kind.encoding:
+            wanted = f"be {kind.encoding!r}" if kind else "be of a type that is known here"
+            self._refuse_sample(sample, f"has the encoding {sample.encoding!r}, must {wanted}")
             return None
         try:
             message: M = codec.decode_as(kind, sample.payload)
@@ -160,7 +170,7 @@ class InputPort(Generic[M]):
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a message that cannot be handled."""
-        self._reporter.refused(f"input {self.name!r}", source, f"{self._kind.name} {why}")
+        self._reporter.refused(f"input {self.name!r}", source, f"{self._kind.name if self._kind else 'message'} {why}")
 
     def report_lost(self, source: str, count: int) -> None:
         """Count and report messages that never came."""

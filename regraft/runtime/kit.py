@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from bus_schema.messages.health import Level
+from bus_schema.messages.quality import Quality
 from regraft.bus import Answer, Bus
 from regraft.runtime.calling import Goal
 from regraft.runtime.exclusive import Exclusive
@@ -142,6 +143,10 @@ class Kit:
     def diagnose(self, subject: str, level: Level, text: str, **values: Any) -> None:
         """Put a diagnostic about a part of the component."""
         self._runtime.herald.diagnose(subject, level, text, **values)
+
+    def tell_quality(self, quality: Quality) -> None:
+        """Put how a quality requirement is met; its name must be able to stand in a key."""
+        self._runtime.herald.quality(quality)
 
     def say(self, detail: str) -> None:
         """Put a short text into the component's status: what it is doing, what it found."""

@@ -13,7 +13,7 @@ from bus_schema.lifecycle import State
 from regraft.assignment import Assignment
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import Clock
-from regraft.component import Component, declared
+from regraft.component import Component, declared, declared_for
 from regraft.inbox import Inbox
 from regraft.parameters import ParameterSet
 from regraft.runtime.calling import Caller
@@ -47,9 +47,10 @@ class Runtime:
         self.clock = clock
         self.keys = Keys(assignment.system)
         self.stepped = assignment.simulated and cls.in_step
-        self.declared = declared(cls)
-        self.parameters = ParameterSet(self.declared.parameters)
+        of_class = declared(cls)
+        self.parameters = ParameterSet(of_class.parameters)
         self.parameters.set(assignment.parameters, starting=True)
+        self.declared = declared_for(cls, self.parameters.values)
         epoch = assignment.incarnation
         self.identity = Identity(assignment.name, epoch, assignment.incarnation)
         self.inbox = Inbox()
@@ -72,7 +73,8 @@ class Runtime:
             name: OutputPort(output, self.writers, self.herald) for name, output in self.declared.outputs.items()
         }
         # Where the class has the declarations, the instance has the live ports.
-        vars(self.component).update(self.inputs, **self.outputs)
+        vars(self.component).update({name: self.inputs[name] for name in of_class.inputs})
+        vars(self.component).update({name: self.outputs[name] for name in of_class.outputs})
         self.servers = [self._server(name) for name in self.declared.services]
         self.rewiring = Rewiring(self)
         self.lifecycle = Lifecycle(self)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
+from bus_schema.annotations import PlainValue
 from bus_schema.description import Description
+from bus_schema.parameter_values import parameter_problem
 from regraft.component import describe
+from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass, load_class
 
 
@@ -27,10 +31,26 @@ def import_problem(module: str) -> str | None:
     return None
 
 
-def describe_class(path: str) -> Description:
-    """Return what the class at ``module:Class`` says of itself; raises NoSuchClass."""
+def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Description, tuple[tuple[str, str], ...]]:
+    """Return what the class at ``module:Class`` says of itself, given the parameters that are read-only.
+
+    Beside it, what is wrong with those that no description tells: each part of a parameter, and why. The
+    description is then the one without parameters.
+
+    Raises:
+        NoSuchClass: there is none, or it cannot be described.
+    """
     try:
-        return describe(load_class(path))
+        cls = load_class(path)
+        plain = describe(cls)
+        fixed = [parameter for parameter in plain.parameters if parameter.read_only and parameter.name in parameters]
+        if any(parameter_problem(parameter, parameters[parameter.name]) for parameter in fixed):
+            return plain, ()
+        try:
+            return describe(cls, {parameter.name: parameters[parameter.name] for parameter in fixed}), ()
+        except ParameterError as error:
+            parts = (problem.partition(": ") for problem in error.problems)
+            return plain, tuple((place, why) for place, _, why in parts)
     except NoSuchClass:
         raise
     except (Exception, SystemExit) as error:

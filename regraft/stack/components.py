@@ -39,14 +39,14 @@ RUN_FOLDER = "$RUN"
 def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
     """Return one component, without its connections; where its class cannot be had, without description."""
     section = table.section(name)
+    parameters = section.plain_map("parameters")
     description: Description | None
     if "command" in section:
         section.only(*OF_PROGRAMS)
         description = read_program(section)
     else:
         section.only(*OF_CLASSES)
-        description = _class_description(section)
-    parameters = section.plain_map("parameters")
+        description = _class_description(section, parameters)
     return ComponentSpec(
         name=name,
         cls=section.text("class") if "command" not in section else "",
@@ -64,14 +64,22 @@ def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
 def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> dict[str, str]:
     """Return the topic of every port: the one that ``connect`` names, or the port's own.
 
-    An input that needs not be fed stays unconnected where the stack has no topic of its name.
+    An input that needs not be fed, and an output that needs no reader, stays unconnected where the stack has no
+    topic of its name.
     """
-    given = table.section(spec.name).text_map("connect")
-    ports = spec.description.ports if spec.description else ()
-    own = {
-        port.name: port.topic for port in ports if port.direction == "output" or port.required or port.topic in topics
-    }
-    return own | given
+    return connections(spec.description, topics, table.section(spec.name).text_map("connect"))
+
+
+def connections(
+    description: Description | None, topics: Mapping[str, TopicSpec], given: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the topic of every port: the given one, or its own if it has to have one or the stack has that topic.
+
+    A port that a parameter asks for has to have one: it was meant.
+    """
+    ports = description.ports if description else ()
+    own = {port.name: port.topic for port in ports if port.required or port.origin or port.topic in topics}
+    return {**own, **given}
 
 
 def _is_relative(value: PlainValue) -> bool:
@@ -92,14 +100,17 @@ def with_absolute_paths(
     }
 
 
-def _class_description(section: Section) -> Description | None:
+def _class_description(section: Section, parameters: Mapping[str, PlainValue]) -> Description | None:
     path = section.text("class")
     if "class" not in section:
         section.report.add(section.path, "must have 'class' (module:Class) or 'command', has neither")
     if not path:
         return None
     try:
-        return describe_class(path)
+        description, problems = describe_class(path, parameters)
+        for place, problem in problems:
+            section.wrong(f"parameters.{place}", problem)
+        return description
     except NoSuchClass as error:
         section.wrong("class", str(error))
         return None

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from bus_schema import keys
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
+from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.constraints import split_parameter
 from bus_schema.errors import BadKey
 from bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
-from regraft.stack.components import with_absolute_paths
+from regraft.stack.classes import describe_class
+from regraft.stack.components import connections, with_absolute_paths
 from regraft.stack.document import parse
 from regraft.stack.nodes import plain, scalar
 from regraft.stack.problems import Problem, StackError, fail
@@ -51,6 +52,10 @@ def apply_overrides(stack: Stack, overrides: Sequence[str]) -> Stack:
     architecture = stack.architecture
     for override in read:
         architecture = _set(architecture, override)
+    for name in dict.fromkeys(override.component for override in read):
+        spec, wrong = _described_anew(architecture, architecture.components[name])
+        architecture = architecture.with_component(spec)
+        problems += [_placed(stack, read, f"components.{name}.parameters.{place}", why) for place, why in wrong]
     problems += _problems(stack, architecture, read)
     if problems:
         raise StackError(problems)
@@ -108,10 +113,36 @@ def _set(architecture: Architecture, override: _Override) -> Architecture:
     return architecture.with_component(replace(spec, parameters={**spec.parameters, **value}))
 
 
+def _described_anew(
+    architecture: Architecture, spec: ComponentSpec
+) -> tuple[ComponentSpec, tuple[tuple[str, str], ...]]:
+    """Return the spec with the ports that its parameters now ask for, and what is wrong with those."""
+    if not spec.cls or spec.description is None:
+        return spec, ()
+    description, wrong = describe_class(spec.cls, spec.parameters)
+    if description == spec.description:
+        return spec, wrong
+    before = {port.name: port.topic for port in spec.description.ports}
+    given = {
+        port.name: spec.connections[port.name]
+        for port in description.ports
+        if port.name in spec.connections and spec.connections[port.name] != before[port.name]
+    }
+    found = connections(description, architecture.topics, given)
+    return replace(spec, description=description, connections=found), wrong
+
+
 def _problems(stack: Stack, architecture: Architecture, overrides: list[_Override]) -> Iterator[Problem]:
-    named = {override.field: override for override in overrides}
     for place, problem in stack_problems(architecture):
-        override = named.get(place)
-        file = _shown(override.text) if override else str(stack.file)
-        line = None if override else stack.lines.get(place)
-        yield Problem(file, line, place, problem)
+        yield _placed(stack, overrides, place, problem)
+
+
+def _placed(stack: Stack, overrides: list[_Override], place: str, problem: str) -> Problem:
+    """Return a problem with the override that it comes from, which may be one around it, or its line in the file."""
+    named = {override.field: override for override in overrides}
+    around = place
+    while around and around not in named:
+        around = around.rpartition(".")[0]
+    if around:
+        return Problem(_shown(named[around].text), None, place, problem)
+    return Problem(str(stack.file), stack.lines.get(place), place, problem)

@@ -11,27 +11,38 @@ from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardRequest,
     Command,
     MissionCommand,
     MissionRequest,
     MissionState,
     MissionStatus,
+    MissionTransitions,
+    WriteBlackboard,
 )
 from bus_schema.messages.power import BatteryState
+from bus_schema.messages.reflection import Reflection
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
 from regraft.runtime.outputs import NotActive
 from regraft.runtime.tasks import Task, Waiting
-from services.bt_executor.engine import Blackboard, BlackboardError, Registry
+from services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
+from services.bt_executor.engine import Blackboard, BlackboardError, Registry, Tree
 from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
 from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.nodes.registry import node_types
+from services.bt_executor.plain import shown_text
+from services.bt_executor.quality.book import QualityBook
 from services.bt_executor.reflection import REFLECTED, Reflected, SystemReflection
 from services.bt_executor.report import kept_blackboard, mission_status
 from services.bt_executor.source import Source, Unloadable
+from services.bt_executor.transitions import TransitionLog
 
 SHORTEST_WAIT = 0.001
 """Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
+
+TAKE_A_TREE = (Command.LOAD, Command.SWAP)
 
 
 class Executor(Component):
@@ -43,6 +54,7 @@ class Executor(Component):
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
+    longest_handler = 1.0  # a large tree takes that long to load
     state_version = 1
     checkpoint_every = 1.0
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
@@ -61,14 +73,20 @@ class Executor(Component):
     light = Input(LightLevel, latest_only=True, required=False, text="for {@darkness}")
     sensor_health = Input(SensorHealth, latest_only=True, required=False, text="for {@sensor_faults}")
     system_status = Input(SystemStatus, latest_only=True, required=False, text="for {@problems}")
+    reflection = Input(Reflection, latest_only=True, required=False, text="for the entries that the stack maps")
     status = Output(MissionStatus, topic="mission", text="the mission, once a second and when its state changes")
+    transitions = Output(
+        MissionTransitions, topic="mission/transitions", required=False, text="the changes of nodes' statuses, by tick"
+    )
 
     def __init__(self) -> None:
         """Begin without a mission."""
-        self._mission = Mission(self._tell)
+        self._log = TransitionLog()
+        self._mission = Mission(self._tell, (self._log.note,), self._exchange)
         self._source = Source()
-        self._reflection = SystemReflection(self.kit.inputs, self.reflected)
+        self._reflection = SystemReflection(self.kit.inputs, self.reflected, self.kit.event)
         self._registry: Registry | None = None
+        self._qualities = QualityBook()
         self._is_active = False
         self._start_again = False
         self._tick_wanted: Waiting[None] = Waiting()
@@ -79,8 +97,10 @@ class Executor(Component):
 
     def on_configure(self) -> None:
         """Learn the node types and load the mission; raises Unloadable with the place of what is wrong."""
-        self._mission = Mission(self._tell)
-        self._registry = node_types(LeafContext(self.kit, self._tick_soon), self.nodes.split())
+        self._mission = Mission(self._tell, (self._log.note,), self._exchange)
+        context = LeafContext(self.kit, self._tick_soon)
+        self._qualities = context.qualities
+        self._registry = node_types(context, self.nodes.split())
         self._start_again = self.autostart and bool(self.mission)
         if self.mission:
             self._load(Source(self.mission, main=self.main))
@@ -101,6 +121,7 @@ class Executor(Component):
         self._start_again = self._start_again or self._mission.state is MissionState.RUNNING
         if self._mission.state in UNDER_WAY:
             self._mission.halt("the component was deactivated")
+            self._stream()
         self._is_active = False
 
     def on_parameters(self, changed: frozenset[str]) -> None:
@@ -108,6 +129,7 @@ class Executor(Component):
         if not changed & {"mission", "main"} or not self.mission or self._registry is None:
             return
         before = self._mission.state
+        self._listen()
         self._load(Source(self.mission, main=self.main))
         if before is MissionState.RUNNING or (before is MissionState.EMPTY and self.autostart):
             self._start_again = not self._is_active
@@ -122,8 +144,10 @@ class Executor(Component):
         tree = self._mission.tree
         if tree is None or self._mission.state is not MissionState.RUNNING:
             return
+        self._listen()
         self._reflection.update(tree.blackboard)
         self._mission.tick()
+        self._stream()
         self._set_alarm()
 
     def _tick_soon(self) -> None:
@@ -156,13 +180,32 @@ class Executor(Component):
 
     # --- telling and being told ---
 
+    def _status_now(self) -> MissionStatus:
+        return mission_status(self._mission, self._qualities.current(), self.kit.now())
+
     @every(seconds=1.0)
     def report(self) -> None:
         """Publish the mission's status, if anybody reads it."""
         if self.status.wanted:
-            self.status.publish(mission_status(self._mission, self.kit.now()))
+            self.status.publish(self._status_now())
+
+    def _listen(self) -> None:
+        """Keep the changes of statuses from now on if somebody reads them."""
+        self._log.listening = self._is_active and self.transitions.wanted
+
+    def _exchange(self, tree: Tree) -> None:
+        """Tell the last of the tree that there is, before another takes its place."""
+        self._stream()
+        self._qualities.follow(tree)
+
+    def _stream(self) -> None:
+        """Publish the changes of statuses since the last time."""
+        told = self._log.take(self._mission, self.kit.now())
+        if told is not None:
+            self.transitions.publish(told)
 
     def _tell(self, kind: str, text: str, **details: Any) -> None:
+        text = shown_text(text)
         self.kit.event(kind, text, **details)
         self.kit.say(f"{self._mission.state.value}: {text}")
         # A mission is also loaded before the component is active, and halted while it shuts down.
@@ -172,26 +215,31 @@ class Executor(Component):
     @service("mission/status")
     def mission_status(self, request: MissionRequest) -> MissionStatus:
         """Return the mission's status."""
-        return mission_status(self._mission, self.kit.now())
+        return self._status_now()
 
     @service("mission/command")
     def mission_command(self, command: MissionCommand) -> MissionStatus:
-        """Load a tree, start, pause, step or halt it; returns the status afterwards.
+        """Load a tree, start, pause, step or halt it, or have another take over; returns the status afterwards.
 
         Raises:
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
         """
-        if command.command is not Command.LOAD and (command.tree or command.main):
+        if command.command not in TAKE_A_TREE and (command.tree or command.main):
             raise RequestRefused(f"{command.command.value} takes no tree; load it, then {command.command.value}")
+        self._listen()
         try:
             self._obey(command)
         except (Illegal, Unloadable) as error:
             raise RequestRefused(str(error)) from None
-        return mission_status(self._mission, self.kit.now())
+        self._stream()
+        return self._status_now()
 
     def _obey(self, command: MissionCommand) -> None:
         if command.command is Command.LOAD:
             self._load(self._commanded_source(command))
+        elif command.command is Command.SWAP:
+            self._mission.check_swap()
+            self._swap(self._commanded_source(command))
         elif command.command is Command.START:
             self._mission.start()
             self._tick_soon()
@@ -214,12 +262,59 @@ class Executor(Component):
 
     def _load(self, source: Source) -> None:
         """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""
+        tree = self._made(source)
+        self._mission.take(tree)
+        self._source = source
+
+    def _swap(self, source: Source) -> None:
+        """Have the tree of a source take over; raises Unloadable, and the mission then stays as it is."""
+        tree = self._made(source)
+        self._mission.swap(tree)
+        self._source = source
+        self.tick()
+
+    def _made(self, source: Source) -> Tree:
         assert self._registry is not None
         board = Blackboard(clock=self.kit)
         self._reflection.declare(board)
-        tree = source.load(self._registry, board)
-        self._source = source
-        self._mission.take(tree)
+        return source.load(self._registry, board)
+
+    # --- blackboard ---
+
+    @service("mission/blackboard")
+    def mission_blackboard(self, request: BlackboardRequest) -> BlackboardEntries:
+        """Return a blackboard's entries.
+
+        Raises:
+            RequestRefused: there is no tree, no such board or no such entry.
+        """
+        try:
+            return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
+        except BoardRefusal as error:
+            raise RequestRefused(str(error)) from None
+
+    @service("mission/write")
+    def mission_write(self, request: WriteBlackboard) -> BlackboardEntries:
+        """Write entries of a blackboard, all or none; the tree is ticked soon, if it runs.
+
+        Raises:
+            RequestRefused: there is no tree or no such board, or a value does not fit; nothing has been written.
+        """
+        tree = self._loaded_tree()
+        try:
+            written = write_board(tree, request.board, request.values, self.kit.now())
+        except BoardRefusal as error:
+            raise RequestRefused(str(error)) from None
+        where = f"{request.board}: " if request.board else ""
+        text = where + summary(request.values)
+        self.kit.event("mission.written", text, values=request.values, board=request.board)
+        self._tick_soon()
+        return written
+
+    def _loaded_tree(self) -> Tree:
+        if self._mission.tree is None:
+            raise RequestRefused("there is no tree, and so no blackboard; load one")
+        return self._mission.tree
 
     # --- state ---
 
@@ -233,12 +328,14 @@ class Executor(Component):
             "main": self._source.main,
             "folder": self._source.folder,
             "blackboard": kept_blackboard(tree.blackboard) if tree else {},
+            "reflected": self._reflection.snapshot(),
         }
 
     def restore(self, state: PlainValue) -> None:
         """Have the same mission again; it starts anew if it was running, else it waits for a command."""
         source = Source(state["file"], state["text"], state["main"], state["folder"])
         self._start_again = state["runs"]
+        self._reflection.restore(state.get("reflected", {}))
         if source.text:
             try:
                 self._load(source)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
-from bus_schema.messages.mission import MissionState
-from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, NodeError, Status, Tree
+from bus_schema.messages.mission import MissionNode, MissionState
+from services.bt_executor.boards import carry_over
+from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
+from services.bt_executor.structure import Structure
 
 MOST_TICKS_AT_ONCE = 100
 """Root ticks in a row that the tree's own wake-ups may cause; an endless loop of leaves that complete at once
 then waits for the next tick."""
+
+MOST_NAMED = 8
+"""Blackboard entries that an event names in its text; its details have all."""
 
 UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
 
@@ -38,23 +44,68 @@ class Mission:
         error: Why the last run failed, empty if it did not.
     """
 
-    def __init__(self, tell: Teller) -> None:
-        """Begin without a tree."""
+    def __init__(
+        self, tell: Teller, hooks: tuple[TransitionHook, ...] = (), exchange: Callable[[Tree], None] = lambda tree: None
+    ) -> None:
+        """Begin without a tree.
+
+        Args:
+            tell: who is told of what happens.
+            hooks: told of every change of a node's status, whatever the tree is.
+            exchange: called with a tree that is about to take the place of the one there is, which is halted.
+        """
         self.state = MissionState.EMPTY
         self.tree: Tree | None = None
         self.ticks = 0
         self.error = ""
+        self._hooks = hooks
+        self._exchange = exchange
         self._tell = tell
         self._failed_leaf = ""
+        self._structure: Structure | None = None
 
     def take(self, tree: Tree) -> None:
         """Take another tree in place of the one there is, which is halted if it is under way."""
         if self.state in UNDER_WAY:
             self.halt("another tree was loaded")
-        self.tree = tree
-        self.state, self.ticks, self.error = MissionState.LOADED, 0, ""
-        tree.add_transition_hook(self._note_failed_leaf)
+        self._adopt(tree, MissionState.LOADED)
         self._tell("mission.loaded", f"{tree.tree_id}, {len(tree.nodes)} nodes", warnings=list(tree.warnings))
+
+    def check_swap(self) -> None:
+        """Make sure that something is under way from which another tree can take over; raises Illegal."""
+        tree = self._tree("take over from")
+        if self.state not in UNDER_WAY:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; nothing to take over from; load, then start")
+
+    def swap(self, tree: Tree) -> None:
+        """Have another tree take over from the one that is under way, as if it had been started, or paused at its root.
+
+        The old tree is halted, which cancels its goals. The entries of its root blackboard that have a value are
+        carried over; those that do not fit the new tree's types are told, and stay as the new tree has them.
+
+        Raises:
+            Illegal: no tree is running or paused.
+        """
+        self.check_swap()
+        old = self._tree("take over from")
+        wrong = self._halted(old)
+        carried = carry_over(old.blackboard, tree.blackboard)
+        self._adopt(tree, self.state)
+        keys = f"{len(carried.keys)} entries" if len(carried.keys) > MOST_NAMED else ", ".join(carried.keys)
+        text = f"{tree.tree_id} takes over from {old.tree_id}; carried over: {keys or 'nothing'}"
+        for clash in carried.clashes.values():
+            text += f"; not carried over: {clash}"
+        if wrong:
+            text += f"; halting {old.tree_id}: {wrong}"
+        self._tell(
+            "mission.swapped",
+            text,
+            before=old.tree_id,
+            after=tree.tree_id,
+            carried=list(carried.keys),
+            clashes=carried.clashes,
+            warnings=list(tree.warnings),
+        )
 
     def start(self) -> None:
         """Run the tree from its root, or go on if it is paused.
@@ -114,6 +165,14 @@ class Mission:
         if self.state is MissionState.RUNNING:
             self._advance(MOST_TICKS_AT_ONCE)
 
+    def _adopt(self, tree: Tree, state: MissionState) -> None:
+        self._exchange(tree)
+        self.tree = tree
+        self._structure = Structure(tree)
+        self.state, self.ticks, self.error, self._failed_leaf = state, 0, "", ""
+        for hook in (self._note_failed_leaf, *self._hooks):
+            tree.add_transition_hook(hook)
+
     def _tree(self, verb: str) -> Tree:
         if self.tree is None:
             raise Illegal(f"there is no tree to {verb}; load one")
@@ -158,6 +217,15 @@ class Mission:
         node = self.tree.nodes[uid - 1] if self.tree else None
         if status == FAILURE and node is not None and not node.children:
             self._failed_leaf = node.path
+
+    @property
+    def structure(self) -> str:
+        """What tells the tree from others, empty while there is none."""
+        return self._structure.digest if self._structure else ""
+
+    def nodes(self) -> tuple[MissionNode, ...]:
+        """Return the nodes with their statuses, in the tree's order."""
+        return self._structure.nodes() if self._structure else ()
 
     def running_leaves(self) -> tuple[str, ...]:
         """Return the paths of the leaves that are running, in the tree's order."""

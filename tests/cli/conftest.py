@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from regraft.cli.main import build
+from tests.cli.app import whole
 from tests.cli.live import System
 
 
@@ -17,7 +17,7 @@ class Regraft:
 
     def __call__(self, *arguments: str, text: str | None = None) -> Result:
         """Return what ``regraft ARGUMENTS`` gave."""
-        return CliRunner().invoke(build(), list(arguments), input=text)
+        return CliRunner().invoke(whole(), list(arguments), input=text)
 
 
 @pytest.fixture

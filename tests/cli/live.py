@@ -14,7 +14,7 @@ from typing import Any
 
 from typer.testing import CliRunner
 
-from regraft.cli.main import build
+from tests.cli.app import whole
 
 STACK = Path(__file__).parent / "stack"
 ROOT = Path(__file__).parents[2]
@@ -130,7 +130,7 @@ def regraft(home: Path, *arguments: str) -> Done:
         process = start(home, *arguments, errors=subprocess.PIPE)
         stdout, stderr = process.communicate(timeout=WITHIN)
         return Done(process.returncode, stdout, stderr)
-    result = CliRunner().invoke(build(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None})
+    result = CliRunner().invoke(whole(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None})
     return Done(result.exit_code, result.stdout, result.stderr)
 
 

@@ -16,18 +16,19 @@ from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import Event
 from bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
 from bus_schema.messages.power import BatteryState
+from bus_schema.messages.quality import Quality
 from regraft.cli.closing import Closing
 from regraft.cli.display import event_line, status_line
 from regraft.cli.extensions import add_extensions
 from regraft.cli.host import grown, tail
 from regraft.cli.main import build
 from regraft.cli.managing import headline, violation_line
-from regraft.cli.mission import tree_lines
 from regraft.cli.output import plain_table
 from regraft.cli.ps import remark, shown_state
 from regraft.cli.rates import Rates
 from regraft.cli.watch import RENDERER, URL
 from regraft.client import TopicSample
+from services.bt_executor.command_line import quality_line, tree_lines
 
 CLOCK = ClockTime(40, 2_000_000_000, 9.8, ("a",))
 
@@ -151,6 +152,13 @@ def test_a_tree_is_indented_by_depth() -> None:
         "+   Detect  success",
         ">   drive (NavigateTo)  running",
     ]
+
+
+def test_a_quality_requirement_is_one_line() -> None:
+    met = Quality(1.0, "MoveSafely", "Safety", metric=0.4567, satisfied=True, status="satisfied")
+    assert quality_line(met) == "MoveSafely (Safety): satisfied, metric 0.457"
+    unknown = Quality(1.0, "SaveEnergy", "Power", reason="no data", active=False)
+    assert quality_line(unknown) == "SaveEnergy (Power): unknown, no data, not active"
 
 
 @given(st.lists(st.integers(1, 5), min_size=2, max_size=30), st.floats(0.001, 10.0))

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import typer
 
-from regraft.cli.main import build
+from tests.cli.app import whole
 from tests.cli.conftest import Regraft
 
 SURFACE = Path(__file__).parent / "surface.txt"
@@ -30,7 +30,7 @@ def surface(command: Any, path: str) -> Iterator[str]:
 
 
 def test_commands_and_options_are_those_that_were_promised() -> None:
-    found = list(surface(typer.main.get_command(build()), "regraft"))
+    found = list(surface(typer.main.get_command(whole()), "regraft"))
     assert found == SURFACE.read_text().splitlines()
 
 

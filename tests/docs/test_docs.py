@@ -21,11 +21,11 @@ from bus_schema.registry import known_types
 from dashboard_api import app
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.manager import Services
-from regraft.cli.main import build
 from regraft.client import Client
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.process import load_class
 from regraft.stack import StackError, load
+from tests.cli.app import whole
 from tests.schema.strategies import all_types
 
 ROOT = Path(__file__).parents[2]
@@ -173,7 +173,7 @@ def test_every_link_within_the_project_resolves(page: Path, target: str) -> None
 @cache
 def command_line() -> Any:
     """Return the command line."""
-    return typer.main.get_command(build())
+    return typer.main.get_command(whole())
 
 
 def commands_in(page: Path) -> Iterator[str]:

@@ -28,8 +28,8 @@ from services.bt_executor.engine import (
     load_text,
     read_manifests,
 )
+from services.bt_executor.engine.scripted import scripted_registry
 
-from .scripted_nodes import scripted_registry
 from .trees import document, leaf
 
 

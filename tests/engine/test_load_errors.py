@@ -201,3 +201,45 @@ def test_long_form_means_the_same_as_the_short_one(form: str) -> None:
     tree = tree_of(form)
     assert tree.root.type_id in ("AlwaysSuccess", "Sequence")
     assert ticks(tree, 1) == "S"
+
+
+OLD = "<root {0}main_tree_to_execute='M'><BehaviorTree ID='M'>\n{1}</BehaviorTree></root>"
+
+
+@pytest.mark.parametrize(
+    ("tag", "hint"),
+    [
+        ("SequenceStar", "version 4 calls it SequenceWithMemory"),
+        ("SubTreePlus", "version 4 calls it SubTree"),
+        ("RetryUntilSuccesful", "version 4 spells it RetryUntilSuccessful"),
+        ("BlackboardCheckInt", "version 4 has attributes such as _skipIf"),
+        ("MoveBase", 'the file lacks BTCPP_format="4": is it a tree of version 3?'),
+    ],
+)
+def test_tree_of_version_3_is_refused_with_a_hint(tag: str, hint: str) -> None:
+    error = error_of(OLD.format("", f"<{tag}/>"))
+    assert (error.line, error.node) == (2, tag)
+    assert hint in error.message
+    assert "version 3" not in error_of(OLD.format("BTCPP_format='4' ", "<MoveBase/>")).message
+
+
+def test_tree_of_version_3_that_has_nothing_new_runs_with_a_warning() -> None:
+    for version, warning in (
+        ("", 'BTCPP_format="4" is missing'),
+        ("BTCPP_format='3' ", "BTCPP_format is '3', not '4'"),
+    ):
+        tree = load_text(OLD.format(version, LEAF), plain_registry())
+        assert ticks(tree, 1) == "S"
+        assert warning in tree.warnings[0]
+
+
+def test_lenient_reading_takes_comments_in_comments_and_text_behind_the_end_and_nothing_else() -> None:
+    body = f"<Sequence>\n<!-- a -- b -->\n<!-- <SubTree/> -->{LEAF}</Sequence>"
+    rest = "\n<!-- <Repeat>\n<!-- inner -->\n</Repeat> -->\n</Sequence></BehaviorTree></root>"
+    text = document(body).replace("</root>", "</root >") + rest
+    assert "not well-formed" in error_of(text).message
+    tree = load_text(text, plain_registry(), lenient=True)
+    assert ticks(tree, 1) == "S"
+    assert tree.nodes[1].setup.line == 3
+    with pytest.raises(LoadError, match="not well-formed"):
+        load_text(document("<Sequence>"), plain_registry(), lenient=True)

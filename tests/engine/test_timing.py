@@ -3,8 +3,8 @@
 import pytest
 
 from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, ManualClock
+from services.bt_executor.engine.scripted import LETTERS
 
-from .scripted_nodes import LETTERS
 from .trees import leaf, statuses, ticks, tree_of
 
 

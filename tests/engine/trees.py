@@ -3,8 +3,7 @@
 from xml.sax.saxutils import quoteattr
 
 from services.bt_executor.engine import ManualClock, Registry, Tree, load_text
-
-from .scripted_nodes import LETTERS, scripted_registry
+from services.bt_executor.engine.scripted import LETTERS, scripted_registry
 
 
 def document(body: str, *others: str) -> str:

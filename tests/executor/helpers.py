@@ -8,7 +8,16 @@ from typing import Any
 import pytest
 
 import services
-from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionStatus, NodeStatus
+from bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardEntry,
+    BlackboardRequest,
+    Command,
+    MissionCommand,
+    MissionRequest,
+    MissionStatus,
+    NodeStatus,
+)
 from regraft import CallFailed
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
@@ -48,6 +57,11 @@ def refusal(rig: Rig, what: Command, xml: str = "") -> str:
 def status(rig: Rig) -> MissionStatus:
     """Return the mission's status."""
     return rig.call("mission/status", MissionRequest(), MissionStatus)
+
+
+def entry(rig: Rig, key: str, board: str = "") -> BlackboardEntry:
+    """Return a blackboard entry."""
+    return rig.call("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries).entries[0]
 
 
 def node_statuses(now: MissionStatus) -> dict[str, NodeStatus]:

@@ -168,6 +168,25 @@ def test_the_status_lists_every_node() -> None:
         )
 
 
+def test_the_status_tells_the_quality_requirements() -> None:
+    with Rig() as rig:
+        measured = (
+            f'<TaskLevelQR name="Quick" quality_attribute="Speed" value="{{v}}" at_least="0.2">{WAIT}</TaskLevelQR>'
+        )
+        run(rig, tree('<Script code="v := 0.1"/>', measured))
+        rig.advance(0.5)
+        (quality,) = status(rig).qualities
+        assert (quality.requirement, quality.attribute, quality.metric, quality.satisfied) == (
+            "Quick",
+            "Speed",
+            0.1,
+            False,
+        )
+        command(rig, Command.HALT)
+        assert [quality.active for quality in status(rig).qualities] == [False]
+        assert command(rig, Command.LOAD, tree(WAIT)).qualities == ()
+
+
 def test_the_status_is_published_once_a_second_and_when_the_state_changes() -> None:
     with Rig() as rig:
         published = rig.collect("mission", MissionStatus)

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from bus_schema.lifecycle import State
 from bus_schema.messages.maps import Goals
-from bus_schema.messages.mission import MissionStatus
+from bus_schema.messages.mission import (
+    BlackboardEntries,
+    Command,
+    MissionCommand,
+    MissionStatus,
+    MissionTransitions,
+    WriteBlackboard,
+)
 from regraft import Component, Input, Output, every
 from services.bt_executor.executor import Executor
-from tests.executor.helpers import FROG
+from tests.executor.helpers import FROG, tree
 from tests.executor.robot import PLACES, Detector, Navigator, goals
 from tests.stepped.parts import TinyWorld
 from tests.stepped.stepsite import StepSite
@@ -54,6 +61,62 @@ def run_in_step() -> tuple[list[float], list[MissionStatus]]:
         return steps.component("navigator").reached, steps.component("witness").seen
     finally:
         steps.close()
+
+
+SWAPPED_IN = tree(
+    '<Script code="seen := wanted"/>', '<WaitValueUpdate entry="wanted"><Sleep msec="700"/></WaitValueUpdate>'
+)
+
+
+class Operator(Component):
+    """Has another tree take over at 2 s, and writes to its blackboard each 0.9 s; keeps what was answered."""
+
+    changes = Input(MissionTransitions, topic="mission/transitions", required=False)
+
+    def __init__(self) -> None:
+        """Begin without anything."""
+        self.answers: list[object] = []
+        self.changed: list[MissionTransitions] = []
+
+    @changes.handler
+    def follow(self, changes: MissionTransitions) -> None:
+        """Keep it."""
+        self.changed.append(changes)
+
+    def on_activate(self) -> None:
+        """Begin."""
+        self.kit.spawn(self.operate(), "operating")
+
+    async def operate(self) -> None:
+        """Write, swap, write again."""
+        for number in range(10):
+            await self.kit.sleep(0.9)
+            if number == 2:
+                swap = MissionCommand(Command.SWAP, SWAPPED_IN)
+                self.answers.append(await self.kit.call("mission/command", swap, MissionStatus))
+            write = WriteBlackboard({"wanted": number})
+            self.answers.append(await self.kit.call("mission/write", write, BlackboardEntries))
+
+
+def operate_in_step() -> tuple[list[object], list[MissionTransitions]]:
+    """Have a mission swapped and written to in simulated time; returns answers and changes of statuses."""
+    steps = StepSite("memory")
+    try:
+        steps.start(Executor, "bt_executor", parameters={"mission": str(FROG)}, state=State.ACTIVE)
+        steps.start(Operator, "operator", state=State.ACTIVE)
+        steps.start_world(TinyWorld, ("bt_executor", "operator"), 12.0)
+        assert steps.wait_finished().reproducible
+        operator = steps.component("operator")
+        return operator.answers, operator.changed
+    finally:
+        steps.close()
+
+
+def test_swaps_and_writes_in_step_give_equal_runs() -> None:
+    answers, changed = operate_in_step()
+    assert len(answers) == 11
+    assert len({changes.structure for changes in changed}) == 2
+    assert (answers, changed) == operate_in_step()
 
 
 def test_equal_runs_in_step_give_equal_traces() -> None:

@@ -35,6 +35,21 @@ def test_who_asked_is_told_to_the_journal(running: Running) -> None:
     assert len(second.who) == 100
 
 
+def test_the_context_of_a_decision_is_kept_in_the_journal(running: Running) -> None:
+    context = {"qualities": {"MoveSafely": {"metric": 0.4}}, "node": "adapt"}
+    assert running.post("/adaptations", adaptation(context=context)).status_code == 200
+    assert running.http.get("/adaptations/1").json()["request"]["context"] == context
+    assert running.http.get("/adaptations").json()["entries"][0]["request"]["context"] == context
+
+
+@pytest.mark.parametrize("context", [7, ["a"], {"picture": "x" * 20_000}])
+def test_a_context_that_is_no_map_or_too_large_is_refused(running: Running, context: Any) -> None:
+    response = running.post("/adaptations", adaptation(context=context))
+    assert response.status_code == 422
+    assert [violation["field"] for violation in response.json()["violations"]] == ["context"]
+    assert running.manager.requests == []
+
+
 def test_a_rejected_adaptation_names_every_violation(running: Running) -> None:
     nobody = {"change": "connect", "component": "nobody", "port": "image", "topic": "scan"}
     typo = {"change": "set_parameters", "component": "navigator", "parameters": {"max_speed": 1}}

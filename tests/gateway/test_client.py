@@ -14,8 +14,9 @@ from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.control import ParameterValues, SetTransition
 from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Event, Quality
+from bus_schema.messages.health import Event
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest
+from bus_schema.messages.quality import Quality
 from bus_schema.messages.requests import Answer
 from bus_schema.messages.sensors import Image
 from bus_schema.registry import type_of

@@ -62,7 +62,12 @@ def test_whoever_is_attentive_is_woken_by_what_is_shelved() -> None:
     inbox = Inbox()
     inbox.attentive = True
     taken: list[int] = []
-    sender = threading.Thread(target=lambda: [inbox.shelve(number) for number in range(1000)])
+
+    def send() -> None:
+        for number in range(1000):
+            inbox.shelve(number)
+
+    sender = threading.Thread(target=send)
     sender.start()
     while len(taken) < 1000:
         item = inbox.get(LONG)

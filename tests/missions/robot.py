@@ -18,6 +18,7 @@ from regraft.testing import Rig
 
 STACKS = Path(services.__file__).parents[1] / "stacks" / "frog"
 MISSIONS = STACKS / "missions"
+NODES = "stacks.frog.quality:REQUIREMENTS stacks.frog.plans:PLANS"
 
 
 def power(rig: Rig, charge: float) -> None:

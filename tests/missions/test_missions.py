@@ -12,6 +12,7 @@ from tests.executor.helpers import kinds, status
 from tests.executor.robot import goals
 from tests.missions.robot import (
     MISSIONS,
+    NODES,
     Detector,
     Docking,
     Explorer,
@@ -36,7 +37,7 @@ class Crew:
         self.detector.navigator = self.navigator
         self.manager = rig.add(Manager)
         rig.add(Mapper)
-        rig.add(Executor, "bt_executor", {"mission": str(MISSIONS / f"{mission}.xml")})
+        rig.add(Executor, "bt_executor", {"mission": str(MISSIONS / f"{mission}.xml"), "nodes": NODES})
         power(rig, 1.0)
         darkness(rig, 0.0)
 
@@ -48,7 +49,7 @@ class Crew:
         return status(self.rig).state
 
 
-@pytest.mark.parametrize("name", ["explore", "visit", "search"])
+@pytest.mark.parametrize("name", ["explore", "visit", "search", "search_external"])
 def test_every_mission_can_be_loaded_and_starts(name: str) -> None:
     with Rig() as rig:
         assert Crew(rig, name).state is MissionState.RUNNING

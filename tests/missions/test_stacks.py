@@ -43,14 +43,14 @@ def changed(before: Architecture, changes: list[dict[str, Any]]) -> Architecture
     return replace(before, components=components)
 
 
-@pytest.mark.parametrize("name", ["stack", "explore", "search"])
+@pytest.mark.parametrize("name", ["stack", "explore", "search", "rounds"])
 def test_the_stack_is_consistent(name: str) -> None:
     assert violations(architecture(name)) == ()
 
 
 def test_what_the_search_changes_leaves_a_consistent_system_at_every_step() -> None:
     now = architecture("search")
-    steps = adaptations("search")
+    steps = adaptations("searching")
     assert len(steps) == 2
     for changes in steps:
         now = changed(now, changes)
@@ -62,7 +62,7 @@ def test_what_the_search_changes_leaves_a_consistent_system_at_every_step() -> N
 
 def test_after_the_search_s_changes_no_one_but_the_evaluation_reads_what_the_mapper_wrote() -> None:
     now = architecture("search")
-    for changes in adaptations("search"):
+    for changes in adaptations("searching"):
         now = changed(now, changes)
     readers = {
         name
@@ -73,7 +73,7 @@ def test_after_the_search_s_changes_no_one_but_the_evaluation_reads_what_the_map
     assert readers == {"localizer"}
 
 
-@pytest.mark.parametrize("name", ["stack", "explore", "search"])
+@pytest.mark.parametrize("name", ["stack", "explore", "search", "rounds"])
 def test_only_the_evaluation_and_the_world_itself_know_the_truth(name: str) -> None:
     for component, spec in architecture(name).components.items():
         if TRUTH & set(spec.connections.values()):

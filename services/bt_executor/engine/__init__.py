@@ -6,8 +6,10 @@
     while tree.tick_once() == RUNNING:
         wait_until(tree.next_wake_up())
 
-Nodes are written by subclassing `SyncAction`, `StatefulAction`, `Condition`, `Decorator` or `Control` and
-declaring ports with `Input`, `Output` and `InOut`. The library needs nothing but Python's standard library.
+Nodes are written by subclassing `SyncAction`, `StatefulAction`, `CoroutineAction`, `Condition`, `Decorator` or
+`Control` and declaring ports with `Input`, `Output` and `InOut`. The library needs nothing but Python's standard
+library. Nav2's control nodes and decorators are in `nav2`, stand-ins for dry runs in `mocking`; `replay` compares with
+what BehaviorTree.CPP did.
 
 Where it differs from BehaviorTree.CPP 4.10 on purpose:
 
@@ -18,12 +20,14 @@ Where it differs from BehaviorTree.CPP 4.10 on purpose:
 - A number given to a sub-tree as a literal may be read as text.
 - A wrong number of children, a threshold beyond it, and two trees of one ID are errors at load.
 - A long-form element may stand directly under ReactiveSequence.
+- Of several substitution rules that fit a node, the exact name goes first, then the type, then the path.
 - ``ros_pkg`` is looked up on a search path.
 """
 
 from .blackboard import Blackboard, Entry
 from .clock import Clock, ManualClock, MonotonicClock
 from .control import Control
+from .coroutine import CoroutineAction, Steps
 from .decorator import Decorator
 from .errors import (
     BlackboardError,
@@ -37,6 +41,7 @@ from .errors import (
 from .leaf import Condition, StatefulAction, SyncAction
 from .load import load_file, load_text
 from .manifest import Direction, NodeKind, NodeManifest, PortModel
+from .mocking import MockConfig, mock_models
 from .node import Node, NodeSetup, PostTickHook, PreTickHook
 from .ports import InOut, Input, Output
 from .registry import Registry
@@ -66,6 +71,7 @@ __all__ = [
     "Clock",
     "Condition",
     "Control",
+    "CoroutineAction",
     "Decorator",
     "Direction",
     "Entry",
@@ -73,6 +79,7 @@ __all__ = [
     "Input",
     "LoadError",
     "ManualClock",
+    "MockConfig",
     "MonotonicClock",
     "Node",
     "NodeError",
@@ -89,6 +96,7 @@ __all__ = [
     "ScriptError",
     "StatefulAction",
     "Status",
+    "Steps",
     "SyncAction",
     "TransitionHook",
     "Tree",
@@ -96,6 +104,7 @@ __all__ = [
     "is_completed",
     "load_file",
     "load_text",
+    "mock_models",
     "read_manifests",
     "status_from_name",
     "status_name",

@@ -16,6 +16,7 @@ from .controls.switches import Switch2, Switch3, Switch4, Switch5, Switch6
 from .controls.try_catch import TryCatch
 from .decorators.loops import Repeat, RetryUntilSuccessful
 from .decorators.precondition import Precondition
+from .decorators.queues import LoopBool, LoopDouble, LoopInt, LoopString
 from .decorators.results import (
     ForceFailure,
     ForceSuccess,
@@ -44,6 +45,10 @@ BUILTIN_NODES: Final[tuple[type[Node], ...]] = (
     IfThenElse,
     Inverter,
     KeepRunningUntilFailure,
+    LoopBool,
+    LoopDouble,
+    LoopInt,
+    LoopString,
     Parallel,
     ParallelAll,
     Precondition,

@@ -38,6 +38,4 @@ class Control(Node):
 
     def reset_children(self) -> None:
         """Make every child idle, halting those that are running."""
-        for child in self.children:
-            if child.status:
-                child.reset()
+        self.reset_each(self.children)

@@ -35,7 +35,7 @@ class Decorator(Node):
 
     def execute_tick(self) -> Status:
         """Tick the node; then reset the child if it completed. See `Node.execute_tick`."""
-        status = super().execute_tick()
+        status = Node.execute_tick(self)
         if self.child.status in COMPLETED:
             self.child.reset()
         return status

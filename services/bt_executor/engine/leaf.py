@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from .manifest import NodeKind
 from .node import Node
-from .status import FAILURE, IDLE, RUNNING, SUCCESS, Status
+from .status import COMPLETED, FAILURE, IDLE, RUNNING, SUCCESS, Status
 
 
 class Leaf(Node):
@@ -21,10 +21,12 @@ class Leaf(Node):
 class SyncAction(Leaf):
     """An action that is done within one tick; `tick` must not return RUNNING."""
 
-    def _store_result(self, status: Status) -> None:
+    results: ClassVar[tuple[Status, ...]] = COMPLETED
+
+    def _wrong_result(self, status: Status) -> Exception:
         if status == RUNNING:
-            raise self._failed("ticked", ValueError("it is a synchronous action and must not return RUNNING"))
-        super()._store_result(status)
+            return ValueError("it is a synchronous action and must not return RUNNING")
+        return super()._wrong_result(status)
 
 
 class StatefulAction(Leaf):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .blackboard import Blackboard
 from .clock import Clock, MonotonicClock
+from .mocking import mock_unknown_types
 from .registry import Registry
 from .runtime import Runtime
 from .tree import Tree
@@ -26,6 +27,7 @@ def load_file(
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
     lenient: bool = False,
+    mock_unknown: bool = False,
 ) -> Tree:
     """Make a tree from a file.
 
@@ -38,6 +40,8 @@ def load_file(
         search_path: Folders that hold the packages named by ``<include ros_pkg="…">``.
         lenient: Whether to read XML that is ill-formed only in its comments or behind its end, with a
             warning.
+        mock_unknown: Whether a node type that is not registered gets a mock, with a warning: by its model in a
+            TreeNodesModel, else by how it is used; see `mock_models`.
 
     Raises:
         LoadError: The tree cannot be built; names file and line.
@@ -45,7 +49,7 @@ def load_file(
     collector = Collector(search_path, lenient)
     collector.add_file(Path(path))
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown)
 
 
 def load_text(
@@ -57,6 +61,7 @@ def load_text(
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
     lenient: bool = False,
+    mock_unknown: bool = False,
     folder: Path | None = None,
 ) -> Tree:
     """Make a tree from XML text; relative includes start from a folder, by default the current one.
@@ -66,7 +71,7 @@ def load_text(
     collector = Collector(search_path, lenient)
     collector.add_text(text, "", folder or Path())
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown)
 
 
 def _build(
@@ -75,7 +80,11 @@ def _build(
     main: str,
     clock: Clock | None,
     blackboard: Blackboard | None,
+    mock_unknown: bool,
 ) -> Tree:
+    if mock_unknown:
+        registry = registry.copy()
+        mock_unknown_types(registry, collection)
     main = collection.main_tree(main)
     check_structure(collection, registry.manifests)
     _allow_recursion(total_depth(collection, main))

@@ -116,6 +116,8 @@ class Node:
     """
 
     kind: ClassVar[NodeKind]
+    results: ClassVar[tuple[Status, ...]] = STORED
+    """What a tick may give besides SKIPPED."""
 
     setup: NodeSetup
     uid: int
@@ -144,6 +146,8 @@ class Node:
         self.post_tick_hook = None
         self._conditions = setup.conditions or Conditions()
         self._is_plain = setup.conditions is None
+        self._observers = setup.runtime.transition_hooks
+        self._resets_plainly = type(self).reset is Node.reset and type(self).set_status is Node.set_status
 
     def tick(self) -> Status:
         """Do the node's work and return its status; IDLE is not allowed."""
@@ -216,13 +220,16 @@ class Node:
         previous = self.status
         if status != previous:
             self.status = status
-            if self.runtime.transition_hooks:
+            if self._observers:
                 self.runtime.announce(self.uid, previous, status)
 
     def set_running(self) -> None:
         """Store RUNNING, as nodes with children do before they tick a child."""
-        if self.status != RUNNING:
-            self.set_status(RUNNING)
+        previous = self.status
+        if previous != RUNNING:
+            self.status = RUNNING
+            if self._observers:
+                self.runtime.announce(self.uid, previous, RUNNING)
 
     def execute_tick(self) -> Status:
         """Tick the node under all rules and return the result.
@@ -236,12 +243,21 @@ class Node:
             raise
         except Exception as error:
             raise self._failed("ticked", error) from error
-        if status != self.status or status == IDLE:
-            self._store_result(status)
+        # Storing is spelt out here as well as in `set_status`: calls are what a tick spends its time on.
+        previous = self.status
+        if status != previous:
+            if status in COMPLETED or status in self.results:
+                self.status = status
+                if self._observers:
+                    self.runtime.announce(self.uid, previous, status)
+            elif status != SKIPPED:
+                raise self._failed("ticked", self._wrong_result(status))
+        elif status == IDLE:
+            raise self._failed("ticked", self._wrong_result(status))
         return status
 
-    def halt_node(self) -> None:
-        """Halt the node; if it was running, run its ``_onHalted`` afterwards.
+    def halt_node(self, *, always_run_script: bool = False) -> None:
+        """Halt the node; if it was running, or in any case if asked to, run its ``_onHalted`` afterwards.
 
         Raises:
             NodeError: Halting or the script failed; names the innermost node.
@@ -249,7 +265,7 @@ class Node:
         try:
             was_running = self.status == RUNNING
             self.halt()
-            if was_running and self._conditions.on_halted is not None:
+            if (was_running or always_run_script) and self._conditions.on_halted is not None:
                 self._conditions.on_halted()
         except NodeError:
             raise
@@ -260,7 +276,22 @@ class Node:
         """Halt the node if it is running; make it idle."""
         if self.status == RUNNING:
             self.halt_node()
-        self.set_status(IDLE)
+        if self._observers or not self._resets_plainly:
+            self.set_status(IDLE)
+        else:
+            self.status = IDLE
+
+    def reset_each(self, nodes: "tuple[Node, ...]") -> None:
+        """Reset nodes, mostly children of this one; see `reset`."""
+        is_observed = bool(self._observers)
+        for node in nodes:
+            status = node.status
+            if status == IDLE:
+                continue
+            if status == RUNNING or is_observed or not node._resets_plainly:
+                node.reset()
+            else:
+                node.status = IDLE  # What `reset` would do, without the calls; nearly all nodes end up here.
 
     def _guarded_tick(self) -> Status:
         status = self._decided_by_precondition()
@@ -306,13 +337,9 @@ class Node:
         if conditions.post is not None:
             conditions.post()
 
-    def _store_result(self, status: Status) -> None:
-        if status in STORED:
-            self.set_status(status)
-        elif status != SKIPPED:
-            shown = "IDLE" if status == IDLE else repr(status)
-            allowed = ", ".join(STATUS_NAMES[1:])
-            raise self._failed("ticked", ValueError(f"it returned {shown}; a tick returns one of {allowed}"))
+    def _wrong_result(self, status: Status) -> Exception:
+        shown = "IDLE" if status == IDLE else repr(status)
+        return ValueError(f"it returned {shown}; a tick returns one of {', '.join(STATUS_NAMES[1:])}")
 
     def _failed(self, verb: str, error: Exception) -> NodeError:
         reason = str(error) or type(error).__name__

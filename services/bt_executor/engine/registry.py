@@ -8,6 +8,7 @@ from typing import Any
 from .builtin import BUILTIN_NODES
 from .errors import RegistryError
 from .manifest import NodeManifest, check_port_name, check_type_id
+from .mocking import MockAction, MockConfig, Substitution, Substitutions
 from .node import Node, NodeSetup
 from .ports import declared_ports
 from .values import Converter
@@ -21,12 +22,14 @@ class Registry:
     Attributes:
         converters: What makes values of a class from text, by class.
         enums: Whole numbers by name, for scripts and Switch nodes.
+        substitutions: Rules that put other nodes in place of those that the XML names.
     """
 
     def __init__(self) -> None:
         """Register the built-in node types."""
         self.converters: dict[Any, Converter] = {}
         self.enums: dict[str, int] = {}
+        self.substitutions = Substitutions()
         self._factories: dict[str, Factory] = {}
         self._manifests: dict[str, NodeManifest] = {}
         self.register_all(BUILTIN_NODES)
@@ -76,6 +79,25 @@ class Registry:
         """Say how values of a class are made from text, for literals and for text on a blackboard."""
         self.converters[value_class] = converter
 
+    def substitute(self, pattern: str, substitution: Substitution) -> None:
+        """Put another node in place of every one that a pattern fits; see `Substitutions`.
+
+        Args:
+            pattern: An instance name, a type ID, or a path with wildcards.
+            substitution: Another registered type, or what an action in its place does.
+        """
+        self.substitutions.add(pattern, substitution)
+
+    def copy(self) -> "Registry":
+        """Return a registry with the same contents, which may go its own way."""
+        result = Registry.__new__(Registry)
+        result.converters = dict(self.converters)
+        result.enums = dict(self.enums)
+        result.substitutions = self.substitutions.copy()
+        result._factories = dict(self._factories)
+        result._manifests = dict(self._manifests)
+        return result
+
     @property
     def manifests(self) -> Mapping[str, NodeManifest]:
         """The registered node types by ID."""
@@ -84,3 +106,16 @@ class Registry:
     def build(self, setup: NodeSetup) -> Node:
         """Make a node of a registered type."""
         return self._factories[setup.manifest.type_id](setup)
+
+    def build_substitute(self, setup: NodeSetup, substitution: Substitution) -> Node:
+        """Make the node that takes the place of one.
+
+        Raises:
+            RegistryError: There is no such node type.
+        """
+        if isinstance(substitution, MockConfig):
+            return MockAction(setup, substitution)
+        factory = self._factories.get(substitution)
+        if factory is None:
+            raise RegistryError(f"there is no node type '{substitution}' to take the place of '{setup.path}'")
+        return factory(setup)

@@ -1,6 +1,6 @@
 """A tree that is ready to run."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from .blackboard import Blackboard
@@ -70,15 +70,42 @@ class Tree:
             ticks += 1
         return self._ended(status)
 
-    def halt_tree(self) -> None:
+    def tick_while_running(
+        self, sleep: Callable[[float], object], period_s: float = 0.01, max_ticks: int | None = None
+    ) -> Status:
+        """Tick until the tree is no longer running, sleeping in between; return the last result.
+
+        Args:
+            sleep: Waits for a number of seconds, such as ``time.sleep``, or a manual clock's ``advance``.
+            period_s: The longest time between two ticks; shorter where a timer of the tree comes due earlier.
+            max_ticks: See `tick_once`.
+
+        Raises:
+            NodeError: A node failed; the tree is left as it is, halt it before going on.
+        """
+        while (status := self.tick_once(max_ticks)) == RUNNING:
+            wake_up = self.next_wake_up()
+            sleep(period_s if wake_up is None else min(max(wake_up - self._runtime.clock.now(), 0.0), period_s))
+        return status
+
+    def halt_tree(self, *, like_btcpp: bool = False) -> None:
         """Halt every running node and make all nodes idle.
 
         Unlike BehaviorTree.CPP's haltTree, this runs ``_onHalted`` once, and only of nodes that were running.
+
+        Args:
+            like_btcpp: Do exactly what BehaviorTree.CPP does: halt the root, then every node again, and run each
+                node's ``_onHalted`` each time, whether it was running or not; the first error ends it.
 
         Raises:
             NodeError: A node failed to halt. All others are halted and all are idle nevertheless; further
             errors are added to the first as notes.
         """
+        if like_btcpp:
+            for node in (self.root, *self.nodes):
+                node.halt_node(always_run_script=True)
+            self.root.set_status(IDLE)
+            return
         errors = self._halt_each(self.nodes)
         if errors:
             # Children before parents, so that an error that kept a parent from halting does not stand again.

@@ -165,7 +165,10 @@ def _status_of_number(value: float) -> Status:
 
 def _list_from_text(text: str, item: PortType, converters: Mapping[Any, Converter]) -> list[Any]:
     if text.startswith("json:"):
-        parsed = json.loads(text.removeprefix("json:"))
+        try:
+            parsed = json.loads(text.removeprefix("json:"))
+        except RecursionError:
+            raise ValueError("the JSON is nested too deeply") from None
         if not isinstance(parsed, list):
             raise ValueError(f"'{text}' is not a list")
         return [to_type(entry, item, converters) for entry in parsed]

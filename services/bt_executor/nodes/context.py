@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from bus_schema.messages.quality import Quality
 from regraft import CallFailed
 from regraft.runtime.calling import Goal
 from regraft.runtime.tasks import Waiting
+from services.bt_executor.quality.announcing import Announcer
+from services.bt_executor.quality.book import QualityBook
 
 if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
@@ -62,12 +65,15 @@ class LeafContext:
 
     Attributes:
         kit: The kit of the executor: time, events, diagnostics, log.
+        qualities: The latest of the tree's quality requirements.
     """
 
     def __init__(self, kit: Kit, wake: Callable[[], None]) -> None:
         """Have ``wake`` called when a leaf has something new to look at."""
         self.kit = kit
+        self.qualities = QualityBook()
         self._wake = wake
+        self._announcer = Announcer(lambda quality: self.kit.tell_quality(quality))
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float) -> Asked[A]:
         """Ask a service; the answer, or its absence after ``timeout`` seconds, causes a tick."""
@@ -79,6 +85,11 @@ class LeafContext:
         """Give an action a goal; its end, or that nobody accepts it in time (s), causes a tick."""
         given = self.kit.goal(action, goal, result, feedback, accept_within=accept_within)
         return Asked(given.outcome(), given, self._wake)
+
+    def tell_quality(self, quality: Quality) -> None:
+        """Take the latest of a quality requirement; it goes out to the bus when it has changed."""
+        self.qualities.write(quality)
+        self._announcer.tell(quality)
 
     def check_input(self, name: str) -> None:
         """Make sure that the executor has an input; raises NoSuchInput."""

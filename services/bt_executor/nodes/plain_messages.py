@@ -41,6 +41,8 @@ def read_json(text: str) -> PlainValue:
         return json.loads(text.strip().removeprefix(_PREFIX) or "{}")
     except json.JSONDecodeError as error:
         raise ValueError(f"'{text}' is not JSON: {error}") from error
+    except RecursionError:
+        raise ValueError("the JSON is nested too deeply") from None
 
 
 def filled(plain: PlainValue, board: Blackboard) -> PlainValue:

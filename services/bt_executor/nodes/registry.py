@@ -8,7 +8,9 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Final
 
+from services.bt_executor.adapting import ADAPT_DECORATORS
 from services.bt_executor.engine import Node, Registry, RegistryError
+from services.bt_executor.engine.nav2 import register_nav2
 from services.bt_executor.nodes.adapt import Adapt
 from services.bt_executor.nodes.charge import ChargeBattery
 from services.bt_executor.nodes.context import LeafContext
@@ -19,6 +21,7 @@ from services.bt_executor.nodes.goals import GetGoals, NextGoal, PutGoal, TakeGo
 from services.bt_executor.nodes.navigate_to import NavigateToGoal
 from services.bt_executor.nodes.say import Say
 from services.bt_executor.nodes.wait_for_topic import WaitForTopic
+from services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
 
 NODE_TYPES: Final[dict[str, type[Node]]] = {
     "Adapt": Adapt,
@@ -33,17 +36,20 @@ NODE_TYPES: Final[dict[str, type[Node]]] = {
     "PutGoal": PutGoal,
     "SaveMap": KeepMap,
     "Say": Say,
+    "SystemLevelQR": PlainSystemQR,
     "TakeGoal": TakeGoal,
+    "TaskLevelQR": PlainTaskQR,
     "WaitForTopic": WaitForTopic,
+    **{cls.__name__: cls for cls in ADAPT_DECORATORS},
 }
-"""Our leaves by their names in XML: a further one is a class and a line here."""
+"""Our leaves and decorators by their names in XML: a further one is a class and a line here."""
 
 ENTRY_POINTS: Final = "regraft.tree_nodes"
 """The entry point group of node types from other packages: each is a class or a list of classes."""
 
 
 def node_types(context: LeafContext, places: Iterable[str] = ()) -> Registry:
-    """Return the engine's node types, ours, installed packages', and those at ``places`` (``module:name``).
+    """Return the engine's node types, Nav2's, ours, installed packages', and those at ``places`` (``module:name``).
 
     A class whose constructor takes ``context`` gets it.
 
@@ -59,6 +65,7 @@ def node_types(context: LeafContext, places: Iterable[str] = ()) -> Registry:
     for place in places:
         for node_class in _found_at(place):
             _register(registry, node_class, context)
+    register_nav2(registry)  # last, so that somebody else's node of one of these names goes before Nav2's
     return registry
 
 

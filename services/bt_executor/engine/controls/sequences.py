@@ -25,26 +25,35 @@ class _Ordered(Control):
 
     def tick(self) -> Status:
         """Tick children from where the last tick stopped."""
-        self.set_running()
-        children = self.children
-        while self._index < len(children):
-            child = children[self._index]
-            was_idle = child.status == IDLE
+        if self._observers:
+            self.set_running()
+        else:
+            self.status = RUNNING  # what set_running would do, without the call
+        children, passing, yields = self.children, self.passing, self.yields
+        index = self._index
+        while index < len(children):
+            child = children[index]
+            was_idle = yields and child.status == IDLE
             status = child.execute_tick()
-            if status == RUNNING:
+            if status == passing:
+                index += 1
+                self._index = index
+                if was_idle and index < len(children):
+                    self.request_wake_up()
+                    return RUNNING
+            elif status == RUNNING:
                 return RUNNING
-            if status == SKIPPED:
+            elif status == SKIPPED:
+                index += 1
+                self._index = index
                 self._skipped += 1
-            elif status != self.passing:
+            else:
                 self._stop_early()
                 return status
-            self._index += 1
-            if self.yields and status == self.passing and was_idle and self._index < len(children):
-                self.request_wake_up()
-                return RUNNING
         all_skipped = self._skipped == len(children)
-        self._begin_anew()
-        return SKIPPED if all_skipped else self.passing
+        self.reset_each(children)
+        self._index = self._skipped = 0
+        return SKIPPED if all_skipped else passing
 
     def halt(self) -> None:
         """Reset all children and begin with the first next time."""
@@ -52,12 +61,11 @@ class _Ordered(Control):
         super().halt()
 
     def _begin_anew(self) -> None:
-        self.reset_children()
+        self.reset_each(self.children)
         self._index = 0
         self._skipped = 0
 
-    def _stop_early(self) -> None:
-        self._begin_anew()
+    _stop_early = _begin_anew
 
 
 class Sequence(_Ordered):

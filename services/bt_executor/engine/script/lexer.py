@@ -37,6 +37,7 @@ _TOKEN: Final = re.compile(
 _BASES: Final = {"int": 10, "hex": 16}
 _MAX_DIGITS: Final = 100
 """More digits than any number of 64 bits needs, leading zeros included; Python refuses to read thousands."""
+_LONGEST_SHOWN: Final = 200
 
 
 def tokenize(script: str) -> list[Token]:
@@ -49,17 +50,21 @@ def tokenize(script: str) -> list[Token]:
     position = 0
     while position < len(script):
         found = _TOKEN.match(script, position)
-        place = f"column {position + 1} of '{script}'"
         if found is None:
-            raise ScriptError(f"{place}: cannot read '{script[position:][:12]}'")
+            raise ScriptError(f"{_place(script, position)}: cannot read '{script[position:][:12]}'")
         kind = str(found.lastgroup)
         token = Token(kind, found.group(kind), position + 1)
         if kind in _BASES and not _fits(token):
-            raise ScriptError(f"{place}: {found.group()[:30]} does not fit into 64 bits")
+            raise ScriptError(f"{_place(script, position)}: {found.group()[:30]} does not fit into 64 bits")
         if kind != "space":
             tokens.append(token)
         position = found.end()
     return [*tokens, Token("end", "", len(script) + 1)]
+
+
+def _place(script: str, position: int) -> str:
+    shown = script if len(script) <= _LONGEST_SHOWN else f"{script[:_LONGEST_SHOWN]}…"
+    return f"column {position + 1} of '{shown}'"
 
 
 def _fits(token: Token) -> bool:

@@ -1,11 +1,13 @@
 """Makes the nodes of a tree from its elements."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from ..blackboard import Blackboard
 from ..errors import LoadError, TreeError
 from ..leaf import StatefulAction
 from ..manifest import NodeKind
+from ..mocking import Substitution
 from ..node import Node, NodeSetup
 from ..registry import Registry
 from ..runtime import Runtime
@@ -16,6 +18,10 @@ from .binding import bind_ports
 from .checks import type_of
 from .collection import TreeCollection
 from .document import Element
+
+MAX_NODES: Final = 20_000
+"""Sub-trees that use sub-trees can ask for more nodes than there is memory."""
+LEAVES: Final = (NodeKind.ACTION, NodeKind.CONDITION)
 
 
 @dataclass(slots=True)
@@ -52,10 +58,12 @@ class Builder:
     def _build(self, element: Element, board: Blackboard, prefix: str) -> Node:
         setup = self._setup(element, board, prefix)
         try:
-            node = self.registry.build(setup)
+            node = self._node(setup)
             self.nodes.append(node)
             if node.kind is NodeKind.SUBTREE:
                 children: tuple[Node, ...] = (self._build_subtree(element, setup),)
+            elif node.kind in LEAVES and setup.manifest.kind not in LEAVES:
+                children = ()  # A leaf took the place of a node with children.
             else:
                 children = tuple(self._build(child, board, prefix) for child in element.children)
             node.adopt(children)
@@ -66,6 +74,29 @@ class Builder:
             raise LoadError(message, file=element.file, line=element.line, node=setup.path) from error
         self._warn_of_repeated_results(element, node)
         return node
+
+    def _node(self, setup: NodeSetup) -> Node:
+        if len(self.nodes) >= MAX_NODES:
+            raise ValueError(f"the tree has more than {MAX_NODES} nodes, counting each use of a sub-tree")
+        if not len(self.registry.substitutions):
+            return self.registry.build(setup)
+        types = (setup.manifest.type_id, setup.subtree_id) if setup.subtree_id else (setup.manifest.type_id,)
+        substitution = self.registry.substitutions.find(setup.name, types, setup.path)
+        if substitution is None:
+            return self.registry.build(setup)
+        return self.registry.build_substitute(self._for_substitute(setup, substitution), substitution)
+
+    def _for_substitute(self, setup: NodeSetup, substitution: Substitution) -> NodeSetup:
+        """Return what a substitute is made from: the original's ports, and the defaults of its own type."""
+        manifest = self.registry.manifests.get(substitution) if isinstance(substitution, str) else None
+        if manifest is None:
+            return setup
+        if manifest.kind is NodeKind.SUBTREE and not setup.subtree_id:
+            raise ValueError("a sub-tree cannot take another node's place")
+        element = Element(manifest.type_id, {}, setup.file, setup.line)
+        texts = {name: text for name, text in setup.attributes.items() if name in manifest.ports}
+        readers, writers = bind_ports(element, manifest, texts, setup.blackboard, setup.path)
+        return replace(setup, manifest=manifest, attributes=texts, readers=readers, writers=writers)
 
     def _setup(self, element: Element, board: Blackboard, prefix: str) -> NodeSetup:
         manifest = self.registry.manifests[type_of(element)]

@@ -11,7 +11,14 @@ _VERSION_3: Final = {
     "SequenceStar": "; version 4 calls it SequenceWithMemory",
     "FallbackStar": "; version 4 has no such node",
     "SubTreePlus": "; version 4 calls it SubTree",
+    "RetryUntilSuccesful": "; version 4 spells it RetryUntilSuccessful",
+    "ManualSelector": "; version 4 has no such node among the built-in ones",
+    **{
+        f"BlackboardCheck{kind}": "; version 4 has attributes such as _skipIf and the node Precondition instead"
+        for kind in ("Int", "Double", "String", "Bool")
+    },
 }
+_UNVERSIONED: Final = '; the file lacks BTCPP_format="4": is it a tree of version 3?'
 LONG_FORMS: Final = tuple(kind.value for kind in NodeKind)
 
 
@@ -96,7 +103,8 @@ def _check_element(element: Element, collection: TreeCollection, manifests: Mapp
     type_id = type_of(element)
     manifest = manifests.get(type_id)
     if manifest is None:
-        raise element.error(f"unknown node type '{type_id}'{_VERSION_3.get(type_id, '')}")
+        hint = _VERSION_3.get(type_id) or (_UNVERSIONED if element.file in collection.unversioned else "")
+        raise element.error(f"unknown node type '{type_id}'{hint}")
     count = len(element.children)
     if manifest.kind is NodeKind.SUBTREE:
         if count:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from ..errors import LoadError
-from ..manifest import NodeKind, PortModel
+from ..manifest import NodeKind, NodeManifest, PortModel
 from .document import Element, mended, parse_document
 from .models import manifests_of
 
@@ -20,13 +20,17 @@ class TreeCollection:
     Attributes:
         trees: The ``<BehaviorTree>`` elements by ID; a tree without ID has the empty one.
         models: The ports of sub-trees that have a model, by tree ID and name.
+        node_models: The node types that have a model, by ID; they need not be registered.
         document: The root element of the first document.
+        unversioned: The files that do not say that they are of version 4.
         warnings: What is questionable but no error.
     """
 
     trees: dict[str, Element] = field(default_factory=dict)
     models: dict[str, dict[str, PortModel]] = field(default_factory=dict)
+    node_models: dict[str, NodeManifest] = field(default_factory=dict)
     document: Element | None = None
+    unversioned: set[str] = field(default_factory=set)
     warnings: list[str] = field(default_factory=list)
 
     def main_tree(self, wanted: str) -> str:
@@ -86,8 +90,11 @@ class Collector:
         root = self._parse(text, file)
         if root.tag != "root":
             raise root.error(f"the outermost element is <{root.tag}>; it must be <root>")
-        if root.attributes.get("BTCPP_format") != "4":
-            self.collection.warnings.append(f'{root.place}: BTCPP_format="4" is missing; read as version 4')
+        version = root.attributes.get("BTCPP_format")
+        if version != "4":
+            wrong = 'BTCPP_format="4" is missing' if version is None else f"BTCPP_format is '{version}', not '4'"
+            self.collection.unversioned.add(file)
+            self.collection.warnings.append(f"{root.place}: {wrong}; read as version 4")
         for element in root.children:
             if element.tag not in _TAGS:
                 self.collection.warnings.append(f"{element.place}: <{element.tag}> in <root> is ignored")
@@ -142,6 +149,8 @@ class Collector:
             for manifest in manifests_of(model):
                 if manifest.kind is NodeKind.SUBTREE:
                     self.collection.models[manifest.type_id] = dict(manifest.ports)
+                else:
+                    self.collection.node_models.setdefault(manifest.type_id, manifest)
 
     def _add_tree(self, tree: Element) -> None:
         tree_id = tree.attributes.get("ID", "")

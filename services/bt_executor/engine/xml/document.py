@@ -11,7 +11,7 @@ MAX_NESTING: Final = 256
 """Levels of nodes in one tree, as in BehaviorTree.CPP."""
 _LEVELS_ABOVE_NODES: Final = 2  # <root> and <BehaviorTree>
 _COMMENT: Final = re.compile(r"<!--.*?-->", re.DOTALL)
-_END: Final = "</root>"
+_END: Final = re.compile(r"</root\s*>")
 
 
 @dataclass(slots=True)
@@ -44,8 +44,9 @@ class Element:
         return f"{self.file or '<text>'}:{self.line}"
 
     def error(self, message: str) -> LoadError:
-        """Return an error that names this element's place."""
-        return LoadError(message, file=self.file, line=self.line)
+        """Return an error that names this element and its place."""
+        node = self.attributes.get("name") or self.attributes.get("ID") or self.tag
+        return LoadError(message, file=self.file, line=self.line, node=node)
 
 
 def parse_document(text: str, file: str) -> Element:
@@ -63,8 +64,8 @@ def mended(text: str) -> str:
     Comments end at the first ``-->``, and nothing follows the root element. Lines keep their numbers.
     """
     without_comments = _COMMENT.sub(lambda comment: "\n" * comment.group().count("\n"), text)
-    end = without_comments.find(_END)
-    return without_comments[: end + len(_END)] if end >= 0 else without_comments
+    end = _END.search(without_comments)
+    return without_comments[: end.end()] if end else without_comments
 
 
 class _Builder:
@@ -85,6 +86,9 @@ class _Builder:
             reason = expat.errors.messages[error.code]
             message = f"not well-formed XML: {reason} (column {error.offset + 1})"
             raise LoadError(message, file=self._file, line=error.lineno) from None
+        except (LookupError, ValueError) as error:
+            message = f"not well-formed XML: {error}"  # Characters that no encoding has, or an unknown encoding.
+            raise LoadError(message, file=self._file, line=max(self._parser.CurrentLineNumber, 1)) from None
         if self._root is None:
             raise LoadError("the document has no root element", file=self._file, line=1)
         return self._root

@@ -8,7 +8,10 @@ from ..status import Status
 from .document import Element, parse_document
 
 _KINDS: Final = {kind.value: kind for kind in NodeKind}
-_DIRECTIONS: Final = {direction.value: direction for direction in Direction}
+_DIRECTIONS: Final = {
+    **{direction.value: direction for direction in Direction},
+    "bidirectional_port": Direction.INOUT,  # as Nav2's models have it
+}
 _TYPES: Final[dict[str, Any]] = {
     "bool": bool,
     "int": int,

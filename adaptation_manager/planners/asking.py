@@ -1,0 +1,135 @@
+"""How a planner has its changes carried out: by the adaptation manager, within bounds, on what it has just seen."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationReport, AdaptationRequest, Change, Outcome, context_size
+from bus_schema.annotations import PlainValue
+from bus_schema.architecture import Architecture
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.requests import Answer
+from regraft import CallFailed, RequestRefused
+from regraft.runtime.kit import Kit
+from regraft.runtime.tasks import Waiting
+
+ATTEMPTS: Final = 3
+"""How often an adaptation is worked out when somebody else was faster each time."""
+MOST_WAITING: Final = 16
+LONGEST_WHO: Final = 200
+LONGEST_REASON: Final = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """On whose behalf an adaptation is asked for, why, and what was so; texts that are too long are cut."""
+
+    who: str
+    reason: str
+    context: dict[str, PlainValue] = field(default_factory=dict)
+
+    def request(self, changes: tuple[Change, ...], revision: int) -> AdaptationRequest:
+        """Return the request; a context that is too large is left out."""
+        context = self.context if context_size(self.context) <= LARGEST_CONTEXT else {}
+        who, reason = self.who[:LONGEST_WHO], self.reason[:LONGEST_REASON]
+        return AdaptationRequest(changes, reason, who, revision, context=context)
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedOut:
+    """What became of a plan. ``outcome`` is the report's, or ``unchanged``, ``refused`` or ``no_answer``."""
+
+    changes: tuple[Change, ...]
+    outcome: str
+    report: AdaptationReport | None = None
+    error: str = ""
+
+    @property
+    def stands(self) -> bool:
+        """Whether what was planned is so now."""
+        return self.outcome in ("unchanged", Outcome.APPLIED.value, Outcome.APPLIED_STATE_LOST.value)
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether something else may stand, or has stood for a while, than before."""
+        return self.outcome not in ("unchanged", "refused", Outcome.REJECTED.value)
+
+
+class Manager:
+    """The adaptation manager, as a planner asks it."""
+
+    def __init__(self, kit: Kit) -> None:
+        """Ask through a component's kit."""
+        self._kit = kit
+
+    async def architecture(self, within: float) -> Architecture:
+        """Return what should be now; raises RequestRefused if it is not to be had within so many seconds."""
+        try:
+            return await self._kit.call(
+                "adaptation_manager/architecture", ArchitectureRequest(), Architecture, timeout=within
+            )
+        except CallFailed as error:
+            raise RequestRefused(f"the adaptation manager cannot be asked: {error}") from None
+
+    async def carry_out(
+        self, plan: Callable[[Architecture], tuple[Change, ...]], seen: Architecture, errand: Errand, within: float
+    ) -> CarriedOut:
+        """Have what ``plan`` returns for an architecture carried out, unless there is nothing to do.
+
+        What was planned on an architecture that is not the current one any more is planned again.
+        """
+        for attempt in range(ATTEMPTS):
+            changes = plan(seen)
+            if not changes:
+                break
+            try:
+                request = errand.request(changes, seen.revision)
+                report = await self._kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=within)
+            except CallFailed as error:
+                refused = error.answer is Answer.REFUSED
+                return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))
+            if attempt == ATTEMPTS - 1 or not _is_stale(report):
+                return CarriedOut(changes, report.outcome.value, report)
+            try:
+                seen = await self.architecture(within)
+            except RequestRefused:
+                return CarriedOut(changes, report.outcome.value, report)
+        return CarriedOut((), "unchanged")
+
+
+def _is_stale(report: AdaptationReport) -> bool:
+    fields = {(violation.component, violation.field) for violation in report.violations}
+    return report.outcome is Outcome.REJECTED and fields == {("", "revision")}
+
+
+class Turns:
+    """One at a time for each name, in the order of asking: ``await take(name)``, and ``give(name)`` at the end."""
+
+    def __init__(self) -> None:
+        """Begin with nobody."""
+        self._waiting: dict[str, deque[Waiting[None]]] = {}
+
+    async def take(self, name: str) -> None:
+        """Wait for one's turn; raises RequestRefused if too many wait."""
+        line = self._waiting.get(name)
+        if line is None:
+            self._waiting[name] = deque()
+            return
+        if len(line) >= MOST_WAITING:
+            raise RequestRefused(f"the queue is full: {MOST_WAITING} proposals for {name!r} wait already")
+        waiting: Waiting[None] = Waiting()
+        line.append(waiting)
+        await waiting
+
+    def give(self, name: str) -> None:
+        """End one's turn; the next who still waits has it."""
+        line = self._waiting[name]
+        while line:
+            waiting = line.popleft()
+            if not waiting.abandoned:
+                waiting.resolve(None)
+                return
+        del self._waiting[name]

@@ -1,0 +1,196 @@
+"""The base of all adapt decorators: what they share, whenever they adapt."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bus_schema.annotations import PlainValue
+from services.bt_executor.adapting.asking import Attempt
+from services.bt_executor.adapting.external import ExternalStrategy
+from services.bt_executor.adapting.internal import InternalPlan
+from services.bt_executor.adapting.ports import check_ports, locations_of, subjects_of
+from services.bt_executor.adapting.pursuit import Pursuit
+from services.bt_executor.adapting.results import Result
+from services.bt_executor.adapting.wishes import Wish
+from services.bt_executor.engine import FAILURE, RUNNING, Decorator, Input, Node, NodeSetup, Output, Status
+from services.bt_executor.nodes.asking import write_if_connected
+from services.bt_executor.nodes.context import LeafContext
+
+
+class AdaptDecorator(Decorator):
+    """Adapts the running system for the sake of its child (ReBeT, section III-C).
+
+    What to adapt is decided by rules in the XML (port ``rules``), by the ``plan`` of a subclass, or by a planner
+    (port ``adaptation_strategy``); when, by the variants. Ticks never wait: while an answer is outstanding the
+    decorator is RUNNING. A child that completes meanwhile is not ticked again; its result is returned as soon as the
+    answer is there, or its time is over. A halt gives the request up: what was asked for may still be applied.
+
+    What follows when an adaptation came to nothing is up to the ports ``on_...``; the decorator then goes on as if
+    nothing had been, tries again, or halts its child and fails.
+    """
+
+    adaptation_strategy = Input(str, description="the strategy that chooses among the options")
+    adaptation_subject = Input[Any](description="parameters to adapt, as a;b; for strategies also port:NAME, lifecycle")
+    subject_location = Input[Any](description="the components to adapt, as a;b")
+    adaptation_location = Input[Any](description="the same as subject_location")
+    adaptation_options = Input[Any](description="what to choose from: 0.1;0.2, with several subjects 0.1;0.2 | 1;3")
+    rules = Input(str, description="CONDITION : ACTION; CONDITION : ACTION; the first that holds wins")
+    condition = Input[Any](default="true", description="script: whether to ask the strategy")
+    utility_port = Input[Any](name="utility", description="script or entry: what the option that stands is worth")
+    knobs = Input[Any](description="json:{...}, settings of the strategy")
+    constraints = Input[Any](description="json:[...], which options do not go together")
+    settle = Input[Any](default="1s", description="how long after a change its effect can be measured")
+    planner = Input(str, default="bandits", description="the planner that knows the strategy")
+    task = Input(str, default="", description="the name under which the planner learns; by default the node's path")
+    because = Input(str, default="", description="why, for the journal")
+    timeout = Input[Any](default="5s", description="how long the answer is waited for")
+    retry_after = Input[Any](default="1s", description="pause after an adaptation that came to nothing")
+    on_rejected = Input(str, default="ignore", description="ignore, fail, retry, retry 5, retry 5 then fail")
+    on_rolled_back = Input(str, default="ignore", description="the same, after a failure that was undone")
+    on_stuck = Input(str, default="ignore", description="the same, after a failure that could not be undone")
+    on_no_answer = Input(str, default="ignore", description="the same, if nobody answered in time")
+    outcome = Output(str, description="how the last adaptation ended")
+    reason = Output(str, description="why it came to nothing; empty if it did not")
+
+    def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
+        """Begin with nothing under way."""
+        super().__init__(setup)
+        self.context = context
+        self.pursuit = Pursuit(self)
+        self._internal = InternalPlan(self)
+        self._external = ExternalStrategy(self)
+        self._result: Status | None = None
+        self._started = False
+
+    # --- for authors ---
+
+    def plan(self) -> Wish | list[Wish] | tuple[Wish, ...] | None:
+        """Return what to change, None for nothing; override it.
+
+        It may be asked more often than adaptations are made, so it changes nothing of the node's own: what a plan
+        remembers it sets in ``adapted``. ``Step`` changes a number from whatever it is by then.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not implement plan()")
+
+    def utility(self) -> float | None:
+        """Return what the option that stands is worth now, None if that is not known; override it, or use the port."""
+        return None
+
+    def adapted(self, result: Result) -> None:
+        """Take notice of an adaptation that was applied; override it to remember something."""
+
+    def target(self) -> tuple[str, str]:
+        """Return the one component and parameter that the ports name; raises ValueError if they name more or none."""
+        locations, subjects = locations_of(self), subjects_of(self)
+        if len(locations) != 1 or len(subjects) != 1:
+            raise ValueError(f"{self.type_id} needs one component in subject_location, one name in adaptation_subject")
+        return locations[0], subjects[0]
+
+    def current(self, component: str, parameter: str) -> PlainValue:
+        """Return what a parameter should be in the architecture, within ``plan``.
+
+        If that has to be asked for first, the plan is left here and asked again.
+
+        Raises:
+            NotKnown: it has to be asked for.
+            Impossible: there is no such parameter.
+        """
+        return self._internal.current(component, parameter)
+
+    # --- for the variants ---
+
+    def holds_child_back(self) -> bool:
+        """Return whether the child has to wait for the adaptation."""
+        return False
+
+    def on_started(self) -> None:
+        """Begin anew, before the child is ticked for the first time."""
+
+    def on_child_ticked(self, status: Status) -> None:
+        """Begin an adaptation, if it is time."""
+
+    def next_time(self) -> float | None:
+        """Return when the node wants to be ticked, in seconds of the tree's clock, None if at no certain time."""
+        return self.pursuit.again_at
+
+    # --- for the pursuit ---
+
+    @property
+    def is_external(self) -> bool:
+        """Whether a planner chooses."""
+        return "adaptation_strategy" in self.setup.readers
+
+    def now(self) -> float:
+        """Return the time in seconds of the tree's clock."""
+        return self.runtime.clock.now()
+
+    def attempt(self) -> Attempt:
+        """Decide, and have it carried out."""
+        return self._external.attempt() if self.is_external else self._internal.attempt()
+
+    def tell(self, result: Result) -> None:
+        """Say how an adaptation ended."""
+        write_if_connected(self, "outcome", result.outcome)
+        write_if_connected(self, "reason", result.reason)
+        if result.applied:
+            self.adapted(result)
+        if not result.good:
+            self.context.kit.log.warning("%s: the adaptation came to %s: %s", self.path, result.outcome, result.reason)
+
+    # --- as a node ---
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports as far as the XML gives them; see `Node.adopt`."""
+        super().adopt(children)
+        check_ports(self, has_own_plan=type(self).plan is not AdaptDecorator.plan)
+        self._internal.check()
+        self._external.check()
+
+    def tick(self) -> Status:
+        """Take answers, tick the child unless it has completed, adapt; never wait."""
+        self.set_running()
+        if not self._started:
+            self._started = True
+            self.on_started()
+        self.pursuit.look()
+        if not self.pursuit.failed and self._result is None and not self.holds_child_back():
+            self._tick_child()
+        if self.pursuit.failed:
+            self._clear()
+            self.child.reset()
+            return FAILURE
+        if self._result is None or self.pursuit.busy:
+            self._set_timer()
+            return RUNNING
+        result = self._result
+        self._clear()
+        return result
+
+    def halt(self) -> None:
+        """Give up what is under way, and halt the child."""
+        self._clear()
+        super().halt()
+
+    def _tick_child(self) -> None:
+        status = self.child.execute_tick()
+        self._external.measure()
+        if status != RUNNING:
+            # The engine resets a child that completed, but not one that is skipped in the middle.
+            self.child.reset()
+            self._result = status
+            self._external.pause()
+        self.on_child_ticked(status)
+
+    def _set_timer(self) -> None:
+        then = self.next_time()
+        if then is not None and then > self.now():
+            self.runtime.timers.start(self.uid, then - self.now())
+        else:
+            self.runtime.timers.cancel(self.uid)
+
+    def _clear(self) -> None:
+        self.pursuit.give_up()
+        self._external.pause()
+        self.runtime.timers.cancel(self.uid)
+        self._result = None
+        self._started = False

@@ -1,0 +1,70 @@
+"""Decisions that are not made as long as a blackboard entry that they need holds nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
+
+from services.bt_executor.engine import BlackboardError, Node, PortError, ScriptError
+from services.bt_executor.engine.script import compile_script
+from services.bt_executor.engine.script.operators import truth
+from services.bt_executor.engine.script.parser import parse
+from services.bt_executor.engine.script.syntax import Assignment, Name
+
+T = TypeVar("T")
+
+
+class KnowingScript:
+    """An expression in the tree's script language, of which it is known which entries it needs.
+
+    Data that never came must not decide anything: as long as an entry is missing or empty, the value is None.
+    """
+
+    def __init__(self, text: str, node: Node) -> None:
+        """Compile it for a node's blackboard; raises ValueError if it is not well-formed, or assigns."""
+        enums = node.runtime.enums
+        try:
+            parts = [part for statement in parse(text) for part in _parts(statement)]
+            self._script = compile_script(text, node.blackboard, enums)
+        except ScriptError as error:
+            raise ValueError(error.message) from None
+        if any(isinstance(part, Assignment) for part in parts):
+            raise ValueError(f"'{text}' assigns; compare with ==")
+        self._find = node.blackboard.find
+        self._names = tuple(
+            dict.fromkeys(part.name for part in parts if isinstance(part, Name) and part.name not in enums)
+        )
+
+    def value(self) -> Any:
+        """Return the value, None if an entry that it needs holds nothing; raises ScriptError."""
+        for name in self._names:
+            entry = self._find(name)
+            if entry is None or entry.value is None:
+                return None
+        return self._script()
+
+    def holds(self) -> bool | None:
+        """Return whether it is true, None if that cannot be said; raises ScriptError."""
+        value = self.value()
+        return None if value is None else truth(value)
+
+
+def known_or_none(ask: Callable[[], T]) -> T | None:
+    """Return what a function says, None if it reads a port whose entry holds nothing."""
+    try:
+        return ask()
+    except PortError as error:
+        if isinstance(error.__cause__, BlackboardError):
+            return None
+        raise
+
+
+def _parts(expression: object) -> Iterator[object]:
+    if isinstance(expression, tuple):
+        for item in expression:
+            yield from _parts(item)
+    elif dataclasses.is_dataclass(expression):
+        yield expression
+        for field in dataclasses.fields(expression):
+            yield from _parts(getattr(expression, field.name))

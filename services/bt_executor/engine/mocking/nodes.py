@@ -1,0 +1,94 @@
+"""The nodes that stand in for others; they take any ports."""
+
+from collections.abc import Callable
+from typing import Any
+
+from ..controls.sequences import Sequence
+from ..decorator import Decorator
+from ..leaf import Condition, StatefulAction
+from ..node import Node, NodeSetup
+from ..script import compile_script
+from ..status import COMPLETED, RUNNING, STATUS_NAMES, SUCCESS, Status
+from ..values import to_type
+from .config import MockConfig
+
+_STATUS_ENUM = {name: number for number, name in enumerate(STATUS_NAMES)}
+
+
+class _Outcome:
+    """A config whose scripts are compiled for one node."""
+
+    def __init__(self, node: Node, config: MockConfig) -> None:
+        self._config = config
+        self._node = node
+        self._result = self._compiled(config.return_status_script)
+        self._on_success = self._compiled(config.success_script)
+        self._on_failure = self._compiled(config.failure_script)
+        self._post = self._compiled(config.post_script)
+
+    def complete(self) -> Status:
+        """Return the result, after running the scripts that belong to it."""
+        status = self._config.return_status
+        if self._result is not None:
+            status = to_type(self._result(), Status, {})
+        if status in COMPLETED:
+            for script in (self._on_success if status == SUCCESS else self._on_failure, self._post):
+                if script is not None:
+                    script()
+        return status
+
+    def _compiled(self, text: str) -> Callable[[], Any] | None:
+        enums = {**_STATUS_ENUM, **self._node.runtime.enums}
+        return compile_script(text, self._node.blackboard, enums) if text else None
+
+
+class MockAction(StatefulAction):
+    """An action that does nothing but what its config says."""
+
+    def __init__(self, setup: NodeSetup, config: MockConfig | None = None) -> None:
+        """Compile the scripts; without a config the action succeeds at once."""
+        super().__init__(setup)
+        self._config = config or MockConfig()
+        self._outcome = _Outcome(self, self._config)
+        self._deadline = 0.0
+
+    def on_start(self) -> Status:
+        """Complete, or start the timer."""
+        if self._config.async_delay <= 0:
+            return self._outcome.complete()
+        self._deadline = self.runtime.timers.start(self.uid, self._config.async_delay / 1000.0)
+        return RUNNING
+
+    def on_running(self) -> Status:
+        """Complete when the time has come."""
+        return self._outcome.complete() if self.runtime.clock.now() >= self._deadline else RUNNING
+
+    def on_halted(self) -> None:
+        """Stop the timer."""
+        self.runtime.timers.cancel(self.uid)
+
+
+class MockCondition(Condition):
+    """A condition that answers anew at every tick what its config says."""
+
+    def __init__(self, setup: NodeSetup, config: MockConfig | None = None) -> None:
+        """Compile the scripts; without a config the condition holds."""
+        super().__init__(setup)
+        self._outcome = _Outcome(self, config or MockConfig())
+
+    def tick(self) -> Status:
+        """Return the config's result."""
+        return self._outcome.complete()
+
+
+class MockDecorator(Decorator):
+    """A decorator that passes its child's result on."""
+
+    def tick(self) -> Status:
+        """Tick the child."""
+        self.set_running()
+        return self.child.execute_tick()
+
+
+class MockControl(Sequence):
+    """A control node that is a Sequence."""

@@ -1,0 +1,174 @@
+"""Traces: what a tree did, tick by tick, and whether our tree does the same.
+
+A record has the XML of a tree of scripted leaves, how it was ticked (``exact``: once a line, ``once``: until no node
+asked for another tick), the number of the tick in whose place the tree was halted (-1: none), and a line for each
+tick: the result's letter or ``error``, the stored statuses' letters in order of creation, the events of the leaves,
+and the values of the top blackboard.
+"""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, Final
+
+from .clock import ManualClock
+from .load import load_text
+from .scripted import LETTERS, scripted_registry
+from .tree import Tree
+
+ERROR: Final = "error"
+MODES: Final = ("exact", "once")
+MOST_TICKS: Final = 10_000
+"""Root ticks in one line; a tree that wants more will never have enough."""
+
+
+class BadRecord(Exception):
+    """A line is no trace; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """What there was to see after one tick: see the module."""
+
+    root: str
+    statuses: str = ""
+    events: tuple[str, ...] = ()
+    board: tuple[tuple[str, Any], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A trace: see the module."""
+
+    xml: str
+    mode: str
+    halt_at: int
+    trace: tuple[Line, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """The first difference between a trace and what our tree did.
+
+    Attributes:
+        tick: The number of the line, from 1; 0 where the tree could not be loaded.
+        what: What differs.
+        expected: What the trace has.
+        got: What our tree did.
+    """
+
+    tick: int
+    what: str
+    expected: str
+    got: str
+
+    def __str__(self) -> str:
+        """Return one line of text."""
+        return f"tick {self.tick}: {self.what}: expected {self.expected}, got {self.got}"
+
+
+def parse_record(text: str) -> Record:
+    """Make a record from a line of JSON.
+
+    Raises:
+        BadRecord: It is no JSON, or not what a record looks like.
+    """
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise BadRecord(f"no JSON: {error}") from None
+    if not isinstance(given, dict):
+        raise BadRecord(f"a record is an object, not {type(given).__name__}")
+    for name, kind in (("xml", str), ("mode", str), ("halt_at", int), ("trace", list)):
+        if name not in given:
+            raise BadRecord(f"the field '{name}' is missing")
+        if not isinstance(given[name], kind) or isinstance(given[name], bool):
+            raise BadRecord(f"the field '{name}' must be {kind.__name__}, not {type(given[name]).__name__}")
+    if given["mode"] not in MODES:
+        raise BadRecord(f"the mode '{given['mode']}' is none of {', '.join(MODES)}")
+    lines = tuple(_line(number, item) for number, item in enumerate(given["trace"], start=1))
+    return Record(given["xml"], given["mode"], given["halt_at"], lines)
+
+
+def first_mismatch(record: Record) -> Mismatch | None:
+    """Run a record's tree and return the first difference, None if there is none.
+
+    Nothing that the tree does raises here. The tree is halted as BehaviorTree.CPP does it, see `Tree.halt_tree`.
+    """
+    events: list[str] = []
+    try:
+        tree = load_text(record.xml, scripted_registry(events), clock=ManualClock())
+    except Exception as error:
+        if record.trace and record.trace[0].root == ERROR:
+            return None
+        return Mismatch(0, "loading", "a tree", _shown(error))
+    for number, expected in enumerate(record.trace, start=1):
+        events.clear()
+        got, reason = _step(tree, record, number, events)
+        if expected.root == ERROR and got.root == ERROR:
+            return None
+        mismatch = _difference(number, expected, got, reason)
+        if mismatch is not None:
+            return mismatch
+    return None
+
+
+def _step(tree: Tree, record: Record, number: int, events: list[str]) -> tuple[Line, str]:
+    """Do what a line says; return what is to be seen then and, after an error, its text."""
+    root, reason = ERROR, ""
+    try:
+        if number == record.halt_at:
+            tree.halt_tree(like_btcpp=True)
+            root = LETTERS[0]
+        elif record.mode == "exact":
+            root = LETTERS[tree.tick_exactly_once()]
+        else:
+            root = LETTERS[tree.tick_once(MOST_TICKS)]
+    except Exception as error:
+        reason = _shown(error)
+    statuses = "".join(LETTERS[node.status] for node in tree.nodes)
+    board = tuple(sorted(tree.blackboard.dump().items()))
+    return Line(root, statuses, tuple(events), board), reason
+
+
+def _difference(number: int, expected: Line, got: Line, reason: str) -> Mismatch | None:
+    if got.root != expected.root:
+        return Mismatch(number, "result", expected.root, f"{ERROR}: {reason}" if reason else got.root)
+    if got.statuses != expected.statuses:
+        return Mismatch(number, "stored statuses", expected.statuses, got.statuses)
+    if got.events != expected.events:
+        return Mismatch(number, "events", str(list(expected.events)), str(list(got.events)))
+    if [_typed(*entry) for entry in got.board] != [_typed(*entry) for entry in expected.board]:
+        return Mismatch(number, "blackboard", _json(expected.board), _json(got.board))
+    return None
+
+
+def _typed(key: str, value: Any) -> tuple[str, str, str]:
+    """Make values of different types differ: 1 is a whole number, 1.0 a real. Reals are compared in full."""
+    if isinstance(value, float) and not math.isfinite(value):
+        value = None  # JSON has no such number; where C++ writes it, there is null.
+    return key, type(value).__name__, repr(value)
+
+
+def _json(board: tuple[tuple[str, Any], ...]) -> str:
+    return json.dumps(dict(board), default=repr, ensure_ascii=False)
+
+
+def _shown(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _line(number: int, item: Any) -> Line:
+    place = f"line {number} of the trace"
+    if not isinstance(item, list) or not item or not isinstance(item[0], str):
+        raise BadRecord(f"{place} must be a list that begins with a letter or '{ERROR}'")
+    if item[0] == ERROR:
+        return Line(ERROR)
+    if len(item) != 4:
+        raise BadRecord(f"{place} must have the result, the statuses, the events and the blackboard; has {len(item)}")
+    root, statuses, events, board = item
+    if root not in LETTERS or len(root) != 1:
+        raise BadRecord(f"{place}: '{root}' is none of the letters {', '.join(LETTERS)}")
+    if not isinstance(statuses, str) or not isinstance(events, list) or not isinstance(board, dict):
+        raise BadRecord(f"{place}: the statuses must be text, the events a list, the blackboard an object")
+    return Line(root, statuses, tuple(str(event) for event in events), tuple(sorted(board.items())))

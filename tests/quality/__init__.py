@@ -1,0 +1,1 @@
+"""Promises of quality requirements in the tree."""
