@@ -107,8 +107,8 @@ def _command(services: Services, command: Command, body: dict[str, Any], known: 
     wrong = unknown_fields(body, known)
     if wrong:
         raise malformed(*wrong)
-    if command in TAKE_A_TREE and "tree" not in body:
-        raise malformed(told(BadMessage("is missing", ("tree",))))
+    if command in TAKE_A_TREE and body.get("tree", "") == "":
+        raise malformed(told(BadMessage("is empty" if "tree" in body else "is missing", ("tree",))))
     try:
         request = record_shape(MissionCommand).unpack({**body, "command": command.value})
     except BadMessage as error:

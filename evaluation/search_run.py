@@ -73,7 +73,7 @@ def run_search(
 def _watch(
     process: subprocess.Popen[str], home: Path, at_least: float, at_most: float
 ) -> tuple[Judgement, tuple[Event, ...]]:
-    with Client.connect(_started(process, home)) as client:
+    with Client.connect(started(process, home)) as client:
         events: list[Event] = []
         reached, moved_at = -1.0, time.monotonic()
         client.events(lambda event: events.append(event) if event.kind.startswith(TOLD) else None)
@@ -92,7 +92,8 @@ def _watch(
     raise RunFailed(f"it ended by itself with exit code {process.returncode}, see {home / 'up.log'}")
 
 
-def _started(process: subprocess.Popen[str], home: Path) -> rundir.RunInfo:
+def started(process: subprocess.Popen[str], home: Path) -> rundir.RunInfo:
+    """Wait until a process of ``regraft up`` has brought its system up; raises RunFailed."""
     deadline = time.monotonic() + STARTED_WITHIN
     while time.monotonic() < deadline and process.poll() is None:
         running = rundir.running()

@@ -26,6 +26,7 @@ from bus_schema.messages.control import (
 )
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import HostView, LogLines, LogRequest, StartComponent, StopComponent
+from bus_schema.messages.quality import Quality
 from regraft.bus import Bus, Closable, Sample
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.client.listener import Listener
@@ -251,6 +252,18 @@ class Client:
             callback(event)
 
         return self._keep(self._listener.subscribe(self.keys.event, take))
+
+    def requirements(self, callback: Callable[[Quality], object]) -> Closable:
+        """Have ``callback`` called with how well the mission's requirements are met, whenever that changes."""
+
+        def take(sample: Sample) -> None:
+            try:
+                quality = codec.decode(sample.payload, Quality)
+            except BadMessage:
+                return
+            callback(quality)
+
+        return self._keep(self._listener.subscribe(self.keys.quality("*"), take))
 
     def topic(self, topic: str, cls: type | None, callback: Callable[[TopicSample], object]) -> Subscription:
         """Have ``callback`` called with what is published: instances of ``cls``, or plain data for None.

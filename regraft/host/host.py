@@ -101,6 +101,9 @@ class Host:
     def pump(self, timeout: float) -> None:
         """Do what is due, then handle what arrives within ``timeout`` seconds."""
         self._start_due()
+        # Heartbeats first: nobody is silent whose heartbeat is here.
+        for item in self.inbox.take_shelved():
+            self._take(item)
         self._look()
         item = self.inbox.get(min(timeout, self._until_due()))
         until = time.monotonic() + LOOK_EVERY

@@ -13,7 +13,8 @@ from regraft.runtime.writers import Writer, Writers
 
 M = TypeVar("M")
 
-MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING)
+MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING, State.SHUTTING_DOWN)
+"""Who shuts down is deactivated on the way, and may have a last word, such as a command to stand still."""
 
 
 class NotActive(RuntimeError):

@@ -17,7 +17,7 @@ from services.bt_executor.plain import LONGEST_TEXT, is_plain, shown
 
 MOST_AT_ONCE: Final = 100
 LONGEST_KEY: Final = 200
-KEY: Final = re.compile(r"[^{}\s@]([^{}\x00-\x1f\x7f]*[^{}\s])?")
+KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
 """What ``{key}`` in a tree can name."""
 
 

@@ -7,7 +7,7 @@ nothing and the tree is loaded again, until it loads or the place of an error ca
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
@@ -20,6 +20,7 @@ from regraft.runtime.kit import Kit
 from services.bt_executor.engine import (
     Blackboard,
     ManualClock,
+    NodeManifest,
     Registry,
     Tree,
     TreeError,
@@ -31,8 +32,8 @@ from services.bt_executor.engine.mocking import mock_models
 from services.bt_executor.engine.xml.document import Element, parse_document
 from services.bt_executor.executor import Executor
 from services.bt_executor.nodes.context import LeafContext
-from services.bt_executor.nodes.registry import node_types
-from services.bt_executor.source import Unloadable, check_length, check_size
+from services.bt_executor.nodes.registry import NODE_TYPES, node_types
+from services.bt_executor.source import LIMITS, check_size
 
 MOST_ERRORS: Final = 20
 UNKNOWN_TYPE: Final = re.compile(r"unknown node type '([^']*)'")
@@ -78,19 +79,33 @@ def known_types(places: Sequence[str]) -> Registry:
     Raises:
         TreeError: a place leads nowhere, or a file holds no models.
     """
-    models = [place for place in places if Path(place).suffix.lower() in (".xml", ".btproj")]
+    files = [place for place in places if Path(place).suffix.lower() in (".xml", ".btproj")]
+    classes = [place for place in places if place not in files]
+    models = [model for file in files for model in _models(file)]
     context = LeafContext(cast("Kit", _Nobody()), lambda: None)
-    registry = node_types(context, [place for place in places if place not in models])
-    for file in models:
-        try:
-            text = Path(file).read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            raise TreeError(f"cannot read '{file}': {error}", file=file) from error
-        manifests = read_manifests(text, file)
-        if not manifests:
-            raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
-        mock_models(registry, manifests.values())
+    ours = node_types(context, classes).manifests
+    # A model of the same name with other ports is of somebody else's node, which its mission means.
+    others = [
+        model.type_id for model in models if model.type_id in NODE_TYPES and model.ports.keys() != _ports(ours, model)
+    ]
+    registry = node_types(context, classes, leave_out=others)
+    mock_models(registry, models)
     return registry
+
+
+def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
+    return known[model.type_id].ports.keys()
+
+
+def _models(file: str) -> Collection[NodeManifest]:
+    try:
+        text = Path(file).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise TreeError(f"cannot read '{file}': {error}", file=file) from error
+    manifests = read_manifests(text, file)
+    if not manifests:
+        raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
+    return manifests.values()
 
 
 def check(file: Path, registry: Registry, main: str = "") -> Report:
@@ -110,9 +125,7 @@ def check(file: Path, registry: Registry, main: str = "") -> Report:
 
 
 def _from_file(file: Path, registry: Registry, main: str) -> Tree:
-    if file.is_file():
-        check_length(file.stat().st_size)
-    return load_file(file, registry, main=main, blackboard=_board())
+    return load_file(file, registry, main=main, blackboard=_board(), limits=LIMITS)
 
 
 def _board() -> Blackboard:
@@ -126,11 +139,8 @@ def _board() -> Blackboard:
 def _outcome(made: Callable[[], Tree], file: Path) -> Report | Finding:
     try:
         return _right(made())
-    except (TreeError, Unloadable) as error:
+    except TreeError as error:
         return _finding(error, file)
-    # What an author's node does when it is made is not for us to say.
-    except Exception as error:
-        return Finding(str(file), 0, "", f"a node could not be made: {type(error).__name__}: {error}")
 
 
 def _right(tree: Tree) -> Report:
@@ -148,11 +158,11 @@ def _with_hint(error: Finding, registry: Registry) -> Finding:
     return replace(error, text=f"{error.text}; {hint}")
 
 
-def _finding(error: Exception, file: Path) -> Finding:
-    if not isinstance(error, TreeError):
-        return Finding(str(file), 0, "", str(error))
+def _finding(error: TreeError, file: Path) -> Finding:
     place = error.file if error.file and Path(error.file) != file.resolve() else str(file)
-    return Finding(place, error.line, error.node, error.message)
+    # Both forms of the file's name in one text would make one error look like two.
+    text = error.message.replace(f"{file.resolve()}:", f"{file}:").replace("<text>:", f"{file}:")
+    return Finding(place, error.line, error.node, text)
 
 
 class _Search:
@@ -189,7 +199,7 @@ class _Search:
     def _loaded(self, document: Element) -> Report | Finding:
         text = "".join(_texts(document, [1]))
         folder, board = self._file.parent, _board()
-        load = partial(load_text, text, self._registry, main=self._main, blackboard=board, folder=folder)
+        load = partial(load_text, text, self._registry, main=self._main, blackboard=board, folder=folder, limits=LIMITS)
         return _outcome(load, self._file)
 
 

@@ -185,11 +185,14 @@ def check(
 
 def _text(file: Path) -> str:
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        with file.open(encoding="utf-8-sig") as stream:
+            text = stream.read(LARGEST_TREE + 1)
     except OSError as error:
         raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise BadInput(f"{file}: is not UTF-8 text") from None
+    if not text.strip():
+        raise BadInput(f"{file}: is empty: must be a tree in XML")
     if len(text) > LARGEST_TREE:
         raise BadInput(f"{file}: is too large for a tree: must have at most {LARGEST_TREE} characters")
     return text
@@ -210,7 +213,9 @@ def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, 
     try:
         _command(ctx, system, command, as_json)
     except CallFailed as error:
-        raise Failed(str(error).replace("<text>:", f"{file}:")) from None
+        told = str(error)
+        is_bad_tree = "<text>:" in told
+        raise (BadInput if is_bad_tree else Failed)(told.replace("<text>:", f"{file}:")) from None
 
 
 def _require_executor(there: Reached) -> None:

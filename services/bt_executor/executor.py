@@ -54,7 +54,7 @@ class Executor(Component):
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
-    longest_handler = 1.0  # a large tree takes that long to load
+    longest_handler = 3.0  # a tree as large as may be takes that long to load
     state_version = 1
     checkpoint_every = 1.0
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED

@@ -176,7 +176,7 @@ class DetectPowerEfficiently(TaskLevelQR):
         """Begin with an untouched budget."""
         super().__init__(setup, context)
         self._answers: Writes | None = None
-        self._energy = 0.0
+        self._pictures = 0
 
     def data_ports(self) -> tuple[str, ...]:
         """Return none: before the first picture it is known that nothing has been taken."""
@@ -190,13 +190,17 @@ class DetectPowerEfficiently(TaskLevelQR):
     def measure(self) -> float | None:
         """Return the energy so far."""
         if self._answers is not None and self._answers.are_new() and self.image_topic == self.own_camera:
-            self._energy += self.looked * self.picture_energy
+            self._pictures += self.looked
         self._tell_left()
-        return self._energy
+        return self._taken()
+
+    def _taken(self) -> float:
+        """Return what was taken: a product, as the sum of 120 pictures' energies comes out above a budget for 120."""
+        return self._pictures * self.picture_energy
 
     def _tell_left(self) -> None:
         if "energy_left" in self.setup.writers:
-            self.energy_left = self.budget - self._energy
+            self.energy_left = self.budget - self._taken()
 
     def on_end(self, status: Status) -> float | None:
         """Count the answer with which the task ended."""

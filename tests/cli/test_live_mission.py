@@ -67,7 +67,7 @@ def test_another_tree_takes_over_and_a_bad_one_does_not(alone: System, patrol: P
     bad = patrol.with_name("bad.xml")
     bad.write_text(tree("<Unknown/>"))
     refused = regraft(alone.home, "mission", "swap", str(bad))
-    assert refused.returncode == 1
+    assert refused.returncode == 2
     assert f"{bad}:2: unknown node type 'Unknown'" in refused.stderr
     assert alone.ask("mission", "show")["tree"] == "Patrol"
     home = patrol.with_name("home.xml")

@@ -11,9 +11,9 @@ from .trees import document, plain_registry, ticks, tree_of
 LEAF = "<AlwaysSuccess/>"
 
 
-def error_of(text: str, main: str = "") -> LoadError:
+def error_of(text: str, main: str = "", *, lenient: bool = True) -> LoadError:
     with pytest.raises(LoadError) as caught:
-        load_text(text, plain_registry(), main=main)
+        load_text(text, plain_registry(), main=main, lenient=lenient)
     return caught.value
 
 
@@ -182,9 +182,9 @@ def test_doubtful_things_are_warned_of_but_loaded() -> None:
 ILL_FORMED = document(f"<Sequence>\n<!-- <!-- old -->\n{LEAF}</Sequence>") + "\nleft over"
 
 
-def test_ill_formed_comments_are_accepted_only_when_asked_for() -> None:
-    assert "not well-formed" in error_of(ILL_FORMED).message
-    tree = load_text(ILL_FORMED, plain_registry(), lenient=True)
+def test_ill_formed_comments_are_accepted_with_a_warning_unless_they_are_forbidden() -> None:
+    assert "not well-formed" in error_of(ILL_FORMED, lenient=False).message
+    tree = load_text(ILL_FORMED, plain_registry())
     assert ticks(tree, 1) == "S"
     assert "read leniently" in tree.warnings[0]
     assert tree.nodes[1].setup.line == 3
@@ -237,9 +237,9 @@ def test_lenient_reading_takes_comments_in_comments_and_text_behind_the_end_and_
     body = f"<Sequence>\n<!-- a -- b -->\n<!-- <SubTree/> -->{LEAF}</Sequence>"
     rest = "\n<!-- <Repeat>\n<!-- inner -->\n</Repeat> -->\n</Sequence></BehaviorTree></root>"
     text = document(body).replace("</root>", "</root >") + rest
-    assert "not well-formed" in error_of(text).message
-    tree = load_text(text, plain_registry(), lenient=True)
+    assert "not well-formed" in error_of(text, lenient=False).message
+    tree = load_text(text, plain_registry())
     assert ticks(tree, 1) == "S"
     assert tree.nodes[1].setup.line == 3
     with pytest.raises(LoadError, match="not well-formed"):
-        load_text(document("<Sequence>"), plain_registry(), lenient=True)
+        load_text(document("<Sequence>"), plain_registry())

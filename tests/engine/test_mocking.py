@@ -128,8 +128,8 @@ def test_mock_runs_for_its_delay_and_then_the_scripts_of_its_result() -> None:
     assert tree.blackboard.get("l") == "sp"
 
 
-def test_scripts_of_a_failure_and_none_of_a_skip() -> None:
-    for status, log in ((FAILURE, "fp"), (SKIPPED, "")):
+def test_last_script_runs_whatever_the_result_and_the_others_only_with_theirs() -> None:
+    for status, log in ((FAILURE, "fp"), (SKIPPED, "p"), (RUNNING, "p")):
         config = MockConfig(status, success_script="l += 's'", failure_script="l += 'f'", post_script="l += 'p'")
         tree = tree_with(("first", config), body=leaf("R", "first"))
         tree.blackboard.set("l", "")

@@ -247,7 +247,8 @@ def test_key_used_with_two_types_is_a_load_error_unless_the_first_is_text() -> N
         probe('whole="{k}" flag="{k}"')
     tree = load_text(document('<Sequence><Probe text="{k}"/><Probe whole="{k}"/></Sequence>'), registry())
     tree.blackboard.set("k", "1")
-    assert tree.blackboard.get("k") == 1
+    assert tree.blackboard.get("k") == "1"
+    assert tree.nodes[2].read_port("whole") == 1
 
 
 def test_entry_keeps_its_type_when_it_is_written_from_outside() -> None:

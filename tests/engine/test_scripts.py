@@ -143,7 +143,7 @@ def test_ill_formed_script_is_refused_when_it_is_compiled(script: str) -> None:
         ("x := 2.5", {"x": 1}, "whole number"),
         ("x /= 2", {"x": 3}, "whole number"),
         ("x := 1", {"x": "a"}, "holds text"),
-        ("x := 'a'", {"x": 1}, "not a whole number"),
+        ("x := 'a'", {"x": 1}, "not a number"),
         ("1 + 'a'", {}, "'a'"),
         ("'a' - 'b'", {}, "'a'"),
         ("1 .. 2", {}, "text"),

@@ -113,7 +113,19 @@ def test_model_of_a_sub_tree_fills_in_defaults_and_demands_the_rest() -> None:
     assert tree.blackboard.get("result") == 4
     with pytest.raises(LoadError, match="sub-tree 'T' needs the port 'y'"):
         tree_of('<SubTree ID="T"/>', body, MODEL)
-    assert ticks(tree_of('<SubTree ID="T" _autoremap="true"/>', body, MODEL), 1) == "S"
+    tree = tree_of('<SubTree ID="T" _autoremap="true"/>', body, MODEL)
+    tree.blackboard.set("x", 5)
+    assert ticks(tree, 1) == "S"
+    assert tree.blackboard.get("y") == 5
+
+
+def test_empty_default_in_a_model_is_none() -> None:
+    model = '<TreeNodesModel><SubTree ID="T"><input_port name="x" default=""/></SubTree></TreeNodesModel>'
+    with pytest.raises(LoadError, match="sub-tree 'T' needs the port 'x'"):
+        tree_of('<SubTree ID="T"/>', subtree("<AlwaysSuccess/>"), model)
+    typed = document("<Go/>", '<TreeNodesModel><Action ID="Go"><input_port name="n" type="int" default=""/></Action>'
+                     "<Remark/></TreeNodesModel>")  # fmt: skip
+    assert ticks(load_text(typed, plain_registry(), mock_unknown=True), 1) == "S"
 
 
 def test_manifests_are_read_from_a_model() -> None:
@@ -156,8 +168,15 @@ def test_package_of_an_include_is_looked_up_on_the_search_path(tmp_path: Path) -
     write(tmp_path, "packages/shared_trees/trees/t.xml", f"<root>{subtree('<AlwaysSuccess/>')}</root>")
     tree = load_file(main, plain_registry(), search_path=[tmp_path / "packages"])
     assert ticks(tree, 1) == "S"
-    with pytest.raises(LoadError, match="search path is empty"):
+    with pytest.raises(LoadError, match="none above has the package's name"):
         load_file(main, plain_registry())
+
+
+def test_package_that_a_file_is_in_needs_no_search_path(tmp_path: Path) -> None:
+    include = '<include ros_pkg="robot_trees" path="trees/t.xml"/>'
+    main = write(tmp_path, "robot_trees/trees/missions/main.xml", document('<SubTree ID="T"/>', include))
+    write(tmp_path, "robot_trees/trees/t.xml", f"<root>{subtree('<AlwaysSuccess/>')}</root>")
+    assert ticks(load_file(main, plain_registry()), 1) == "S"
 
 
 def test_error_in_an_included_file_names_that_file_and_its_line(tmp_path: Path) -> None:

@@ -123,6 +123,17 @@ def test_node_types_are_known_by_their_models(file: Path) -> None:
     assert "'strong' is not a number" in checked(file, "--nodes", str(models)).stderr
 
 
+def test_a_model_of_somebody_else_s_node_goes_before_ours_of_the_same_name(file: Path) -> None:
+    file.write_text(tree('<Detect service_name="/detect_object" objects="{objects}"/>'))
+    assert checked(file).exit_code == 2
+    models = file.with_name("models.xml")
+    ports = '<input_port name="service_name"/><output_port name="objects"/>'
+    models.write_text(
+        f'<root BTCPP_format="4"><TreeNodesModel><Action ID="Detect">{ports}</Action></TreeNodesModel></root>'
+    )
+    assert checked(file, "--nodes", str(models)).exit_code == 0
+
+
 def test_node_types_are_known_by_their_classes(file: Path) -> None:
     file.write_text(tree('<Takes place="{place}" numbers="1;two"/>'))
     found = checked(file, "--nodes", "tests.executor.test_blackboard:Takes")

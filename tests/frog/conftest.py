@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.frog.frog import Frog
+from tests.frog.frog import STACK, Frog
 
 StartFrog = Callable[..., Frog]
 
@@ -18,8 +18,8 @@ def start_frog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Star
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
     started: list[Frog] = []
 
-    def run(*options: str) -> Frog:
-        frog = Frog(tmp_path, *options)
+    def run(*options: str, stack: Path = STACK) -> Frog:
+        frog = Frog(tmp_path, *options, stack=stack)
         started.append(frog)
         return frog
 

@@ -60,11 +60,11 @@ def run_frog(home: Path, seconds: float, *options: str, renderer: str = "") -> R
 class Frog(System):
     """A running FROG."""
 
-    def __init__(self, folder: Path, *options: str) -> None:
+    def __init__(self, folder: Path, *options: str, stack: Path = STACK) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}/api/v1"
         super().__init__(
-            STACK, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
+            stack, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
         )
         self.rest = httpx.Client(base_url=self.url, timeout=30.0)
         try:

@@ -237,6 +237,21 @@ def test_a_topic_is_seen_in_its_type_or_as_plain_data(site: Site, client: Client
     assert "regraft/Quality" in wrong.last_problem
 
 
+def test_what_is_told_of_requirements_is_heard_until_the_subscription_is_closed(site: Site, client: Client) -> None:
+    heard: list[Quality] = []
+    listening = client.requirements(heard.append)
+    herald = site.runtimes["worker"]
+    told = Quality(0.0, "MoveSafely", "Safety", satisfied=True)
+    wait_until(lambda: herald.post(lambda: herald.herald.quality(told)) or bool(heard))  # type: ignore[func-returns-value]
+    assert heard[0] == told
+    listening.close()
+    client.call("count", CancelAdaptation("1"), JournalPage)
+    heard.clear()
+    herald.post(lambda: herald.herald.quality(told))
+    client.call("count", CancelAdaptation("1"), JournalPage)
+    assert heard == []
+
+
 def test_events_are_heard_until_the_subscription_is_closed(site: Site, client: Client) -> None:
     heard: list[Event] = []
     listening = client.events(heard.append)

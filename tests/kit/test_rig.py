@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.lifecycle import State, Transition
-from regraft import CallFailed
+from regraft import CallFailed, Component, Output
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker
 
@@ -50,6 +50,24 @@ def test_components_talk_to_each_other() -> None:
 def test_a_missing_service_fails_after_its_time() -> None:
     with Rig() as rig, pytest.raises(CallFailed, match="nobody"):
         rig.call("nothing", Number(1), Number, timeout=0.5)
+
+
+class Wheels(Component):
+    """Stands still when it is deactivated."""
+
+    speed = Output(Number)
+
+    def on_deactivate(self) -> None:
+        self.speed.publish(Number(0))
+
+
+@pytest.mark.parametrize("transition", [Transition.DEACTIVATE, Transition.SHUTDOWN])
+def test_a_component_has_its_last_word_however_it_is_stopped(transition: Transition) -> None:
+    with Rig() as rig:
+        rig.add(Wheels)
+        said = rig.collect("speed", Number)
+        rig.transition("wheels", transition)
+        assert said == [Number(0)]
 
 
 def test_states_can_be_walked_through() -> None:

@@ -42,6 +42,7 @@ class Navigator(Component):
     """Arrives after a while, unless the goal's x is among those that cannot be reached."""
 
     seconds = Parameter(5.0, "how long a drive takes", unit="s")
+    max_velocity = Parameter(0.26, "how fast it may be", unit="m/s")
 
     def __init__(self) -> None:
         """Begin without goals."""
@@ -116,24 +117,30 @@ class Docking(Component):
 class Detector(Component):
     """Sees the hydrant whenever the robot last got to one of some places."""
 
+    pictures = Parameter(1, "pictures for a request that does not say how many")
+
     def __init__(self) -> None:
         """Begin blind."""
         self.navigator: Navigator | None = None
         self.seen_from: set[float] = set()
         self.spread = 0.01
         self.broken = False
+        self.failures = 0
         self.asked: list[int] = []
 
     @service("detect")
     async def detect(self, request: Detect) -> Sightings:
         """Look."""
-        pictures = request.pictures or 1
+        pictures = request.pictures or self.pictures
         self.asked.append(pictures)
+        if self.failures:
+            self.failures -= 1
+            raise RequestRefused("no picture came")
         await self.kit.sleep(0.2 * pictures)
-        assert self.navigator is not None
         if self.broken:
             return Sightings(pictures, 0, useful=0)
-        if self.navigator.reached[-1] not in self.seen_from:
+        reached = self.navigator.reached if self.navigator else []
+        if not self.seen_from.intersection(reached[-1:]):
             return Sightings(pictures, 0)
         best = Detection("hydrant", 0.9, "map", Vector3(1.1, 2.0, 0.0), 0.1, 1.0)
         return Sightings(pictures, pictures, best, pictures, Vector3(1.0, 2.0, 0.0), "map", self.spread)

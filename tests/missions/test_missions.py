@@ -44,6 +44,11 @@ class Crew:
     def told(self, kind: str) -> list[str]:
         return [event.text for event in self.rig.events if event.kind == kind]
 
+    def requirement(self, name: str) -> bool | None:
+        """Return whether a requirement is satisfied, as the mission's status has it."""
+        (quality,) = [quality for quality in status(self.rig).qualities if quality.requirement == name]
+        return quality.satisfied
+
     @property
     def state(self) -> MissionState:
         return status(self.rig).state
@@ -81,6 +86,26 @@ def test_a_low_battery_interrupts_the_drive_once_and_it_goes_on_after_charging()
         rig.advance(30.0)
         assert crew.navigator.reached == [1.0, 3.0]
         assert crew.state is MissionState.SUCCEEDED
+
+
+def test_the_requirement_for_the_battery_says_when_to_charge() -> None:
+    with Rig() as rig:
+        crew = Crew(rig, "explore")
+        rig.advance(1.0)
+        assert crew.requirement("MinBatterySystem") is True
+        assert crew.requirement("MinBatteryNavigation") is None
+        rig.advance(4.0)
+        power(rig, 0.90)
+        rig.advance(1.0)
+        assert (crew.requirement("MinBatterySystem"), crew.docking.until) == (True, [])
+        power(rig, 0.899)
+        rig.advance(1.0)
+        assert (crew.requirement("MinBatterySystem"), crew.docking.until) == (False, [0.98])
+        power(rig, 0.98)
+        rig.advance(11.0)
+        assert crew.requirement("MinBatterySystem") is True
+        assert len(crew.navigator.reached) >= 1
+        assert crew.state is MissionState.RUNNING
 
 
 def test_a_frontier_that_is_not_reached_is_given_back() -> None:

@@ -147,8 +147,13 @@ def _credit(plain: dict[str, PlainValue]) -> Credit:
         raise BadMessage(f"is {type(plain['ticket']).__name__}, must be text", ("ticket",))
     utility, begin, end = (_number(plain, name) for name in names[1:])
     if end < begin:
-        raise BadMessage(f"is {end:g}, before 'from', which is {begin:g}", ("to",))
+        raise BadMessage(f"is {seconds(end)}, before 'from', which is {seconds(begin)}", ("to",))
     return Credit(plain["ticket"], utility, begin, end)
+
+
+def seconds(stamp: float) -> str:
+    """Return a stamp as text: to the millisecond, also where it counts from 1970."""
+    return f"{stamp:.3f}".rstrip("0").rstrip(".")
 
 
 def _number(plain: dict[str, PlainValue], name: str) -> float:

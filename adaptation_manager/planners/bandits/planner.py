@@ -23,6 +23,8 @@ from regraft import Component, Parameter, RequestRefused, service
 MOST_TASKS: Final = 256
 """Tasks that are remembered; beyond it, the one that asked least recently is forgotten, with an event."""
 SPACES_KEPT: Final = 16
+MOST_TOLD: Final = 10
+"""Problems that a refusal names."""
 
 
 class BanditPlanner(Component):
@@ -54,7 +56,7 @@ class BanditPlanner(Component):
         """Begin with nothing under way."""
         self._manager = Manager(self.kit)
         self._turns = Turns()
-        self._spaces: dict[str, tuple[Option, ...]] = {}
+        self._spaces: dict[str, tuple[Option, ...] | str] = {}
 
     # --- services ---
 
@@ -90,18 +92,20 @@ class BanditPlanner(Component):
         return asked
 
     async def _options(self, asked: Asked) -> tuple[Option, ...]:
-        """Return the options, found once for equal dimensions and constraints."""
+        """Return the options; these, or why there are none, are found once for equal dimensions and constraints."""
         known = repr((asked.dimensions, asked.constraints, self.most_options))
-        options = self._spaces.pop(known, None)
-        if options is None:
+        found = self._spaces.pop(known, None)
+        if found is None:
             try:
-                options = await self.kit.compute(options_of, asked.dimensions, asked.constraints, self.most_options)
+                found = await self.kit.compute(options_of, asked.dimensions, asked.constraints, self.most_options)
             except BadMessage as error:
-                raise RequestRefused(str(error.inside("inputs"))) from None
-        self._spaces[known] = options
+                found = str(error.inside("inputs"))
+        self._spaces[known] = found
         if len(self._spaces) > SPACES_KEPT:
             del self._spaces[next(iter(self._spaces))]
-        return options
+        if isinstance(found, str):
+            raise RequestRefused(found)
+        return found
 
     # --- one proposal ---
 
@@ -111,7 +115,8 @@ class BanditPlanner(Component):
         architecture = await self._manager.architecture(self.answer_within)
         wrong = list(problems(asked.dimensions, architecture))
         if wrong:
-            raise RequestRefused("; ".join(f"inputs.{problem}" for problem in wrong))
+            more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
+            raise RequestRefused("; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more]))
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:

@@ -9,6 +9,7 @@ options is reordered, shortened or lengthened. Chance comes to it from outside, 
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,9 +32,11 @@ class Knobs:
     high: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse a range without extent."""
+        """Refuse a range without extent, or one so large that it cannot be told."""
         if not self.low < self.high:
             raise BadMessage(f"is {self.high:g}, must be greater than 'low', which is {self.low:g}", ("high",))
+        if not math.isfinite(self.high - self.low):
+            raise BadMessage(f"is {self.high:g}, too far from 'low', which is {self.low:g}", ("high",))
 
 
 K = TypeVar("K", bound=Knobs)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from adaptation_manager.planners.bandits.dimensions import Dimension, Kind
-from adaptation_manager.planners.bandits.inputs import Credit
+from adaptation_manager.planners.bandits.inputs import Credit, seconds
 from adaptation_manager.planners.bandits.standing import stands
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
@@ -57,11 +57,10 @@ class Ticket:
         if self.credited:
             return "this ticket was credited already"
         if credit.begin < self.since - ROUNDING:
-            return (
-                f"measured from {credit.begin:g}, but the effect of the choice can be measured from {self.since:g} on"
-            )
+            since = f"the effect of the choice can be measured from {seconds(self.since)} on"
+            return f"measured from {seconds(credit.begin)}, but {since}"
         if self.until is not None and credit.end > self.until + ROUNDING:
-            return f"measured until {credit.end:g}, but the choice stood until {self.until:g} only"
+            return f"measured until {seconds(credit.end)}, but the choice stood until {seconds(self.until)} only"
         changed = [stake for stake in self.stakes if self.until is None and not stake.holds(architecture)]
         if changed:
             what = f"{changed[0].component}.{changed[0].member or 'state'}"

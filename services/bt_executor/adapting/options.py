@@ -69,3 +69,5 @@ def _value(text: str) -> PlainValue:
         return json.loads(text, parse_constant=str)
     except ValueError:
         return text
+    except RecursionError:
+        raise ValueError("adaptation_options has an option that is nested too deeply") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from services.bt_executor.nodes.plain_messages import as_plain, read_json
 LOCATIONS: Final = ("subject_location", "adaptation_location")
 DURATIONS: Final = ("timeout", "retry_after", "settle")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
+PLANNER: Final = re.compile(r"[A-Za-z0-9_-]+")
 FOR_STRATEGIES: Final = (
     "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "planner", "task",
 )  # fmt: skip
@@ -91,6 +93,8 @@ def _check_strategy(node: Node) -> None:
         missing.append(LOCATIONS[0])
     if missing:
         raise ValueError(f"{node.type_id} with adaptation_strategy needs the port {', '.join(missing)} as well")
+    if is_known(node, "planner") and not PLANNER.fullmatch(node.read_port("planner")):
+        raise ValueError(f"port 'planner': '{node.read_port('planner')}' cannot be a planner's name, such as bandits")
     for port, kind in (("knobs", dict), ("constraints", list)):
         text = given.get(port, "")
         if '"' in text and not node.has_literal(port):

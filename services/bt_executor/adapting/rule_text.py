@@ -16,9 +16,10 @@ _SET: Final = re.compile(
     re.DOTALL,
 )
 _CONNECT: Final = re.compile(rf"connect\s+(?P<target>{_NAME})\s+to\s+(?P<topic>[\w./-]+)\s*")
-_TRANSITIONS: Final = "|".join(each.value for each in Transition)
+_TRANSITIONS: Final = "|".join(each.value for each in Transition if each is not Transition.SHUTDOWN)
 _CHANGE_STATE: Final = re.compile(rf"(?P<transition>{_TRANSITIONS})(?:\s+(?P<component>{_NAME}))?\s*")
 
+LONGEST_SHOWN: Final = 200
 ACTION_FORMS: Final = (
     "PARAMETER := VALUE, PARAMETER += VALUE, PARAMETER -= VALUE, each with 'within [LOW, HIGH]' if wanted; "
     "connect PORT to TOPIC; configure, activate, deactivate or cleanup COMPONENT"
@@ -77,10 +78,15 @@ def read_table(table: str) -> tuple[RuleText, ...]:
         try:
             rules.append(_rule(text))
         except ValueError as error:
-            raise ValueError(f"rule {number}, '{text}': {error}") from None
+            raise ValueError(f"rule {number}, '{shown(text)}': {error}") from None
     if not rules:
         raise ValueError("there is no rule; write CONDITION : ACTION; CONDITION : ACTION")
     return tuple(rules)
+
+
+def shown(text: str) -> str:
+    """Return a rule's text as an error tells it."""
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
 
 def _rule(text: str) -> RuleText:
@@ -102,7 +108,7 @@ def _action(text: str) -> ActionText:
     if found:
         low, high = ((found[bound] or "").strip() for bound in ("low", "high"))
         return SetText(found["target"], found["operator"], found["value"].strip(), low, high)
-    raise ValueError(f"'{text}' is no action; there are: {ACTION_FORMS}")
+    raise ValueError(f"'{shown(text)}' is no action; there are: {ACTION_FORMS}")
 
 
 def _parts(text: str, separator: str) -> list[str]:

@@ -12,13 +12,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from bus_schema.adaptation import ChangeState, Connect, SetParameters
-from services.bt_executor.adapting.rule_text import ActionText, ConnectText, RuleText, SetText, StateText, read_table
+from services.bt_executor.adapting.rule_text import (
+    ActionText,
+    ConnectText,
+    RuleText,
+    SetText,
+    StateText,
+    read_table,
+    shown,
+)
 from services.bt_executor.adapting.scripts import KnowingScript
 from services.bt_executor.adapting.wishes import Step, Wish, clamped
 from services.bt_executor.engine import Node
+
+STEPS: Final = ("+=", "-=")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +57,7 @@ class _Setting:
         high = self._bound(self.high, math.inf)
         if value is None or low is None or high is None:
             return None
-        if self.operator in ("+=", "-="):
+        if self.operator in STEPS:
             by = self._number(value)
             return Step(self.component, self.parameter, by if self.operator == "+=" else -by, low, high)
         if self.low is not None:
@@ -99,7 +109,7 @@ class RuleTable:
             try:
                 self._rules.append(self._compiled(text))
             except ValueError as error:
-                raise ValueError(f"rule {number}, '{text.text}': {error}") from None
+                raise ValueError(f"rule {number}, '{shown(text.text)}': {error}") from None
 
     def fired(self) -> Fired | None:
         """Return the first rule that holds, None if there is none, or that cannot be said.
@@ -119,7 +129,9 @@ class RuleTable:
 
     def _compiled(self, rule: RuleText) -> _Rule:
         condition = KnowingScript(rule.condition, self._node) if rule.condition else None
-        return _Rule(rule.text, condition, tuple(self._action(action) for action in rule.actions))
+        actions = tuple(self._action(action) for action in rule.actions)
+        _check_at_once(actions)
+        return _Rule(rule.text, condition, actions)
 
     def _action(self, action: ActionText) -> _Setting | Connect | ChangeState:
         if isinstance(action, StateText):
@@ -134,6 +146,8 @@ class RuleTable:
         if self._subjects and parameter not in self._subjects:
             raise ValueError(f"sets '{parameter}', but adaptation_subject is {';'.join(sorted(self._subjects))}")
         low, high = (KnowingScript(text, self._node) if text else None for text in (action.low, action.high))
+        if low and high and low.is_constant and high.is_constant and low.value() > high.value():
+            raise ValueError(f"'within [{action.low}, {action.high}]' holds nothing: the lower bound comes first")
         return _Setting(component, parameter, action.operator, KnowingScript(action.value, self._node), low, high)
 
     def _target(self, target: str) -> tuple[str, str]:
@@ -145,3 +159,16 @@ class RuleTable:
             named = ";".join(self._locations) or "not given"
             raise ValueError(f"'{of_what}' does not say of which component, and subject_location is {named}")
         return self._locations[0]
+
+
+def _check_at_once(actions: Sequence[_Setting | Connect | ChangeState]) -> None:
+    """Make sure that nothing is to become two things at once; steps add up. Raises ValueError."""
+    steps: dict[tuple[str, str], bool] = {}
+    for action in actions:
+        if isinstance(action, ChangeState):
+            continue
+        is_step = isinstance(action, _Setting) and action.operator in STEPS
+        target = action.component, action.port if isinstance(action, Connect) else action.parameter
+        if not (steps.get(target, True) and (is_step or target not in steps)):
+            raise ValueError(f"{'.'.join(target)} is to become two things; all actions of a rule are one change")
+        steps[target] = is_step

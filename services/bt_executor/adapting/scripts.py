@@ -36,6 +36,11 @@ class KnowingScript:
             dict.fromkeys(part.name for part in parts if isinstance(part, Name) and part.name not in enums)
         )
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether it needs no entry."""
+        return not self._names
+
     def value(self) -> Any:
         """Return the value, None if an entry that it needs holds nothing; raises ScriptError."""
         for name in self._names:

@@ -10,6 +10,9 @@ from services.bt_executor.adapting.ports import duration_of, is_known
 from services.bt_executor.adapting.results import UNCHANGED, Result
 from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, Input, Node, Status
 
+SHORTEST_PERIOD: Final = 0.01
+"""Seconds; the adaptation manager could not follow what is asked for more often."""
+
 
 class AdaptOnStart(AdaptDecorator):
     """Adapts before the child starts, which it does when the adaptation is complete."""
@@ -85,8 +88,8 @@ class AdaptPeriodically(AdaptOnRunning):
 
     def _period(self) -> float:
         period = duration_of(self, "adaptation_period")
-        if period <= 0.0:
-            raise ValueError("port 'adaptation_period' must be longer than 0 s")
+        if period < SHORTEST_PERIOD:
+            raise ValueError(f"port 'adaptation_period' is {period:g} s; it must be at least {SHORTEST_PERIOD:g} s")
         return period
 
 

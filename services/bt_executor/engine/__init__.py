@@ -39,6 +39,7 @@ from .errors import (
     TreeError,
 )
 from .leaf import Condition, StatefulAction, SyncAction
+from .limits import Limits
 from .load import load_file, load_text
 from .manifest import Direction, NodeKind, NodeManifest, PortModel
 from .mocking import MockConfig, mock_models
@@ -77,6 +78,7 @@ __all__ = [
     "Entry",
     "InOut",
     "Input",
+    "Limits",
     "LoadError",
     "ManualClock",
     "MockConfig",

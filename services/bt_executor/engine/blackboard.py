@@ -101,9 +101,9 @@ class Blackboard:
         entry.stamp = self.clock.now()
 
     def declare(self, key: str, kind: PortType = None) -> Entry:
-        """Make sure that an entry exists, following the remappings, and give it a type.
+        """Make sure that an entry exists, following the remappings, and give it a type if it has none.
 
-        A type that is text gives way to another one, because text converts to everything.
+        An entry that was declared as text stays text: every other port reads it, because text converts to everything.
 
         Raises:
             BlackboardError: The entry has another type already.
@@ -114,9 +114,9 @@ class Blackboard:
         entry = self._entries.setdefault(key, Entry())
         if kind is None or entry.type == kind:
             return entry
-        if entry.type in (None, str):
+        if entry.type is None:
             entry.type = kind
-        elif not _related(entry.type, kind):
+        elif entry.type is not str and not _related(entry.type, kind):
             known, other = type_name(entry.type), type_name(kind)
             raise BlackboardError(f"blackboard entry '{key}' is of type {known}; it cannot become {other}")
         return entry
@@ -133,6 +133,10 @@ class Blackboard:
         board, outer = self._outer(key)
         if board is not None:
             board.unset(outer)
+
+    def unset_own(self, key: str) -> None:
+        """Remove an entry of this very board; a key that leads elsewhere is left alone."""
+        self._entries.pop(key, None)
 
     def keys(self) -> list[str]:
         """Return the keys of this board's own entries, in order of creation."""

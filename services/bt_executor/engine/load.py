@@ -6,12 +6,13 @@ from pathlib import Path
 
 from .blackboard import Blackboard
 from .clock import Clock, MonotonicClock
+from .limits import Limits
 from .mocking import mock_unknown_types
 from .registry import Registry
 from .runtime import Runtime
 from .tree import Tree
 from .xml.builder import Builder
-from .xml.checks import check_structure, total_depth
+from .xml.checks import check_structure, total_size
 from .xml.collection import Collector, TreeCollection
 
 _FRAMES_PER_LEVEL = 5
@@ -26,8 +27,9 @@ def load_file(
     clock: Clock | None = None,
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
-    lenient: bool = False,
+    lenient: bool = True,
     mock_unknown: bool = False,
+    limits: Limits | None = None,
 ) -> Tree:
     """Make a tree from a file.
 
@@ -37,19 +39,20 @@ def load_file(
         main: The ID of the tree to execute; by default what the file says.
         clock: Where timing nodes take the time from; by default the machine's monotonic clock.
         blackboard: The top blackboard, if it exists already; it gets the registry's converters.
-        search_path: Folders that hold the packages named by ``<include ros_pkg="…">``.
-        lenient: Whether to read XML that is ill-formed only in its comments or behind its end, with a
-            warning.
+        search_path: Folders that hold the packages named by ``<include ros_pkg="…">``; a package that the
+            including file is in is found without.
+        lenient: Whether to read ill-formed XML that BehaviorTree.CPP reads too, with a warning; see `mending`.
         mock_unknown: Whether a node type that is not registered gets a mock, with a warning: by its model in a
             TreeNodesModel, else by how it is used; see `mock_models`.
+        limits: How large the tree may be, if that is to be checked before any node is made.
 
     Raises:
         LoadError: The tree cannot be built; names file and line.
     """
-    collector = Collector(search_path, lenient)
+    collector = Collector(search_path, lenient, limits)
     collector.add_file(Path(path))
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits)
 
 
 def load_text(
@@ -60,18 +63,19 @@ def load_text(
     clock: Clock | None = None,
     blackboard: Blackboard | None = None,
     search_path: Sequence[Path] = (),
-    lenient: bool = False,
+    lenient: bool = True,
     mock_unknown: bool = False,
+    limits: Limits | None = None,
     folder: Path | None = None,
 ) -> Tree:
     """Make a tree from XML text; relative includes start from a folder, by default the current one.
 
     See `load_file` for the other arguments.
     """
-    collector = Collector(search_path, lenient)
-    collector.add_text(text, "", folder or Path())
+    collector = Collector(search_path, lenient, limits)
+    collector.add_own_text(text, folder or Path())
     collector.check_ids()
-    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown)
+    return _build(collector.collection, registry, main, clock, blackboard, mock_unknown, limits)
 
 
 def _build(
@@ -81,13 +85,17 @@ def _build(
     clock: Clock | None,
     blackboard: Blackboard | None,
     mock_unknown: bool,
+    limits: Limits | None,
 ) -> Tree:
     if mock_unknown:
         registry = registry.copy()
         mock_unknown_types(registry, collection)
     main = collection.main_tree(main)
     check_structure(collection, registry.manifests)
-    _allow_recursion(total_depth(collection, main))
+    size = total_size(collection, main)
+    if limits:
+        limits.check(main, size)
+    _allow_recursion(size.depth)
     clock = clock or (blackboard.clock if blackboard else MonotonicClock())
     board = blackboard or Blackboard(clock=clock)
     board.converters = registry.converters

@@ -25,6 +25,8 @@ TRUTH_VALUES: Final = {
     "1": True, "true": True, "True": True, "TRUE": True,
 }  # fmt: skip
 _INT: Final = re.compile(r"[+-]?\d+")
+_WHOLE: Final = re.compile(r"([+-]?\d+)\.0*")
+_INFINITY: Final = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
 _REAL: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -75,6 +77,25 @@ def parse_bool(text: str) -> bool:
         raise ValueError(f"'{text}' is not a truth value; use true, false, 1 or 0") from None
 
 
+def whole_from_text(text: str) -> int:
+    """Read a port's whole number, which may be written with a fraction of zero, as in 5.0.
+
+    Raises:
+        ValueError: The text is something else.
+    """
+    fraction = _WHOLE.fullmatch(text.strip())
+    return parse_int(fraction.group(1) if fraction else text)
+
+
+def real_from_text(text: str) -> float:
+    """Read a port's number, which may be infinite, as in inf or -infinity.
+
+    Raises:
+        ValueError: The text is something else.
+    """
+    return float(text) if _INFINITY.fullmatch(text.strip()) else parse_real(text)
+
+
 def literal_value(text: str) -> int | float | str:
     """Return text as a whole number if it reads as one, else as a real, else as it is."""
     for parse in (parse_int, parse_real):
@@ -119,6 +140,11 @@ def from_text(text: str, kind: PortType, converters: Mapping[Any, Converter]) ->
     if isinstance(kind, type) and issubclass(kind, Enum):
         return _enum_from_text(text, kind)
     raise ValueError(f"there is no conversion from text to {type_name(kind)}; register a converter for it")
+
+
+def split_list(text: str) -> list[str]:
+    """Return the items of a list in text, separated by semicolons; one may stand at the end."""
+    return text.removesuffix(";").split(";") if text else []
 
 
 def to_type(value: Any, kind: PortType, converters: Mapping[Any, Converter]) -> Any:
@@ -172,7 +198,7 @@ def _list_from_text(text: str, item: PortType, converters: Mapping[Any, Converte
         if not isinstance(parsed, list):
             raise ValueError(f"'{text}' is not a list")
         return [to_type(entry, item, converters) for entry in parsed]
-    return [from_text(entry, item, converters) for entry in text.split(";") if entry.strip()]
+    return [from_text(entry, item, converters) for entry in split_list(text)]
 
 
 def _enum_from_text(text: str, kind: type[Enum]) -> Enum:
@@ -184,8 +210,8 @@ def _enum_from_text(text: str, kind: type[Enum]) -> Enum:
 
 _BUILT_IN: Final[dict[Any, Converter]] = {
     str: str,
-    int: parse_int,
-    float: parse_real,
+    int: whole_from_text,
+    float: real_from_text,
     bool: parse_bool,
     Status: status_from_name,
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Final
@@ -48,17 +48,18 @@ ENTRY_POINTS: Final = "regraft.tree_nodes"
 """The entry point group of node types from other packages: each is a class or a list of classes."""
 
 
-def node_types(context: LeafContext, places: Iterable[str] = ()) -> Registry:
+def node_types(context: LeafContext, places: Iterable[str] = (), leave_out: Collection[str] = ()) -> Registry:
     """Return the engine's node types, Nav2's, ours, installed packages', and those at ``places`` (``module:name``).
 
-    A class whose constructor takes ``context`` gets it.
+    A class whose constructor takes ``context`` gets it. Of ours, those named in ``leave_out`` are left to others.
 
     Raises:
         RegistryError: a place leads nowhere or to no node type, or a name is taken.
     """
     registry = Registry()
     for type_id, node_class in NODE_TYPES.items():
-        _register(registry, node_class, context, type_id)
+        if type_id not in leave_out:
+            _register(registry, node_class, context, type_id)
     for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name):
         for node_class in _found_at(entry.value):
             _register(registry, node_class, context)

@@ -22,6 +22,7 @@ from services.bt_executor.quality.relations import RELATIONS, Relation
 DEEPEST: Final = 20
 """Levels of brackets and negations in a requirement."""
 
+LONGEST_SHOWN: Final = 200
 _TOKEN: Final = re.compile(r"\s*(\{[^{}]*\}|[()]|[^\s(){}]+)")
 _LEADING_WORDS: Final = sorted(RELATIONS, key=lambda relation: -len(relation.words.split()))
 
@@ -217,4 +218,5 @@ class _Parser:
         return False
 
     def _wrong(self, why: str) -> ValueError:
-        return ValueError(f"requirement '{self._text}': {why}")
+        text = self._text if len(self._text) <= LONGEST_SHOWN else f"{self._text[:LONGEST_SHOWN]}…"
+        return ValueError(f"requirement '{text}': {why}")

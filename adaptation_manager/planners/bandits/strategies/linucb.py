@@ -16,6 +16,8 @@ from bus_schema.annotations import Bounds, PlainValue
 from bus_schema.errors import BadMessage
 
 MOST_FEATURES: Final = 32
+LARGEST: Final = 1e6
+"""The largest number to learn on: the squares of larger ones leave nothing of the others, and end in infinity."""
 
 Vector = NDArray[np.float64]
 
@@ -65,6 +67,12 @@ class LinUcb(Strategy[LinUcbKnobs]):
         if missing:
             there = ", ".join(sorted(offer.context)) or "none"
             raise BadMessage(f"the context has no number {missing[0]!r}; its numbers: {there}", ("features",))
+        for name, value in self.relevant(offer.context).items():
+            if abs(value) > LARGEST:
+                raise BadMessage(
+                    f"the context's {name!r} is {value:g}, must be within {LARGEST:g}: name those that count",
+                    ("features",),
+                )
         names = self._names_with(offer.context)
         if len(names) > MOST_FEATURES:
             raise BadMessage(f"are {len(names)}, must be at most {MOST_FEATURES}: name those that count", ("features",))

@@ -7,7 +7,7 @@ from ..decorator import Decorator
 from ..node import Node, NodeSetup
 from ..ports import InOut, Input, Output
 from ..status import COMPLETED, FAILURE, IDLE, RUNNING, SUCCESS, Status
-from ..values import from_text, to_type
+from ..values import from_text, split_list, to_type
 
 
 class _Loop(Decorator):
@@ -73,7 +73,7 @@ class _Loop(Decorator):
             self._items = deque(self._from_text(given) if isinstance(given, str) else given)
 
     def _from_text(self, text: str) -> list[Any]:
-        return [from_text(item, self.item_type, self.blackboard.converters) for item in text.split(";") if item]
+        return [from_text(item, self.item_type, self.blackboard.converters) for item in split_list(text)]
 
 
 class LoopInt(_Loop):

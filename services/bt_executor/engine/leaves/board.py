@@ -40,11 +40,14 @@ class SetBlackboard(SyncAction):
 
 
 class UnsetBlackboard(SyncAction):
-    """Removes an entry; succeeds also if there is none."""
+    """Removes an entry of its sub-tree's own board; succeeds also if there is none.
+
+    As in BehaviorTree.CPP, a key that leads to another board, by remapping or with ``@``, is left alone.
+    """
 
     key = Input(str, description="the name of the entry")
 
     def tick(self) -> Status:
         """Remove the entry."""
-        self.blackboard.unset(self.key)
+        self.blackboard.unset_own(self.key)
         return SUCCESS

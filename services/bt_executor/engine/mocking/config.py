@@ -20,7 +20,7 @@ class MockConfig:
         async_delay: How long the node runs before it completes, in milliseconds.
         success_script: Run when it succeeds.
         failure_script: Run when it fails.
-        post_script: Run when it completes, after the other two. No script runs on a halt.
+        post_script: Run after the other two, and also if the result is RUNNING or SKIPPED. No script runs on a halt.
     """
 
     return_status: Status = SUCCESS

@@ -1,7 +1,7 @@
 """The nodes that stand in for others; they take any ports."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 from ..controls.sequences import Sequence
 from ..decorator import Decorator
@@ -12,7 +12,8 @@ from ..status import COMPLETED, RUNNING, STATUS_NAMES, SUCCESS, Status
 from ..values import to_type
 from .config import MockConfig
 
-_STATUS_ENUM = {name: number for number, name in enumerate(STATUS_NAMES)}
+_STATUS_ENUM: Final = {name: number for number, name in enumerate(STATUS_NAMES)}
+_NO_NAMES: Final[Mapping[str, int]] = {}
 
 
 class _Outcome:
@@ -21,7 +22,7 @@ class _Outcome:
     def __init__(self, node: Node, config: MockConfig) -> None:
         self._config = config
         self._node = node
-        self._result = self._compiled(config.return_status_script)
+        self._result = self._compiled(config.return_status_script, _STATUS_ENUM)
         self._on_success = self._compiled(config.success_script)
         self._on_failure = self._compiled(config.failure_script)
         self._post = self._compiled(config.post_script)
@@ -32,13 +33,15 @@ class _Outcome:
         if self._result is not None:
             status = to_type(self._result(), Status, {})
         if status in COMPLETED:
-            for script in (self._on_success if status == SUCCESS else self._on_failure, self._post):
-                if script is not None:
-                    script()
+            specific = self._on_success if status == SUCCESS else self._on_failure
+            if specific is not None:
+                specific()
+        if self._post is not None:
+            self._post()
         return status
 
-    def _compiled(self, text: str) -> Callable[[], Any] | None:
-        enums = {**_STATUS_ENUM, **self._node.runtime.enums}
+    def _compiled(self, text: str, names: Mapping[str, int] = _NO_NAMES) -> Callable[[], Any] | None:
+        enums = {**self._node.runtime.enums, **names}
         return compile_script(text, self._node.blackboard, enums) if text else None
 
 

@@ -1,11 +1,12 @@
 """How scripts write blackboard entries: the first value fixes the type, later ones are converted to it."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from ..blackboard import Blackboard, Entry
 from ..errors import ScriptError
 from ..values import from_text, to_type
-from .operators import BINARY
+from .operators import BINARY, number_from_text
 
 
 def entry_for(board: Blackboard, name: str, create: bool) -> Entry:
@@ -22,8 +23,10 @@ def entry_for(board: Blackboard, name: str, create: bool) -> Entry:
     return entry
 
 
-def assign(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
+def assign(board: Blackboard, name: str, entry: Entry, value: Any, enums: Mapping[str, int]) -> Any:
     """Write a value as ``:=`` and ``=`` do; return what the entry holds then.
+
+    Text for an entry that holds a number may be the name of one.
 
     Raises:
         ScriptError: The value cannot become one of the entry's type.
@@ -33,12 +36,14 @@ def assign(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
     if entry.value is None:
         stored = _first_value(board, name, entry, value)
     else:
-        stored = _next_value(board, name, entry, value)
+        stored = _next_value(board, name, entry, value, enums)
     board.store(entry, stored)
     return stored
 
 
-def assign_combined(board: Blackboard, name: str, entry: Entry, operator: str, value: Any) -> Any:
+def assign_combined(
+    board: Blackboard, name: str, entry: Entry, operator: str, value: Any, enums: Mapping[str, int]
+) -> Any:
     """Write an entry combined with a value, as ``+=`` and its like do; return what it holds then.
 
     Args:
@@ -47,13 +52,14 @@ def assign_combined(board: Blackboard, name: str, entry: Entry, operator: str, v
         entry: The entry.
         operator: The binary operator, such as ``+``.
         value: The right side.
+        enums: Names of whole numbers.
 
     Raises:
         ScriptError: The entry is empty, or the operator does not work on such values.
     """
     if entry.value is None or value is None:
         raise ScriptError(f"'{operator}=' needs two values; '{name}' or the right side is empty")
-    return assign(board, name, entry, BINARY[operator](entry.value, value))
+    return assign(board, name, entry, BINARY[operator](entry.value, value), enums)
 
 
 def _first_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
@@ -64,13 +70,14 @@ def _first_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
     return _parsed(board, name, value, entry.type) if isinstance(value, str) else value
 
 
-def _next_value(board: Blackboard, name: str, entry: Entry, value: Any) -> Any:
+def _next_value(board: Blackboard, name: str, entry: Entry, value: Any, enums: Mapping[str, int]) -> Any:
     current = entry.value
     if isinstance(current, str) != isinstance(value, str):
         if isinstance(current, str):
             raise ScriptError(f"'{name}' holds text; cannot assign {value!r} to it")
-        kind = type(current) if isinstance(current, int | float) else entry.type
-        return _parsed(board, name, value, kind)
+        if isinstance(current, int | float):
+            return _number(board, name, entry, value, enums)
+        return _parsed(board, name, value, entry.type)
     if isinstance(current, int | float) and isinstance(value, int | float):
         return _like(board, name, current, value)
     if isinstance(value, type(current)) or isinstance(current, type(value)):
@@ -85,6 +92,18 @@ def _like(board: Blackboard, name: str, current: Any, value: float) -> Any:
         return to_type(value, type(current), board.converters)
     except ValueError as error:
         raise ScriptError(f"cannot change '{name}' from {current} to {value}: {error}") from None
+
+
+def _number(board: Blackboard, name: str, entry: Entry, text: str, enums: Mapping[str, int]) -> Any:
+    try:
+        return from_text(text, entry.type, board.converters)
+    except ValueError:
+        pass
+    try:
+        number = number_from_text(text, enums)
+    except ScriptError as error:
+        raise ScriptError(f"cannot assign to '{name}': {error.message}") from error
+    return _like(board, name, entry.value, number)
 
 
 def _parsed(board: Blackboard, name: str, text: str, kind: Any) -> Any:

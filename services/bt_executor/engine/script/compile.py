@@ -133,8 +133,8 @@ class _Compiler:
     @closure.register
     def _(self, assignment: Assignment) -> Script:
         board, name, value = self._board, assignment.name, self.closure(assignment.value)
-        operator = assignment.operator
+        operator, enums = assignment.operator, self._enums
         if operator in (":=", "="):
             # The entry exists before the right side is evaluated: `x := x` finds an empty entry.
-            return lambda: assign(board, name, entry_for(board, name, operator == ":="), value())
-        return lambda: assign_combined(board, name, entry_for(board, name, False), operator[0], value())
+            return lambda: assign(board, name, entry_for(board, name, operator == ":="), value(), enums)
+        return lambda: assign_combined(board, name, entry_for(board, name, False), operator[0], value(), enums)

@@ -24,16 +24,18 @@ class Token:
 
 
 _TOKEN: Final = re.compile(
-    r"""(?P<space>\s+)
+    r"""(?P<space>(?:\s|\\(?=\s))+)
       | (?P<real>[0-9]+\.[0-9]+(?:[eE][+-]?[0-9]+)?(?![\w.]) | [0-9]+[eE][+-]?[0-9]+(?![\w.]))
       | 0[xX](?P<hex>[0-9a-fA-F]+)(?!\w|\.(?!\.))
       | (?P<int>[0-9]+)(?!\w|\.(?!\.))
       | '(?P<text>[^']*)'
+      | "(?P<quoted>[^"]*)"
       | (?P<name>@?[^\W\d]\w*)
       | (?P<operator>:=|\+=|-=|\*=|/=|\.\.|==|!=|<=|>=|&&|\|\||[-=<>?:|^&+*/~!();])
     """,
     re.VERBOSE,
 )
+_KINDS: Final = {"quoted": "text"}
 _BASES: Final = {"int": 10, "hex": 16}
 _MAX_DIGITS: Final = 100
 """More digits than any number of 64 bits needs, leading zeros included; Python refuses to read thousands."""
@@ -41,7 +43,7 @@ _LONGEST_SHOWN: Final = 200
 
 
 def tokenize(script: str) -> list[Token]:
-    """Return the tokens of a script, closed by an ``end`` token.
+    """Return the tokens of a script, closed by an ``end`` token; a line may end with a backslash.
 
     Raises:
         ScriptError: Some characters form no token, or a whole number does not fit into 64 bits.
@@ -51,18 +53,19 @@ def tokenize(script: str) -> list[Token]:
     while position < len(script):
         found = _TOKEN.match(script, position)
         if found is None:
-            raise ScriptError(f"{_place(script, position)}: cannot read '{script[position:][:12]}'")
+            raise ScriptError(f"{place(script, position)}: cannot read '{script[position:][:12]}'")
         kind = str(found.lastgroup)
-        token = Token(kind, found.group(kind), position + 1)
+        token = Token(_KINDS.get(kind, kind), found.group(kind), position + 1)
         if kind in _BASES and not _fits(token):
-            raise ScriptError(f"{_place(script, position)}: {found.group()[:30]} does not fit into 64 bits")
+            raise ScriptError(f"{place(script, position)}: {found.group()[:30]} does not fit into 64 bits")
         if kind != "space":
             tokens.append(token)
         position = found.end()
     return [*tokens, Token("end", "", len(script) + 1)]
 
 
-def _place(script: str, position: int) -> str:
+def place(script: str, position: int) -> str:
+    """Return where in a script something is wrong, for messages."""
     shown = script if len(script) <= _LONGEST_SHOWN else f"{script[:_LONGEST_SHOWN]}…"
     return f"column {position + 1} of '{shown}'"
 

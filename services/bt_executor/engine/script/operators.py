@@ -35,7 +35,7 @@ def truth(value: Any) -> bool:
 
 def chosen(value: Any) -> bool:
     """Return whether a value selects the first branch of ``? :``: non-empty text, or a true number."""
-    return bool(value) if isinstance(value, str) else truth(value)
+    return bool(value) if isinstance(value, str | int) else truth(value)
 
 
 def negate(value: Any) -> float:
@@ -162,18 +162,23 @@ def relation(symbol: str, enums: Mapping[str, int]) -> Relation:
             if isinstance(right, int | float):
                 return of_numbers(left, right)
             if isinstance(right, str):
-                return of_numbers(left, _number_from_text(right, enums))
+                return of_numbers(left, number_from_text(right, enums))
         elif isinstance(left, str):
             if isinstance(right, str):
                 return of_texts(left, right)
             if isinstance(right, int | float):
-                return of_numbers(_number_from_text(left, enums), right)
+                return of_numbers(number_from_text(left, enums), right)
         raise ScriptError(f"'{symbol}' cannot compare {_shown(left)} with {_shown(right)}")
 
     return compare
 
 
-def _number_from_text(text: str, enums: Mapping[str, int]) -> float:
+def number_from_text(text: str, enums: Mapping[str, int]) -> float:
+    """Return the number that a text is beside a number: a truth value, an enumerated name or a real.
+
+    Raises:
+        ScriptError: It is none of these.
+    """
     if text in TRUTH:
         return TRUTH[text]
     if text in enums:
@@ -181,4 +186,4 @@ def _number_from_text(text: str, enums: Mapping[str, int]) -> float:
     try:
         return parse_real(text)
     except ValueError as error:
-        raise ScriptError(f"cannot compare a number with text: {error}") from None
+        raise ScriptError(f"text where a number is needed: {error}") from None

@@ -3,7 +3,7 @@
 from typing import Final
 
 from ..errors import ScriptError
-from .lexer import Token, tokenize
+from .lexer import Token, place, tokenize
 from .operators import TRUTH
 from .syntax import (
     Assignment,
@@ -27,9 +27,12 @@ def parse(script: str) -> list[Expression]:
     """Return the statements of a script.
 
     Raises:
-        ScriptError: The script is empty, or not well-formed.
+        ScriptError: The script is empty, not well-formed, or nested too deeply.
     """
-    return _Parser(script).statements()
+    try:
+        return _Parser(script).statements()
+    except RecursionError:
+        raise ScriptError(f"the script is nested too deeply: '{script[:40]}…'") from None
 
 
 class _Parser:
@@ -96,6 +99,8 @@ class _Parser:
         return operand
 
     def _atom(self) -> Expression:
+        if self._is_sign():
+            self._position += 1
         token = self._token
         if self._accept("("):
             inner = self._expression()
@@ -114,6 +119,13 @@ class _Parser:
             return Literal(token.text)
         return Literal(TRUTH[token.text]) if token.text in TRUTH else Name(token.text)
 
+    def _is_sign(self) -> bool:
+        """Tell whether a plus sign that belongs to a number comes next."""
+        token = self._token
+        if token.kind != "operator" or token.text != "+":
+            return False
+        return self._tokens[self._position + 1].kind in ("int", "real")
+
     @property
     def _token(self) -> Token:
         return self._tokens[self._position]
@@ -131,4 +143,4 @@ class _Parser:
 
     def _error(self, message: str) -> ScriptError:
         found = f"found '{self._token.text}'" if self._token.kind != "end" else "found the end"
-        return ScriptError(f"column {self._token.column} of '{self._script}': {message}, {found}")
+        return ScriptError(f"{place(self._script, self._token.column - 1)}: {message}, {found}")

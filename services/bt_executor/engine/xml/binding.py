@@ -40,8 +40,10 @@ def bind_ports(
             if port.is_input:
                 readers[name] = _constant(element, port, given, board)
             continue
+        # Only what the XML says gives an entry its type: BehaviorTree.CPP passes over defaults here.
+        kind = port.type if name in texts else None
         try:
-            board.declare(key, port.type)
+            board.declare(key, kind)
         except BlackboardError as error:
             raise element.error(f"port '{name}': {error.message}") from error
         if port.is_input:

@@ -72,6 +72,10 @@ class Builder:
         except (TreeError, ValueError) as error:
             message = error.message if isinstance(error, TreeError) else str(error)
             raise LoadError(message, file=element.file, line=element.line, node=setup.path) from error
+        # An author's node may raise anything when it is made.
+        except Exception as error:
+            message = f"a {setup.manifest.type_id} could not be made: {type(error).__name__}: {error}"
+            raise LoadError(message, file=element.file, line=element.line, node=setup.path) from error
         self._warn_of_repeated_results(element, node)
         return node
 
@@ -146,12 +150,11 @@ class Builder:
         """Return the connections of a sub-tree, completed by the defaults of its model."""
         texts = dict(setup.attributes)
         for name, port in self.collection.models.get(setup.subtree_id, {}).items():
-            if name in texts:
+            if name in texts or autoremap:
                 continue
-            if port.default is not None:
-                texts[name] = port.default
-            elif not autoremap:
+            if port.default is None:
                 raise element.error(f"sub-tree '{setup.subtree_id}' needs the port '{name}'")
+            texts[name] = port.default
         return texts
 
     def _warn_of_repeated_results(self, element: Element, node: Node) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
+from ..limits import Size
 from ..manifest import NodeKind, NodeManifest
 from .collection import TreeCollection
 from .document import Element
@@ -56,42 +57,47 @@ def check_structure(collection: TreeCollection, manifests: Mapping[str, NodeMani
             pending.extend(reversed(element.children))
 
 
-def total_depth(collection: TreeCollection, main: str) -> int:
-    """Return how many levels of nodes a tree has, the sub-trees' levels included.
+def total_size(collection: TreeCollection, main: str) -> Size:
+    """Return how large a tree is with its sub-trees, without making any node.
 
     Raises:
         LoadError: A tree contains itself.
     """
-    return _Depths(collection).of_tree(main)
+    return _Sizes(collection).of_tree(main)
 
 
-class _Depths:
+class _Sizes:
     """Measures each tree once; `_path` holds the trees that are being measured, to find cycles."""
 
     def __init__(self, collection: TreeCollection) -> None:
         self._collection = collection
-        self._known: dict[str, int] = {}
+        self._known: dict[str, Size] = {}
         self._path: list[str] = []
 
-    def of_tree(self, tree_id: str) -> int:
+    def of_tree(self, tree_id: str) -> Size:
         if tree_id not in self._known:
             self._path.append(tree_id)
             self._known[tree_id] = self._measured(self._collection.trees[tree_id].children[0])
             self._path.pop()
         return self._known[tree_id]
 
-    def _measured(self, root: Element) -> int:
-        deepest = 0
+    def _measured(self, root: Element) -> Size:
+        deepest = nodes = characters = 0
         pending = [(root, 1)]
         while pending:
             element, level = pending.pop()
             deepest = max(deepest, level)
+            nodes += 1
+            characters += sum(map(len, element.attributes.values()))
             pending.extend((child, level + 1) for child in element.children)
             if element.tag == "SubTree":
-                deepest = max(deepest, level + self._of_subtree(element))
-        return deepest
+                inside = self._of_subtree(element)
+                deepest = max(deepest, level + inside.depth)
+                nodes += inside.nodes
+                characters += inside.characters
+        return Size(deepest, nodes, characters)
 
-    def _of_subtree(self, element: Element) -> int:
+    def _of_subtree(self, element: Element) -> Size:
         tree_id = element.attributes["ID"]
         if tree_id in self._path:
             circle = " → ".join([*self._path[self._path.index(tree_id) :], tree_id])
@@ -103,7 +109,10 @@ def _check_element(element: Element, collection: TreeCollection, manifests: Mapp
     type_id = type_of(element)
     manifest = manifests.get(type_id)
     if manifest is None:
-        hint = _VERSION_3.get(type_id) or (_UNVERSIONED if element.file in collection.unversioned else "")
+        if type_id in collection.trees:
+            hint = f'; the tree of this name is used by <SubTree ID="{type_id}"/>'
+        else:
+            hint = _VERSION_3.get(type_id) or (_UNVERSIONED if element.file in collection.unversioned else "")
         raise element.error(f"unknown node type '{type_id}'{hint}")
     count = len(element.children)
     if manifest.kind is NodeKind.SUBTREE:

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from ..errors import LoadError
+from ..limits import Limits
 from ..manifest import NodeKind, NodeManifest, PortModel
-from .document import Element, mended, parse_document
+from .document import Element, parse_document, parse_leniently
 from .models import manifests_of
 
+DEEPEST_INCLUDE: Final = 100
 _TAGS: Final = ("include", "BehaviorTree", "TreeNodesModel")
 
 
@@ -58,12 +60,15 @@ class TreeCollection:
 class Collector:
     """Reads documents into a TreeCollection."""
 
-    def __init__(self, search_path: Sequence[Path], lenient: bool) -> None:
+    def __init__(self, search_path: Sequence[Path], lenient: bool, limits: Limits | None = None) -> None:
         """Look for packages below the folders of a search path; if lenient, accept ill-formed comments."""
         self.collection = TreeCollection()
         self._search_path = search_path
         self._lenient = lenient
+        self._limits = limits
         self._read: set[Path] = set()
+        self._length = 0
+        self._depth = 0
 
     def add_file(self, path: Path) -> None:
         """Read a file, unless it has been read already.
@@ -75,11 +80,19 @@ class Collector:
         if path in self._read:
             return
         self._read.add(path)
+        if path.exists() and not path.is_file():
+            raise LoadError(f"cannot read '{path}': it is no file", file=str(path))
         try:
+            self._count(path.stat().st_size, str(path))
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise LoadError(f"cannot read '{path}': {error}", file=str(path)) from error
         self.add_text(text, str(path), path.parent)
+
+    def add_own_text(self, text: str, folder: Path) -> None:
+        """Read text that comes from no file; see `add_text`."""
+        self._count(len(text), "")
+        self.add_text(text, "", folder)
 
     def add_text(self, text: str, file: str, folder: Path) -> None:
         """Read a document's text; relative includes start from a folder.
@@ -101,10 +114,20 @@ class Collector:
         if self.collection.document is None:
             self.collection.document = root
         for include in root.children_of("include"):
+            if self._depth >= DEEPEST_INCLUDE:
+                raise include.error(f"files are included through more than {DEEPEST_INCLUDE} others")
+            self._depth += 1
             self.add_file(self._included(include, folder))
+            self._depth -= 1
         self._add_models(root)
         for tree in root.children_of("BehaviorTree"):
             self._add_tree(tree)
+
+    def _count(self, length: int, file: str) -> None:
+        """Make sure that it is soon read; raises LoadError."""
+        self._length += length
+        if self._limits:
+            self._limits.check_xml(self._length, file)
 
     def check_ids(self) -> None:
         """Check that every tree has an ID if there are several.
@@ -117,28 +140,32 @@ class Collector:
             raise unnamed.error("<BehaviorTree> needs an ID, because there are several trees")
 
     def _parse(self, text: str, file: str) -> Element:
-        try:
+        if not self._lenient:
             return parse_document(text, file)
-        except LoadError as error:
-            if not self._lenient:
-                raise
-            self.collection.warnings.append(f"{error}; read leniently")
-            return parse_document(mended(text), file)
+        root, wrong = parse_leniently(text, file)
+        if wrong:
+            self.collection.warnings.append(wrong)
+        return root
 
     def _included(self, include: Element, folder: Path) -> Path:
         path = include.attributes.get("path", "")
         if not path:
             raise include.error("<include> needs a path")
-        package = include.attributes.get("ros_pkg")
+        package, folder = include.attributes.get("ros_pkg"), folder.resolve()
         if package is None or Path(path).is_absolute():
             return self._existing(include, [folder / path])
-        return self._existing(include, [root / package / path for root in self._search_path])
+        roots = [root / package for root in self._search_path]
+        roots += [above for above in (folder, *folder.parents) if above.name == package]
+        return self._existing(include, [root / path for root in roots])
 
     def _existing(self, include: Element, candidates: list[Path]) -> Path:
         for candidate in candidates:
-            if candidate.is_file():
-                return candidate
-        tried = ", ".join(str(candidate) for candidate in candidates) or "no folder: the search path is empty"
+            try:
+                if candidate.is_file():
+                    return candidate
+            except OSError as error:
+                raise include.error(f"included file cannot be read: {error.strerror}: {str(candidate)[:200]}") from None
+        tried = ", ".join(str(candidate) for candidate in candidates) or "no folder: none above has the package's name"
         raise include.error(f"included file not found; tried {tried}")
 
     def _add_models(self, root: Element) -> None:

@@ -1,17 +1,15 @@
 """Parses XML text into elements that know their line."""
 
-import re
 from dataclasses import dataclass, field
 from typing import Final
 from xml.parsers import expat
 
 from ..errors import LoadError
+from .mending import mended
 
 MAX_NESTING: Final = 256
 """Levels of nodes in one tree, as in BehaviorTree.CPP."""
 _LEVELS_ABOVE_NODES: Final = 2  # <root> and <BehaviorTree>
-_COMMENT: Final = re.compile(r"<!--.*?-->", re.DOTALL)
-_END: Final = re.compile(r"</root\s*>")
 
 
 @dataclass(slots=True)
@@ -58,14 +56,19 @@ def parse_document(text: str, file: str) -> Element:
     return _Builder(file).parse(text)
 
 
-def mended(text: str) -> str:
-    """Return a document as a lenient parser would see it.
+def parse_leniently(text: str, file: str) -> tuple[Element, str]:
+    """Return the root element of a document that may need mending (`mending`), and what was wrong, if anything.
 
-    Comments end at the first ``-->``, and nothing follows the root element. Lines keep their numbers.
+    Raises:
+        LoadError: It is faulty all the same; the error is about the document as it was given.
     """
-    without_comments = _COMMENT.sub(lambda comment: "\n" * comment.group().count("\n"), text)
-    end = _END.search(without_comments)
-    return without_comments[: end.end()] if end else without_comments
+    try:
+        return parse_document(text, file), ""
+    except LoadError as error:
+        try:
+            return parse_document(mended(text), file), f"{error}; read leniently"
+        except LoadError:
+            raise error from None
 
 
 class _Builder:

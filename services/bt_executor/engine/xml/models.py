@@ -36,7 +36,7 @@ _TYPES: Final[dict[str, Any]] = {
 def read_manifests(text: str, file: str = "") -> dict[str, NodeManifest]:
     """Return the node types that a document's TreeNodesModel describes, by ID.
 
-    Ports of C++ types without a Python counterpart take any value.
+    Ports of C++ types without a Python counterpart take any value, and what is no node type is passed over.
 
     Raises:
         LoadError: The document is not well-formed, or a model is without ID or has an impossible port.
@@ -58,7 +58,7 @@ def manifests_of(model: Element) -> list[NodeManifest]:
     for element in model.children:
         kind = _KINDS.get(element.tag)
         if kind is None:
-            raise element.error(f"<{element.tag}> in TreeNodesModel; expected one of {', '.join(_KINDS)}")
+            continue
         type_id = element.attributes.get("ID", "")
         if not type_id:
             raise element.error(f"<{element.tag}> in TreeNodesModel needs an ID")
@@ -77,6 +77,6 @@ def _port(element: Element) -> PortModel:
         name,
         _DIRECTIONS[element.tag],
         _TYPES.get(element.attributes.get("type", "")),
-        element.attributes.get("default"),
+        element.attributes.get("default") or None,  # Editors write an empty one where there is none.
         element.text.strip(),
     )

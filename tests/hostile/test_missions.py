@@ -1,0 +1,185 @@
+"""Missions from anywhere: whatever the tree, the entry or the rule, there is an answer, and the mission goes on."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from bus_schema.messages.mission import BlackboardEntries, Command, MissionState, MissionStatus, WriteBlackboard
+from regraft import CallFailed
+from regraft.component import describe
+from regraft.host.silence import HUNG_AFTER
+from regraft.testing import Rig
+from services.bt_executor.checking import check, known_types
+from services.bt_executor.engine import Blackboard
+from services.bt_executor.executor import Executor
+from services.bt_executor.source import Source, Unloadable
+from tests.cli.app import whole
+from tests.executor.helpers import command, refusal, run, status, tree
+
+ROOT = '<root BTCPP_format="4" main_tree_to_execute="Main">'
+ENDLESS = tree('<Sleep msec="1000000"/>')
+SCRIPT = "; ".join(f"x{n} := 1 + 2" for n in range(500))
+RULES = "; ".join("x > 1 : b := 3" for _ in range(500))
+
+
+def used_often(inner: str, times: int) -> str:
+    """Return a tree that uses a sub-tree many times: little XML, much work."""
+    uses = '<SubTree ID="S"/>' * times
+    trees = (
+        f'<BehaviorTree ID="Main"><Sequence>{uses}</Sequence></BehaviorTree><BehaviorTree ID="S">{inner}</BehaviorTree>'
+    )
+    return f"{ROOT}{trees}</root>"
+
+
+def refused_while_running(xml: str, folder: Path | None = None) -> str:
+    """Have a tree rejected as a successor of a running one, which must go on as if nothing had been; returns why."""
+    with Rig() as rig:
+        if folder is None:
+            run(rig, ENDLESS)
+        else:
+            (folder / "own.xml").write_text(ENDLESS)
+            rig.add(Executor, "bt_executor", {"mission": str(folder / "own.xml")})
+        rig.advance(0.5)
+        before = status(rig)
+        why = refusal(rig, Command.SWAP, xml)
+        assert status(rig) == before
+        assert before.state is MissionState.RUNNING
+        assert [event for event in rig.events if event.kind == "component.fault"] == []
+        return why
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        f'<Script code="{SCRIPT}"/>',
+        f'<AdaptOnStart subject_location="a" rules="{RULES}"><AlwaysSuccess/></AdaptOnStart>',
+        f'<AlwaysSuccess _skipIf="{" + ".join(["1"] * 2000)}"/>',
+    ],
+    ids=["scripts", "rules", "conditions"],
+)
+def test_little_xml_that_means_much_work_is_refused_before_the_work(inner: str) -> None:
+    assert "counting each use of a sub-tree: at most 250000" in refused_while_running(used_often(inner, 400))
+
+
+def test_the_executor_counts_as_hung_only_after_the_time_that_the_largest_tree_may_take() -> None:
+    assert describe(Executor).longest_handler > HUNG_AFTER
+
+
+def test_included_files_count_as_the_trees_own_text(tmp_path: Path) -> None:
+    nodes = "<AlwaysSuccess/>" * 20_000
+    (tmp_path / "many.xml").write_text(
+        f'{ROOT}<BehaviorTree ID="Many"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
+    )
+    xml = f'{ROOT}<include path="many.xml"/><BehaviorTree ID="Main"><SubTree ID="Many"/></BehaviorTree></root>'
+    why = refused_while_running(xml, tmp_path)
+    assert f"'{tmp_path / 'many.xml'}' included: at most 250000" in why
+
+
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [
+        ("a" * 5000, "cannot be read: File name too long"),
+        ("/dev/zero", "not found"),
+        ("/etc/passwd", "/etc/passwd:1: not well-formed"),
+        (".", "not found"),
+    ],
+)
+def test_an_include_that_leads_to_no_tree_is_told_with_its_place(tmp_path: Path, path: str, told: str) -> None:
+    why = refused_while_running(f'{ROOT}\n<include path="{path}"/>\n</root>', tmp_path)
+    assert told in why
+    assert why.startswith(("<text>:2: ", "/etc/passwd:1: "))
+
+
+def test_includes_without_end_are_told_with_their_place(tmp_path: Path) -> None:
+    for n in range(500):
+        (tmp_path / f"c{n}.xml").write_text(f'{ROOT}<include path="c{n + 1}.xml"/></root>')
+    why = refused_while_running(f'{ROOT}<include path="c0.xml"/></root>', tmp_path)
+    assert why.startswith(f"{tmp_path / 'c99.xml'}:1: ")
+
+
+def test_a_pipe_or_device_is_no_mission_and_nobody_waits_for_it(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.xml")
+    for file in (tmp_path / "pipe.xml", Path("/dev/zero")):
+        (found,) = check(file, known_types(())).errors
+        assert "it is no file" in found.text
+        with pytest.raises(Unloadable, match="it is no file"):
+            Source(str(file)).load(known_types(()), Blackboard())
+
+
+@pytest.mark.parametrize("verb", ["load", "swap"])
+@pytest.mark.parametrize("content", ["", " \n"])
+def test_an_empty_file_is_no_tree_and_does_not_mean_the_executors_own(tmp_path: Path, verb: str, content: str) -> None:
+    (tmp_path / "empty.xml").write_text(content)
+    found = CliRunner().invoke(whole(), ["mission", verb, str(tmp_path / "empty.xml")])
+    assert found.exit_code == 2
+    assert "empty.xml: is empty" in found.stderr
+
+
+def test_one_error_is_told_once_and_by_the_files_name(tmp_path: Path) -> None:
+    two = '<BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>\n' * 2
+    (tmp_path / "m.xml").write_text(f'<root BTCPP_format="4">\n{two}</root>')
+    (found,) = check(tmp_path / "m.xml", known_types(())).errors
+    assert str(found).count(f"{tmp_path / 'm.xml'}:") == 2
+    (tmp_path / "m.xml").write_text(tree(f'<Script code="{SCRIPT}; {SCRIPT}"/>'))
+    (found,) = check(tmp_path / "m.xml", known_types(())).errors
+    assert (found.line, "at most 10000" in found.text) == (2, True)
+
+
+@pytest.mark.parametrize("key", ["a\0", "\0", "a\x7f", "\x1bx", " a", "a ", "@a", "a{b", "}", "", "x" * 201])
+def test_what_no_tree_could_name_is_no_entry(key: str) -> None:
+    with Rig() as rig:
+        run(rig, ENDLESS)
+        with pytest.raises(CallFailed, match="is no key of a blackboard entry"):
+            rig.call("mission/write", WriteBlackboard({"good": 1, key: 1}), BlackboardEntries)
+        assert "good" not in status(rig).blackboard
+
+
+# --- adapt decorators ---
+
+ADAPT = '<AdaptOnStart name="adapt" {}><AlwaysSuccess/></AdaptOnStart>'
+STRATEGY = (
+    'adaptation_strategy="ucb1" subject_location="navigator" adaptation_subject="max_velocity" '
+    'adaptation_options="0.1;0.2" '
+)
+
+
+@pytest.mark.parametrize(
+    ("ports", "told"),
+    [
+        (f'rules="{"(" * 50_000}1{")" * 50_000} : a.b := 1"', "nested too deeply"),
+        (STRATEGY.replace("0.1;0.2", "[" * 50_000), "nested too deeply"),
+        ('rules="a.b := 1, a.b := 2"', "a.b is to become two things"),
+        ('rules="a.b += 1, a.b := 2"', "a.b is to become two things"),
+        ('rules="connect a.b to c, connect a.b to d"', "a.b is to become two things"),
+        ('rules="a.b += 1 within [3, 1]"', "the lower bound comes first"),
+        ('rules="shutdown a"', "is no action; there are: "),
+        (STRATEGY + 'planner="a/**"', "port 'planner': 'a/**' cannot be a planner's name"),
+        (STRATEGY + 'planner=""', "port 'planner': '' cannot be a planner's name"),
+    ],
+)
+def test_an_adaptation_that_cannot_work_is_refused_with_the_place(ports: str, told: str) -> None:
+    why = refused_while_running(tree(ADAPT.format(ports)))
+    assert why.startswith("<text>:2: ")
+    assert told in why
+    assert len(why) < 500
+
+
+def test_nobody_adapts_more_often_than_a_manager_can_follow() -> None:
+    ports = 'rules="a.b += 1" adaptation_period="0.000001"'
+    why = refused_while_running(tree(ADAPT.replace("AdaptOnStart", "AdaptPeriodically").format(ports)))
+    assert "adaptation_period' is 1e-06 s; it must be at least 0.01 s" in why
+
+
+def test_steps_in_any_order_on_different_things_are_one_change() -> None:
+    with Rig() as rig:
+        rig.add(Executor, "bt_executor", {"autostart": False})
+        loaded: MissionStatus = command(
+            rig,
+            Command.LOAD,
+            tree(ADAPT.format('rules="configure a, a.b += 1, a.b -= 2, a.c := 1, connect a.p to t, activate a"')),
+        )
+        assert loaded.state is MissionState.LOADED
