@@ -38,8 +38,9 @@ def cast(boxes: list[Box], pose: Pose, seed: int) -> NDArray[np.float32]:
         inverse = 1.0 / np.stack([np.cos(angles), np.sin(angles)])
     nearest = np.full(360, math.inf)
     for low_x, low_y, high_x, high_y in boxes:
-        to_low = np.array([[low_x - pose.x], [low_y - pose.y]]) * inverse
-        to_high = np.array([[high_x - pose.x], [high_y - pose.y]]) * inverse
+        with np.errstate(over="ignore"):
+            to_low = np.array([[low_x - pose.x], [low_y - pose.y]]) * inverse
+            to_high = np.array([[high_x - pose.x], [high_y - pose.y]]) * inverse
         enters = np.minimum(to_low, to_high).max(axis=0)
         leaves = np.maximum(to_low, to_high).min(axis=0)
         hits = (enters <= leaves) & (leaves > 0.0)
