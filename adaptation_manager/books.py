@@ -113,8 +113,10 @@ def in_force(views: Sequence[HostView]) -> Architecture:
     architecture = views[0].architecture
     architecture = replace(architecture, revision=max(1, architecture.revision))
     for view in views:
-        for spec in view.specs:
-            architecture = architecture.with_component(spec)
+        specs = {spec.name: spec for spec in view.specs}
+        gone = [n for n, spec in architecture.components.items() if spec.host == view.host and n not in specs]
+        architecture = architecture.without(gone)
+        architecture = replace(architecture, components=architecture.components | specs)
     return architecture
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from adaptation_manager.additions import described_additions
 from adaptation_manager.controls import Asked, ControlFailed, Controls
 from adaptation_manager.hosts import Hosts
+from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
-from adaptation_manager.steps import ON_NEW_COMPONENTS, PLANNERS
+from adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import AdaptationRequest, Change, Connect, SetParameters, Violation
+from bus_schema.adaptation import AdaptationRequest, Add, Change, Connect, Remove, SetParameters, Violation
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import violations
 from bus_schema.messages.control import ComponentView
@@ -25,24 +27,48 @@ async def check(
     Returns every violation, and the plan, to be used only if there is none. Raises ControlFailed if a host
     refuses to say what it runs.
     """
-    found = [*_of_request(request, architecture), *_contradictions(request.changes)]
+    changes, wrong = expanded(request.changes, architecture)
+    found = [*_of_request(request, architecture), *wrong]
+    request = replace(request, changes=tuple(change for _, change in changes))
+    of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager)
+    found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
+    return tuple(found), plan
+
+
+async def _check_changes(
+    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts, manager: str
+) -> tuple[list[Violation], Plan]:
+    found = _contradictions(request.changes)
     live, silent = await _read(request, architecture, controls, hosts)
-    found += silent
-    draft = Draft(architecture, live, manager)
+    described, unclear = await described_additions(request.changes, architecture, hosts)
+    found += [*silent, *unclear]
+    draft = Draft(architecture, live, manager, described)
     for index, change in enumerate(request.changes):
         draft.index = index
-        spec = architecture.components.get(change.component)
-        if spec is None and change.change not in ON_NEW_COMPONENTS:
-            known = ", ".join(sorted(architecture.components)) or "none"
-            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
-        elif spec is not None and not spec.managed:
-            draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
-        else:
-            PLANNERS[change.change](draft, change)
+        _plan(draft, change)
     found += draft.violations
-    found += _of_result(request, architecture, draft.architecture)
+    of_result = _of_result(request, architecture, draft.architecture)
+    # What cannot be judged might feed others: most of what could be said of connections would be wrong.
+    found += [
+        one for one in of_result if not draft.unclear or not one.field.startswith(("connections.", "constraints."))
+    ]
     after = replace(draft.architecture, revision=architecture.revision + 1)
-    return tuple(found), Plan(architecture, after, tuple(draft.steps))
+    return found, Plan(architecture, after, (*draft.preparing, *draft.steps))
+
+
+def _plan(draft: Draft, change: Change) -> None:
+    """Have a change planned that concerns a component which is there by then."""
+    spec = draft.architecture.components.get(change.component)
+    if spec is None and change.change != "add":
+        known = ", ".join(sorted(draft.architecture.components)) or "none"
+        if change.component in draft.removed:
+            draft.refuse(change.component, "component", "is removed earlier in the same request")
+        elif change.component not in draft.unclear:
+            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
+    elif spec is not None and not spec.managed and change.change not in OF_PROCESSES:
+        draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
+    else:
+        PLANNERS[change.change](draft, change)
 
 
 def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
@@ -94,10 +120,13 @@ async def _read(
     controls.processes = await hosts.processes(architecture.revision)
     asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
     live, silent = {}, []
+    removed = {change.component for change in request.changes if isinstance(change, Remove)}
     for name, index in first_use.items():
         try:
             live[name] = await asked[name].view()
         except ControlFailed as error:
+            if name in removed:
+                continue  # what does not answer, or is not there, can go as it is
             host = architecture.components[name].host
             why = f"its host {host!r} does not answer" if host in hosts.silent else _why_silent(controls, name, error)
             silent.append(Violation(index, name, "status", why))
@@ -127,7 +156,7 @@ def _of_result(request: AdaptationRequest, before: Architecture, after: Architec
 
 
 def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
-    """Return the change that a violation likely comes from: of the same field, else of the component."""
+    """Return the change that a violation likely comes from: of its field, its component, or who comes or goes."""
     kind, _, name = violation.field.partition(".")
     same = [index for index, change in enumerate(changes) if change.component == violation.component]
     for index in same:
@@ -136,4 +165,7 @@ def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
             return index
         if isinstance(change, Connect) and kind == "connections" and name == change.port:
             return index
-    return same[-1] if same else None
+    if same:
+        return same[-1]
+    elsewhere = [index for index, change in enumerate(changes) if isinstance(change, Add | Remove)]
+    return elsewhere[0] if len(elsewhere) == 1 else None

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from adaptation_manager.controls import ControlFailed, NoAnswer, refusal
@@ -12,14 +11,28 @@ from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
-from bus_schema.messages.host import HostStatus, HostView, ProcessStatus, UpdateSpecs
+from bus_schema.messages.host import (
+    DescribeComponent,
+    DescribedComponent,
+    HostStatus,
+    HostView,
+    LogLines,
+    LogRequest,
+    ProcessStatus,
+    StartComponent,
+    StopComponent,
+    UpdateSpecs,
+)
 from regraft.bus import Answer, BusError
 from regraft.runtime.tasks import Waiting
 
 if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
 
-M = TypeVar("M", HostStatus, HostView)
+M = TypeVar("M", HostStatus, HostView, DescribedComponent, LogLines)
+
+DESCRIBED_WITHIN = 25.0
+"""Seconds that a host may take to describe a component: more than it gives the process that imports the class."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +74,9 @@ class Hosts:
         self._kit = kit
         self._keys = Keys(kit.system)
 
-    def _ask(self, host: str, verb: str, payload: bytes) -> Waiting[list[Answer]]:
+    def _ask(self, host: str, verb: str, payload: bytes, within: float | None = None) -> Waiting[list[Answer]]:
         try:
-            return self._kit.ask(self._keys.host(host, verb), payload, self._within)
+            return self._kit.ask(self._keys.host(host, verb), payload, within or self._within)
         except BusError as error:
             raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
 
@@ -94,18 +107,48 @@ class Hosts:
         self.silent = frozenset(failures)
         return processes
 
-    async def give(self, specs: Iterable[ComponentSpec], revision: int) -> dict[str, ProcessStatus]:
-        """Give each of ``specs`` to its host; returns the processes that these then run. Raises ControlFailed."""
-        return await self.begin_giving(specs, revision).processes()
+    async def give(self, update: UpdateSpecs) -> dict[str, ProcessStatus]:
+        """Give an update to the hosts it concerns; returns the processes that these then run. Raises ControlFailed."""
+        return await self.begin_giving(update).processes()
 
-    def begin_giving(self, specs: Iterable[ComponentSpec], revision: int) -> Update:
-        """Give each of ``specs`` to its host, without waiting for the answers; raises NoAnswer."""
-        per_host: dict[str, list[ComponentSpec]] = {}
-        for spec in specs:
-            per_host.setdefault(spec.host, []).append(spec)
+    def begin_giving(self, update: UpdateSpecs) -> Update:
+        """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
+
+        A spec concerns its host; topics, and that components are not there any more, concern all.
+        """
+        update = replace(update, term=self.term)
+        of_all = update.removed or update.topics or update.removed_topics
+        concerned = self.names if of_all else sorted({spec.host for spec in update.specs})
         return self._update(
-            {host: UpdateSpecs(revision, tuple(mine), term=self.term) for host, mine in per_host.items()}
+            {
+                host: replace(update, specs=tuple(spec for spec in update.specs if spec.host == host))
+                for host in concerned
+            }
         )
+
+    async def describe(self, spec: ComponentSpec) -> DescribedComponent:
+        """Ask a component's host what the component would be; raises ControlFailed."""
+        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_WITHIN)
+        return _read(spec.host, "describe", await asked, DescribedComponent)
+
+    async def start(self, component: str, host: str, resume: bool) -> dict[str, ProcessStatus]:
+        """Have a component's process started; returns the processes of the host. Raises ControlFailed."""
+        asked = self._ask(host, "start", codec.encode(StartComponent(component, term=self.term, resume=resume)))
+        return {process.component: process for process in _read(host, "start", await asked, HostStatus).processes}
+
+    async def stop(self, component: str, host: str, grace: float) -> None:
+        """Have a component's process ended, by force after ``grace`` seconds; raises ControlFailed."""
+        asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term)))
+        _read(host, "stop", await asked, HostStatus)
+
+    async def last_line(self, component: str, host: str) -> str:
+        """Return the last line of a component's log, empty if there is none or the host does not say."""
+        try:
+            asked = self._ask(host, "logs", codec.encode(LogRequest(component, 20)))
+            lines = _read(host, "logs", await asked, LogLines).lines
+        except ControlFailed:
+            return ""
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
 
 def _read(host: str, verb: str, answers: list[Answer], cls: type[M]) -> M:

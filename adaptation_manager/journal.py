@@ -17,7 +17,7 @@ from adaptation_manager.plan import Plan
 from adaptation_manager.steps.actions import PlannedStep
 from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport, Outcome, StepState
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.architecture import Architecture
 from bus_schema.messages.host import UpdateSpecs
 
 
@@ -31,10 +31,10 @@ class JournalCorrupt(JournalError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An adaptation that was begun and not ended: its report, the specs it changes as they would be, steps so far."""
+    """An adaptation that was begun and not ended: its report, what it changes in the architecture, steps so far."""
 
     report: AdaptationReport
-    following: tuple[ComponentSpec, ...]
+    following: UpdateSpecs
     steps: tuple[tuple[PlannedStep, StepState], ...]
 
 
@@ -116,7 +116,7 @@ class Journal:
         """Begin a run with the stack's start as its first line."""
         with self._transaction() as database:
             database.execute("INSERT INTO runs VALUES (?, ?)", (run, codec.encode(architecture)))
-            self._insert(run, report, ())
+            self._insert(run, report, UpdateSpecs(report.revision_after))
         self.run = run
 
     def architecture(self, revision: int | None = None) -> Architecture | None:
@@ -131,10 +131,7 @@ class Journal:
             for (following,) in rows:
                 if architecture.revision == revision:
                     break
-                update = codec.decode(following, UpdateSpecs)
-                known = architecture.components
-                components = known | {spec.name: spec.described_as(known.get(spec.name)) for spec in update.specs}
-                architecture = _at(architecture, update.revision, components)
+                architecture = codec.decode(following, UpdateSpecs).applied_to(architecture)
         return architecture if revision in (None, architecture.revision) else None
 
     # --- adaptations ---
@@ -158,9 +155,9 @@ class Journal:
     def record(self, report: AdaptationReport) -> None:
         """Write an adaptation that ended before it began: rejected, or cancelled while it waited."""
         with self._transaction():
-            self._insert(self.run, report, ())
+            self._insert(self.run, report, UpdateSpecs(report.revision_after))
 
-    def _insert(self, run: str, report: AdaptationReport, following: tuple[ComponentSpec, ...]) -> None:
+    def _insert(self, run: str, report: AdaptationReport, following: UpdateSpecs) -> None:
         request = report.request
         row = (
             run,
@@ -171,7 +168,7 @@ class Journal:
             report.outcome.value,
             _revision(report),
             codec.encode(report),
-            codec.encode(UpdateSpecs(report.revision_after, following)),
+            codec.encode(following),
         )
         self._database.execute("INSERT INTO adaptations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 
@@ -246,25 +243,13 @@ class Journal:
                 (specs,) = self._database.execute(
                     "SELECT following FROM adaptations WHERE run = ? AND number = ?", place
                 ).fetchone()
-                following = codec.decode(specs, UpdateSpecs).specs
+                following = codec.decode(specs, UpdateSpecs)
                 rows = self._database.execute(
                     "SELECT plan, state FROM steps WHERE run = ? AND number = ? ORDER BY step", place
                 ).fetchall()
                 steps = tuple((codec.decode(plan, PlannedStep), StepState(state)) for plan, state in rows)
                 lines.append(OpenLine(report, following, steps))
         return lines
-
-
-def _at(architecture: Architecture, revision: int, components: dict[str, ComponentSpec]) -> Architecture:
-    return Architecture(
-        architecture.system,
-        revision,
-        architecture.simulated,
-        components,
-        architecture.topics,
-        architecture.hosts,
-        architecture.constraints,
-    )
 
 
 def _revision(report: AdaptationReport) -> int | None:

@@ -33,4 +33,4 @@ CREATE TABLE steps (
     PRIMARY KEY (run, number, step)
 ) WITHOUT ROWID;
 """
-"""``revision`` is set on lines that gave one; ``following`` are the changed specs."""
+"""``revision`` is set on lines that gave one; ``following`` is what changes in the architecture."""

@@ -13,7 +13,9 @@ from adaptation_manager.controls import ControlFailed, Controls
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.journal import Journal, JournalCorrupt, JournalError
 from adaptation_manager.line import Entry, Line, Prepare
+from adaptation_manager.modes import unfolded
 from adaptation_manager.plan import Plan
+from adaptation_manager.processes import end_removed, end_strangers
 from adaptation_manager.recovery import recover
 from adaptation_manager.reports import EVENTS, pending, summary
 from adaptation_manager.site import Bounds, Site
@@ -51,6 +53,7 @@ class AdaptationManager(Component):
     """Carries out adaptations of the architecture as transactions, and keeps the journal of them."""
 
     resources = Resources(cpu=0.01, memory=25.0)
+    indispensable = "it carries out every change of the system, its own removal included"
 
     adaptations = Output(AdaptationReport, text="every adaptation at its end")
     architecture = Output(Architecture, text="the architecture at every new revision")
@@ -65,6 +68,10 @@ class AdaptationManager(Component):
     )
     undo_within = Parameter(5.0, "time that undoing one step may take", minimum=0.05, maximum=60.0, unit="s")
 
+    start_within = Parameter(
+        20.0, "time that a component's process may take to come up", minimum=0.1, maximum=600.0, unit="s"
+    )
+
     longest_handler = 1.0
 
     def on_activate(self) -> None:
@@ -74,6 +81,7 @@ class AdaptationManager(Component):
         self._books = Books(self.journal, self.kit.event)
         self._hosts = Hosts(self.kit, self.answer_within)
         self._controls = Controls(self.kit, self.answer_within)
+        self._all_ended = True
         self.kit.spawn(self._work(), "adaptations")
 
     def on_deactivate(self) -> None:
@@ -236,6 +244,7 @@ class AdaptationManager(Component):
             await self._claim()
             for report in await recover(self._journal(), self._current(), lambda b, a: self._site(slot, b, a)):
                 self._tell(report)
+            await self._end_strangers(slot)
         except JournalError as error:
             self._books.close()
             self.kit.event("journal.unusable", str(error))
@@ -256,11 +265,15 @@ class AdaptationManager(Component):
                 if error.code is ControlCode.FENCED:
                     raise
 
+    async def _end_strangers(self, slot: Exclusive) -> None:
+        current = self._current()
+        self._all_ended = await end_strangers(self._site(slot, current, current), self.kit.event)
+
     def _journal(self) -> Journal:
         return self._books.ready()
 
     def _site(self, slot: Exclusive, before: Architecture, after: Architecture) -> Site:
-        bounds = Bounds(self.answer_within, self.bind_within, self.undo_within)
+        bounds = Bounds(self.answer_within, self.bind_within, self.undo_within, self.start_within)
         return Site(self.kit, self._controls, self._hosts, bounds, slot.touch, before, after, after.revision)
 
     async def _turn(self, entry: Entry, slot: Exclusive) -> AdaptationReport:
@@ -281,6 +294,8 @@ class AdaptationManager(Component):
         if self._books.journal is None:
             await self._take_over(slot)
         self._journal()
+        if not self._all_ended:
+            await self._end_strangers(slot)
         if not entry.number and not entry.request.dry_run:
             entry.number = self._books.next_number()
         current = self._current()
@@ -322,10 +337,11 @@ class AdaptationManager(Component):
         def note(states: dict[int, StepState]) -> None:
             journal.progress(entry.number, states)
 
-        transaction = Transaction(
-            plan, self._site(slot, plan.before, plan.after), note, commit, lambda: entry.cancelled
-        )
+        site = self._site(slot, plan.before, plan.after)
+        transaction = Transaction(plan, site, note, commit, lambda: entry.cancelled)
         outcome = await transaction.run()
+        if outcome is Outcome.APPLIED:
+            self._all_ended = await end_removed(site, plan.removed, self.kit.event)
         if outcome is Outcome.REJECTED:
             report = replace(report, violations=(Violation(None, "", "", transaction.error),))
         if outcome is not Outcome.APPLIED:
@@ -352,8 +368,9 @@ class AdaptationManager(Component):
         )
         assert before is not None
         assert behind is not None
+        undone = unfolded(undone, before)
         complete = replace(request, changes=inverse(undone.request.changes, before))
-        later = journal.applied_after(int(undone.id))
+        later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
         return complete, tuple(conflicts(undone, behind, self._current(), later))
 
     # --- telling ---

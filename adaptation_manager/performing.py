@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from adaptation_manager.controls import ControlFailed
+from adaptation_manager.processes import end_process, run_process, take_part
 from adaptation_manager.rewiring import abandon, move_port
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
+from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState, RunProcess, TakePart
 from bus_schema.lifecycle import Transition, after, route
 from bus_schema.messages.control import ComponentView
 
@@ -21,8 +22,14 @@ async def perform(site: Site, action: Action, meanwhile: Callable[[], object] | 
         await _give_values(site, action, meanwhile)
     elif isinstance(action, ConnectPort):
         await _connect_port(site, action)
-    else:
+    elif isinstance(action, ReachState):
         await _reach_state(site, action)
+    elif isinstance(action, RunProcess):
+        await run_process(site, action)
+    elif isinstance(action, TakePart):
+        await take_part(site, action)
+    else:
+        await end_process(site, action.component, action.host)
 
 
 async def _give_values(site: Site, action: GiveValues, meanwhile: Callable[[], object] | None) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from adaptation_manager.steps.actions import GiveValues, PlannedStep
 from bus_schema.adaptation import StepReport, StepState
 from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.messages.host import UpdateSpecs
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,17 +18,20 @@ class Plan:
     after: Architecture
     steps: tuple[PlannedStep, ...] = ()
 
-    def changed(self, architecture: Architecture) -> tuple[ComponentSpec, ...]:
-        """Return the specs that the plan changes, as ``architecture`` (before or after) has them."""
-        return tuple(
-            architecture.components[name]
-            for name in sorted(self.after.components)
-            if self.before.components.get(name) != self.after.components[name] and name in architecture.components
-        )
+    def changes(self) -> UpdateSpecs:
+        """Return what changes, for those who know what was before: specs without what that says of the same class."""
+        update = way(self.before, self.after)
+        return replace(update, specs=tuple(spec.brief(self.before.components.get(spec.name)) for spec in update.specs))
 
-    def changes(self) -> tuple[ComponentSpec, ...]:
-        """Return the changed specs for those who know the ones before: without what these say of the same class."""
-        return tuple(spec.brief(self.before.components.get(spec.name)) for spec in self.changed(self.after))
+    def way_back(self) -> UpdateSpecs:
+        """Return what leads back, for whoever may or may not know of the changes."""
+        return way(self.after, self.before)
+
+    @property
+    def removed(self) -> tuple[ComponentSpec, ...]:
+        """The components that are not there any more afterwards."""
+        gone = sorted(self.before.components.keys() - self.after.components.keys())
+        return tuple(self.before.components[name] for name in gone)
 
     @property
     def only_gives_values(self) -> bool:
@@ -40,3 +44,16 @@ class Plan:
             StepReport(number, step.component, step.text, StepState.PLANNED)
             for number, step in enumerate(self.steps, start=1)
         ]
+
+
+def way(start: Architecture, goal: Architecture) -> UpdateSpecs:
+    """Return the update that leads from one architecture to another."""
+    changed = (spec for name, spec in sorted(goal.components.items()) if start.components.get(name) != spec)
+    topics = (topic for name, topic in sorted(goal.topics.items()) if start.topics.get(name) != topic)
+    return UpdateSpecs(
+        goal.revision,
+        tuple(changed),
+        tuple(sorted(start.components.keys() - goal.components.keys())),
+        topics=tuple(topics),
+        removed_topics=tuple(sorted(start.topics.keys() - goal.topics.keys())),
+    )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from adaptation_manager.journal import Journal, OpenLine
+from adaptation_manager.plan import way
 from adaptation_manager.site import Site
 from adaptation_manager.transaction import undo
 from bus_schema.adaptation import AdaptationReport, Outcome
@@ -29,13 +30,10 @@ async def recover(
 async def _undone(
     line: OpenLine, current: Architecture, site_for: Callable[[Architecture, Architecture], Site]
 ) -> AdaptationReport:
-    after = current
-    for spec in line.following:
-        after = after.with_component(spec.described_as(current.components.get(spec.name)))
+    after = line.following.applied_to(current)
     reports = [replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)]
     planned = tuple(step for step, _ in line.steps)
-    former = tuple(current.components[spec.name] for spec in line.following if spec.name in current.components)
-    problems = await undo(site_for(current, after), former, planned, reports)
+    problems = await undo(site_for(current, after), way(after, current), planned, reports)
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED
     return replace(
         line.report,

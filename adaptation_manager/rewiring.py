@@ -32,6 +32,17 @@ async def abandon(site: Site, component: str, port: str) -> None:
     await site.controls.rewire(component, Rewire(RewireStep.ABANDON, port)).view()
 
 
+async def see_through(site: Site, view: ComponentView) -> None:
+    """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed."""
+    name = view.component
+    for port, topic in sorted(view.connections.items()):
+        if topic and site.direction(name, port) == "input":
+            await _bind(site, (name,), port, topic, [writer for writer in site.writers(topic) if writer != name])
+        elif topic:
+            readers = [reader for reader in await _connected_readers(site, topic) if reader != name]
+            await _bind(site, readers, "", topic, [name])
+
+
 async def _move_input(site: Site, component: str, port: str, topic: str) -> None:
     opened = await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     former = opened.connections[port]

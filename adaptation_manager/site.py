@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Wall-clock seconds that an answer, a binding of connections, and the undoing of one step may take."""
+    """Wall-clock seconds that an answer, a binding of connections, undoing a step, starting a process may take."""
 
     answer: float = 2.0
     bind: float = 1.0
     undo: float = 5.0
+    start: float = 20.0
 
 
 @dataclass(slots=True)
@@ -38,8 +39,15 @@ class Site:
     revision: int
 
     async def refresh(self) -> None:
-        """Ask the hosts which processes run now; raises ControlFailed."""
-        self.controls.processes = await self.hosts.processes(self.before.revision)
+        """Ask the hosts which processes run now; of a host that is silent, what it said last holds. ControlFailed."""
+        known = self.controls.processes
+        told = await self.hosts.processes(self.before.revision)
+        silent = {name: process for name, process in known.items() if self._host(name) in self.hosts.silent}
+        self.controls.processes = silent | told
+
+    def _host(self, component: str) -> str:
+        spec = self.after.components.get(component) or self.before.components.get(component)
+        return spec.host if spec else ""
 
     async def pause(self, seconds: float) -> None:
         """Let wall-clock time pass; in an exclusive slot there is no other."""
@@ -60,6 +68,7 @@ class Site:
 
     def direction(self, component: str, port: str) -> str:
         """Return whether a port is an ``input`` or an ``output``; empty if there is no such port."""
-        description = self.after.components[component].description
+        spec = self.after.components.get(component) or self.before.components[component]
+        description = spec.description
         described = description.port(port) if description else None
         return described.direction if described else ""

@@ -12,11 +12,11 @@ from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import GiveValues, PlannedStep
+from adaptation_manager.steps.actions import EndProcess, GiveValues, PlannedStep
 from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, StepReport, StepState
-from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.control import ControlCode
+from bus_schema.messages.host import UpdateSpecs
 
 UNDO_AGAIN_AFTER = 0.05
 """Seconds between two attempts at undoing a step whose component does not answer."""
@@ -97,7 +97,7 @@ class Transaction:
         self._mark(index, StepState.DONE, "", time.monotonic() - began)
 
     def _give_specs(self) -> Update:
-        self.update = self.site.hosts.begin_giving(self.plan.changes(), self.plan.after.revision)
+        self.update = self.site.hosts.begin_giving(self.plan.changes())
         return self.update
 
     def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:
@@ -106,7 +106,7 @@ class Transaction:
         self.steps[index] = replace(step, state=state, error=error or step.error, duration=taken)
 
     async def _undo(self, outcome: Outcome) -> Outcome:
-        problems = await undo(self.site, self.plan.changed(self.plan.before), self.plan.steps, self.steps)
+        problems = await undo(self.site, self.plan.way_back(), self.plan.steps, self.steps)
         if problems:
             self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
             return Outcome.STUCK
@@ -117,20 +117,19 @@ def _is_fenced(error: Exception) -> bool:
     return isinstance(error, ControlFailed) and error.code is ControlCode.FENCED
 
 
-async def undo(
-    site: Site, former: tuple[ComponentSpec, ...], planned: tuple[PlannedStep, ...], steps: list[StepReport]
-) -> list[str]:
+async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
     """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
 
-    Hosts get the former specs first: whatever restarts from here on is as before.
+    Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not.
     """
     problems = []
     site.revision = site.before.revision
     try:
-        await site.hosts.give(former, site.before.revision)
+        await site.hosts.give(former)
         await site.refresh()
     except ControlFailed as error:
-        problems.append(f"the former specs of {', '.join(spec.name for spec in former)}: {error}")
+        names = sorted({*(spec.name for spec in former.specs), *former.removed})
+        problems.append(f"the former specs of {', '.join(names)}: {error}")
     for index in range(len(planned) - 1, -1, -1):
         step = steps[index]
         if step.state not in (StepState.STARTED, StepState.DONE, StepState.FAILED):
@@ -147,7 +146,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
     """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
     deadline = time.monotonic() + site.bounds.undo
     while True:
-        if site.controls.living(step.component) is None:
+        if site.controls.living(step.component) is None and not isinstance(step.undo, EndProcess):
             # Nothing of the step is left: if the process starts again, it does so from the former specs.
             return ""
         try:

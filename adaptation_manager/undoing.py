@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bus_schema.adaptation import AdaptationReport, Change, ChangeState, Connect, SetParameters, Violation
+from bus_schema.adaptation import AdaptationReport, Add, Change, ChangeState, Connect, Remove, SetParameters, Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.lifecycle import State, after, route
+
+PRESENCE = "component"
+"""The field of a component that says whether it is there."""
 
 
 def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:
     """Return the changes that lead from behind ``changes`` back to the architecture ``before`` them."""
     states: dict[str, State] = {}
     back: list[tuple[Change, ...]] = []
+    come_or_gone = {change.component for change in changes if isinstance(change, Add | Remove)}
     for change in changes:
+        if isinstance(change, Add):
+            new = tuple(topic.name for topic in change.topics if topic.name not in before.topics)
+            back.append((Remove(change.component, new),))
+        elif isinstance(change, Remove):
+            topics = tuple(before.topics[name] for name in change.topics if name in before.topics)
+            back.append((Add(change.component, before.components[change.component], topics, resume=True),))
+        if change.component in come_or_gone:
+            continue  # it comes back, or goes, as a whole
         spec = before.components[change.component]
         if isinstance(change, SetParameters):
             values = {name: _parameter(spec, name) for name in change.parameters}
@@ -36,6 +48,8 @@ def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
             pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
         elif isinstance(change, Connect):
             pairs.add((change.component, f"connections.{change.port}"))
+        elif isinstance(change, Add | Remove):
+            pairs.add((change.component, PRESENCE))
         else:
             pairs.add((change.component, "state"))
     return pairs
@@ -51,11 +65,16 @@ def conflicts(
     ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
     """
     found = []
+    come_or_gone = {component for component, where in touched(report.request.changes) if where == PRESENCE}
     for component, where in sorted(touched(report.request.changes)):
+        if where != PRESENCE and component in come_or_gone:
+            continue
         given, current = _value(behind, component, where), _value(now, component, where)
         if given == current:
             continue
-        others = [other.id for other in later if (component, where) in touched(other.request.changes)]
+        others = [
+            other.id for other in later if touched(other.request.changes) & {(component, where), (component, PRESENCE)}
+        ]
         problem = (
             f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
             f"adaptation {report.id} gave {given!r}; undo the later one first"
@@ -67,7 +86,9 @@ def conflicts(
 def _value(architecture: Architecture, component: str, where: str) -> object:
     spec = architecture.components.get(component)
     if spec is None:
-        return None
+        return "removed"
+    if where == PRESENCE:
+        return "there"
     kind, _, name = where.partition(".")
     if kind == "parameters":
         return _parameter(spec, name)

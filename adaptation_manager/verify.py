@@ -6,7 +6,8 @@ from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.hosts import Update
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState
+from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState, RunProcess, TakePart
+from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 
 
@@ -20,7 +21,8 @@ async def verify(plan: Plan, site: Site, update: Update) -> None:
     Raises:
         ControlFailed: with everything that is not as it should be, or a host that did not take the specs.
     """
-    names = sorted({step.component for step in plan.steps})
+    staying = {name for name, spec in plan.after.components.items() if spec.managed}
+    names = sorted({step.component for step in plan.steps} & staying)
     reading = {} if plan.only_gives_values else {name: site.controls.read(name) for name in names}
     site.controls.processes |= await update.processes()
     wrong = []
@@ -66,7 +68,9 @@ def _wanted(action: Action) -> dict[str, object]:
         return {f"parameters.{name}": value for name, value in action.values.items()}
     if isinstance(action, ConnectPort):
         return {f"connections.{action.port}": action.topic}
-    assert isinstance(action, ReachState)
+    if isinstance(action, TakePart):
+        return {"state": State.ACTIVE.value}
+    assert isinstance(action, ReachState | RunProcess)
     return {"state": action.state.value}
 
 

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Annotated, ClassVar
 
 from bus_schema.annotations import Count, PlainValue, Seconds, Tagged, Text
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import Transition
 from bus_schema.registry import message
@@ -46,19 +46,27 @@ class ChangeState:
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """Addition: a new component, its process included."""
+    """Addition: a new component, its process included.
+
+    What its class says of itself, and the topics of ports that ``spec.connections`` leaves out, are filled in.
+    ``topics`` are new ones that the system gets with it. ``resume`` lets it continue from the last checkpoint of the
+    component of its name that was removed, if there is one, as after a crash.
+    """
 
     change: ClassVar[str] = "add"
     component: str
     spec: ComponentSpec
+    topics: tuple[TopicSpec, ...] = ()
+    resume: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Remove:
-    """Removal: the component and its process end."""
+    """Removal: the component and its process end. ``topics`` go with it: nobody else may be connected to them."""
 
     change: ClassVar[str] = "remove"
     component: str
+    topics: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +90,11 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class EnterMode:
-    """A named set of changes, as the stack defines it."""
+    """A named set of changes, as the stack defines it; it concerns no ``component`` by itself."""
 
     change: ClassVar[str] = "mode"
-    component: str
     mode: str
+    component: str = ""
 
 
 Change = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Annotated
@@ -60,9 +61,10 @@ class ComponentSpec:
 
     ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
     ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
+    ``name`` may be left out where it stands beside the spec.
     """
 
-    name: str
+    name: str = ""
     cls: str = ""
     command: tuple[str, ...] = ()
     host: str = "local"
@@ -110,7 +112,10 @@ class Constraint:
 @message("regraft/Architecture")
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """All components, topics, hosts and constraints of a system, under one revision."""
+    """All components, topics, hosts and constraints of a system, under one revision.
+
+    ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
+    """
 
     system: str
     revision: Count
@@ -119,10 +124,20 @@ class Architecture:
     topics: dict[str, TopicSpec]
     hosts: tuple[str, ...] = ("local",)
     constraints: tuple[Constraint, ...] = ()
+    modes: dict[str, PlainValue] = field(default_factory=dict)
 
     def with_component(self, spec: ComponentSpec) -> Architecture:
         """Return the architecture with one component replaced or added; the revision stays."""
         return replace(self, components={**self.components, spec.name: spec})
+
+    def without(self, components: Collection[str]) -> Architecture:
+        """Return the architecture without some components; the revision stays."""
+        return replace(self, components={n: spec for n, spec in self.components.items() if n not in components})
+
+    def with_topics(self, added: Iterable[TopicSpec], removed: Collection[str] = ()) -> Architecture:
+        """Return the architecture with topics added or replaced, and others removed; the revision stays."""
+        topics = {name: topic for name, topic in self.topics.items() if name not in removed}
+        return replace(self, topics=topics | {topic.name: topic for topic in added})
 
     def writers(self, topic: str) -> tuple[tuple[str, str], ...]:
         """Return (component, port) of every output connected to ``topic``, by name."""

@@ -76,7 +76,8 @@ class Resources:
 class Description:
     """A component: what its class says of itself, given the read-only parameters.
 
-    ``longest_handler`` is how long one handler may keep the loop before it counts as hung.
+    ``longest_handler`` is how long one handler may keep the loop before it counts as hung. ``in_step`` says whether
+    it is a member of simulated time. ``indispensable`` says why a running system cannot be without it, empty if it can.
     """
 
     cls: str
@@ -87,6 +88,8 @@ class Description:
     state_version: Count = 0
     longest_handler: Seconds = 0.0
     resources: Resources = field(default_factory=Resources)
+    in_step: bool = True
+    indispensable: str = ""
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""

@@ -16,7 +16,7 @@ COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
 CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
 TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 
-CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state")
+CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover")
 
 
 def system_name(name: str) -> str:
@@ -68,6 +68,10 @@ class Keys:
         """Where a component puts its status (``*`` matches any component)."""
         return f"{self.system}/component/{component}/status"
 
+    def standby(self, component: str, incarnation: int | str = "") -> str:
+        """The liveliness token of a run that does not speak for its component; without an incarnation, its status."""
+        return f"{self.system}/component/{component}/standby" + (f"/{incarnation}" if incarnation != "" else "")
+
     def checkpoint(self, component: str) -> str:
         """Where a component puts its checkpoints, for its host to keep."""
         return f"{self.system}/component/{component}/checkpoint"
@@ -103,7 +107,9 @@ class Keys:
         return f"{self.system}/event"
 
     def clock(self, part: str) -> str:
-        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``."""
+        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``,
+        ``admit``, ``release``.
+        """
         return f"{self.system}/clock/{part}"
 
 

@@ -15,7 +15,8 @@ from dashboard_api.manager import Manager
 from dashboard_api.outcomes import answer, declared_outcomes
 from dashboard_api.problems import CONFLICT, Problem, declared, malformed
 from dashboard_api.reading import (
-    ADAPTATION_EXAMPLE,
+    ADAPTATION_EXAMPLES,
+    Examples,
     adaptation_schema,
     read_adaptation,
     read_reason,
@@ -51,7 +52,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     @router.post(
         "/adaptations",
         responses={**declared_outcomes(), **declared(409, 412, 413, 415, 422, 503)},
-        openapi_extra=request_body(adaptation_schema(), ADAPTATION_EXAMPLE),
+        openapi_extra=request_body(adaptation_schema(), ADAPTATION_EXAMPLES),
     )
     def adapt(
         body: Annotated[dict[str, Any], Depends(json_object)], asked: Annotated[Terms, Depends(terms)]
@@ -94,5 +95,6 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
 
 def request_body(schema: dict[str, Any], example: Any, *, required: bool = True) -> dict[str, Any]:
     """Return what OpenAPI says of a route's body."""
-    content = {"application/json": {"schema": schema, "example": example}}
+    shown = {"examples": example.by_name} if isinstance(example, Examples) else {"example": example}
+    content = {"application/json": {"schema": schema, **shown}}
     return {"requestBody": {"required": required, "content": content}}

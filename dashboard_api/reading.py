@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from bus_schema.adaptation import AdaptationRequest, Change, Violation
@@ -21,13 +22,67 @@ REVISION = shape_of(Count)
 REASON = dict(record_shape(AdaptationRequest).fields)["reason"]
 CONTEXT = dict(record_shape(AdaptationRequest).fields)["context"]
 
-ADAPTATION_EXAMPLE = {
-    "reason": "someone is near",
-    "changes": [
-        {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}},
-        {"change": "connect", "component": "detector", "port": "image", "topic": "corner_camera/image"},
-    ],
-}
+
+@dataclass(frozen=True, slots=True)
+class Examples:
+    """Several examples of a body, as OpenAPI has them: by name, each with its ``summary`` and ``value``."""
+
+    by_name: dict[str, Any]
+
+
+ADAPTATION_EXAMPLES = Examples(
+    {
+        "tune and rewire": {
+            "summary": "drive slower, and look through another camera",
+            "value": {
+                "reason": "someone is near",
+                "changes": [
+                    {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}},
+                    {"change": "connect", "component": "detector", "port": "image", "topic": "corner_camera/image"},
+                ],
+            },
+        },
+        "add": {
+            "summary": "a second detector, which writes a topic of its own",
+            "value": {
+                "reason": "two see more than one",
+                "changes": [
+                    {
+                        "change": "add",
+                        "component": "second_detector",
+                        "spec": {
+                            "cls": "services.detector.detector:Detector",
+                            "parameters": {"interval": 1.0},
+                            "connections": {
+                                "image": "corner_camera/image",
+                                "detections": "corner_detections",
+                                "energy": "corner_energy",
+                            },
+                            "services": {"detect": "corner_detect"},
+                        },
+                        "topics": [
+                            {"name": "corner_detections", "type": "regraft/Detections"},
+                            {"name": "corner_energy", "type": "regraft/EnergyUse"},
+                        ],
+                    }
+                ],
+            },
+        },
+        "remove": {
+            "summary": "the second detector, and its topics",
+            "value": {
+                "reason": "one is enough",
+                "changes": [
+                    {
+                        "change": "remove",
+                        "component": "second_detector",
+                        "topics": ["corner_detections", "corner_energy"],
+                    }
+                ],
+            },
+        },
+    }
+)
 
 V = TypeVar("V")
 

@@ -10,13 +10,23 @@ from bus_schema.messages.control import Snapshot
 from bus_schema.registry import message
 
 
+@message("regraft/Succession")
+@dataclass(frozen=True, slots=True)
+class Succession:
+    """Whom a run succeeds: a living incarnation of the same component, with its state or, if so wanted, without."""
+
+    incarnation: Count
+    with_state: bool = True
+
+
 @message("regraft/Assignment")
 @dataclass(frozen=True, slots=True)
 class Assignment:
     """One run of one component.
 
     ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
-    the topics that drop rather than block. ``members`` (time sources only) are the components to wait for.
+    the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
+    ``succeeds`` another waits, silently, until it is told to take over.
     """
 
     system: str
@@ -39,3 +49,4 @@ class Assignment:
     members: tuple[str, ...] = ()
     speed: str = "real"
     duration: Seconds | None = None
+    succeeds: Succession | None = None

@@ -38,6 +38,9 @@ class Component:
     in_step: ClassVar[bool] = True
     """Whether the component is a member of simulated time; an onlooker (a gateway) lives by the wall clock."""
 
+    indispensable: ClassVar[str] = ""
+    """Why a running system cannot be without the component, so that it cannot be removed; empty if it can."""
+
     @classmethod
     def preload(cls) -> None:
         """Prepare what all processes of this class share, once, before any is started: imports, probing hardware.
@@ -197,4 +200,6 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         cls.state_version,
         cls.longest_handler,
         cls.resources,
+        cls.in_step,
+        cls.indispensable,
     )

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import FrameType
 
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.architecture import Architecture
 from regraft import rundir
 from regraft.bus import Bus
 from regraft.component import Component
@@ -21,7 +21,7 @@ from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.process import NoSuchClass, load_class
 from regraft.stack import Problem, Stack, StackError, time_source
-from regraft.stack.components import RUN_FOLDER
+from regraft.stack.components import in_run_folder
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
@@ -116,9 +116,8 @@ def _classes(architecture: Architecture) -> dict[str, type[Component]]:
 def _plan(stack: Stack, duration: float | None) -> HostPlan:
     architecture = stack.architecture
     folder = rundir.folder(architecture.system)
-    components = {name: _in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
+    components = {name: in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
     source = time_source(stack) if architecture.simulated else None
-    onlookers = {name for name, spec in components.items() if spec.cls and not load_class(spec.cls).in_step}
     return HostPlan(
         replace(architecture, components=components),
         folder,
@@ -129,16 +128,7 @@ def _plan(stack: Stack, duration: float | None) -> HostPlan:
         free_endpoint() if source else "",
         stack.seed,
         duration,
-        onlookers=frozenset(onlookers),
     )
-
-
-def _in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
-    parameters = {
-        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
-        for name, value in spec.parameters.items()
-    }
-    return replace(spec, parameters=parameters)
 
 
 def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running], None]) -> None:

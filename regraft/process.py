@@ -57,7 +57,7 @@ def run_component(assignment: Assignment) -> int:
     """Be the component of ``assignment`` until it is finalized; returns the exit code."""
     keep_freed_memory()
     try:
-        cls = load_class(assignment.cls)
+        cls = _prepared(assignment.cls)
         in_step = assignment.simulated and cls.in_step
         router = bool(assignment.listen)
         bus = open_bus(Endpoints(assignment.listen, assignment.connect, router), in_step=assignment.simulated)
@@ -80,6 +80,15 @@ def run_component(assignment: Assignment) -> int:
         return EXIT_FAULT
     finally:
         _leave(runtime)
+
+
+def _prepared(path: str) -> type[Component]:
+    """Return a component class; one that the zygote does not know has not been prepared by it. Raises NoSuchClass."""
+    known = path.partition(":")[0] in sys.modules
+    cls = load_class(path)
+    if not known:
+        cls.preload()
+    return cls
 
 
 def _begin_at(assignment: Assignment) -> int:

@@ -9,18 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from adaptation_manager.steps import connect, parameters, transition, unsupported
+from adaptation_manager.steps import add, connect, parameters, remove, transition, unsupported
 from adaptation_manager.steps.draft import Draft
 
 PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
     "set_parameters": parameters.plan,
     "connect": connect.plan,
     "transition": transition.plan,
-    "add": unsupported.plan,
-    "remove": unsupported.plan,
+    "add": add.plan,
+    "remove": remove.plan,
     "swap": unsupported.plan,
     "move": unsupported.plan,
-    "mode": unsupported.plan,
 }
-ON_NEW_COMPONENTS = frozenset({"add"})
-"""Changes whose component need not exist."""
+OF_PROCESSES = frozenset({"add", "remove"})
+"""Changes whose component need not exist yet, or not speak the lifecycle."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from bus_schema.annotations import PlainValue, Tagged
+from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
 
@@ -47,7 +48,41 @@ class ReachState:
     by: Transition | None = None
 
 
-Action = Annotated[GiveValues | ConnectPort | ReachState, Tagged("action")]
+@dataclass(frozen=True, slots=True)
+class RunProcess:
+    """The component's process runs as ``spec`` says, in ``state`` (unconfigured or inactive), and is not restarted.
+
+    A program that is unmanaged just runs. ``resume`` is that of the addition.
+    """
+
+    action: ClassVar[str] = "run_process"
+    component: str
+    spec: ComponentSpec
+    state: State
+    resume: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TakePart:
+    """The component, which has just been started, is wired to whom it reads and who reads it, and active."""
+
+    action: ClassVar[str] = "take_part"
+    component: str
+
+
+@dataclass(frozen=True, slots=True)
+class EndProcess:
+    """The component has no process, and its host has forgotten it."""
+
+    action: ClassVar[str] = "end_process"
+    component: str
+    host: str
+
+
+Action = Annotated[
+    GiveValues | ConnectPort | ReachState | RunProcess | TakePart | EndProcess,
+    Tagged("action"),
+]
 
 
 @message("adaptation_manager/PlannedStep")

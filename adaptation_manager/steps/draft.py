@@ -8,20 +8,28 @@ from adaptation_manager.steps.actions import PlannedStep
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.control import ComponentView
+from bus_schema.messages.host import DescribedComponent
 
 
 @dataclass(slots=True)
 class Draft:
     """``architecture`` is the one that results so far, ``live`` how the components would then be.
 
-    ``live`` holds only components that answered. ``manager`` is the manager's own name.
+    ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
+    say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
+    system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
     """
 
     architecture: Architecture
     live: dict[str, ComponentView]
     manager: str = ""
+    described: dict[int, DescribedComponent] = field(default_factory=dict)
     index: int | None = None
+    preparing: list[PlannedStep] = field(default_factory=list)
     steps: list[PlannedStep] = field(default_factory=list)
+    added: set[str] = field(default_factory=set)
+    removed: set[str] = field(default_factory=set)
+    unclear: set[str] = field(default_factory=set)
     violations: list[Violation] = field(default_factory=list)
 
     def spec(self, component: str) -> ComponentSpec:

@@ -21,7 +21,7 @@ def plan(draft: Draft, change: ChangeState) -> None:
             name,
             "transition",
             "shutdown ends the process and cannot be undone, so it is not supported yet by this version; "
-            "deactivate and cleanup leave the component unconfigured",
+            "deactivate and cleanup leave the component unconfigured, remove ends it",
         )
         return
     live = draft.live.get(name)

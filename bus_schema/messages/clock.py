@@ -109,6 +109,24 @@ class Want:
     outside: tuple[str, ...]
 
 
+@message("regraft/ClockMember")
+@dataclass(frozen=True, slots=True)
+class ClockMember:
+    """One run of a component, that the holder of a slot wants to be a member, or no longer to be one."""
+
+    member: str
+    incarnation: Count
+    term: Count | None = None
+
+
+@message("regraft/Membership")
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """Whether a run is a member by now: one that has been started has to ask to join first."""
+
+    member: bool
+
+
 @message("regraft/ClockTime")
 @dataclass(frozen=True, slots=True)
 class ClockTime:

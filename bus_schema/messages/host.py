@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Annotated
 
+from bus_schema.adaptation import Violation
 from bus_schema.annotations import Bounds, Count, Seconds
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.registry import message
 
 
@@ -53,22 +54,55 @@ class UpdateSpecs:
     """From now on, (re)start these components as these specs say. Running processes are not touched.
 
     A spec without a description keeps the one that is known of its class: it is most of a spec, and never changes.
+    Those in ``removed`` are not started any more, and forgotten once they are stopped; a spec takes that back.
+    ``topics`` are added to the topic table or replaced there, ``removed_topics`` are not in it any more.
     """
 
     revision: Count
     specs: tuple[ComponentSpec, ...] = ()
     removed: tuple[str, ...] = ()
     term: Count | None = None
+    topics: tuple[TopicSpec, ...] = ()
+    removed_topics: tuple[str, ...] = ()
+
+    def applied_to(self, architecture: Architecture) -> Architecture:
+        """Return the architecture as it is with this update, and at its revision."""
+        known = architecture.components
+        specs = {spec.name: spec.described_as(known.get(spec.name)) for spec in self.specs}
+        kept = {name: spec for name, spec in known.items() if name not in self.removed}
+        changed = architecture.with_topics(self.topics, self.removed_topics)
+        return replace(changed, components=kept | specs, revision=self.revision)
+
+
+@message("regraft/DescribeComponent")
+@dataclass(frozen=True, slots=True)
+class DescribeComponent:
+    """Say what a component would be that is not there yet: its class is imported, in a process of its own."""
+
+    spec: ComponentSpec
+
+
+@message("regraft/DescribedComponent")
+@dataclass(frozen=True, slots=True)
+class DescribedComponent:
+    """A spec with its description and services, and with paths as the host takes them; and what is wrong with it."""
+
+    spec: ComponentSpec
+    violations: tuple[Violation, ...] = ()
 
 
 @message("regraft/StartComponent")
 @dataclass(frozen=True, slots=True)
 class StartComponent:
-    """Start a component's process, also out of quarantine; ``incarnation`` None lets the host choose the next."""
+    """Start a component's process, also out of quarantine; ``incarnation`` None lets the host choose the next.
+
+    ``resume`` gives a new component the last checkpoint of the one of its name that was removed.
+    """
 
     component: str
     incarnation: Count | None = None
     term: Count | None = None
+    resume: bool = False
 
 
 @message("regraft/StopComponent")
@@ -102,7 +136,7 @@ class LogLines:
 @message("regraft/HostView")
 @dataclass(frozen=True, slots=True)
 class HostView:
-    """What a host was given: the architecture at the stack's start, the run it belongs to, and the specs in force."""
+    """What a host was given: the architecture as far as it knows it, the run it belongs to, and its specs in force."""
 
     host: str
     run: str

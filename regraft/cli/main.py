@@ -14,16 +14,18 @@ from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
 from regraft.cli.host import events, host, logs
 from regraft.cli.lifecycle import lifecycle
+from regraft.cli.mode import mode
 from regraft.cli.param import param
 from regraft.cli.planner import planner
 from regraft.cli.ps import down, ps
+from regraft.cli.remove import remove
 from regraft.cli.run import run
 from regraft.cli.service import action, goal, service
 from regraft.cli.topic import topic
 from regraft.cli.types import types
 from regraft.cli.up import up
 
-COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, estimate, host, logs, events, doctor, types)
+COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, remove, mode, estimate, host, logs, events, doctor, types)
 GROUPS = {
     "param": param,
     "lifecycle": lifecycle,

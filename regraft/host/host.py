@@ -15,20 +15,20 @@ from bus_schema.architecture import ComponentSpec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.health import ComponentStatus, Event
+from bus_schema.messages.control import ControlCode
+from bus_schema.messages.health import ComponentStatus
 from bus_schema.messages.host import HostStatus, HostView, ProcessState, StartComponent, StopComponent, UpdateSpecs
-from bus_schema.registry import type_of
-from regraft.bus import Bus, BusError, Closable, Query, Sample
+from regraft.bus import Bus, Closable, Query, Sample
 from regraft.clock import RealClock
+from regraft.host.describing import DESCRIBE, Describer
 from regraft.host.logs import tail
 from regraft.host.plan import HostPlan
 from regraft.host.restarts import RestartHistory
 from regraft.host.silence import HUNG_AFTER, Silence
+from regraft.host.voice import Fenced, UnknownComponent, Voice, refuse
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote, how_it_ended
 from regraft.inbox import Inbox
-from regraft.runtime.writers import Identity, Writers
 
 LOOK_EVERY = 0.05
 STATUS_EVERY = 1.0
@@ -39,14 +39,6 @@ LARGEST_INCARNATION = 2**32 - 1
 """What an envelope has room for."""
 MOST_WAITING = 10_000
 """Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
-
-
-class UnknownComponent(Exception):
-    """The host has no component of that name."""
-
-
-class Fenced(Exception):
-    """A change that does not come from the manager's current term."""
 
 
 class Host:
@@ -64,13 +56,15 @@ class Host:
         self._zygote = zygote
         self._keys = Keys(plan.architecture.system)
         self._clock = RealClock()
-        self._writers = Writers(bus, self._clock, Identity(f"host-{plan.name}", 1, 1))
+        self._voice = Voice(bus, self._keys, plan.name, self._clock)
         self._silence = Silence()
         self._log = logging.getLogger("host")
         self._next_status = 0.0
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
+        self._past: dict[str, Ward] = {}
+        self._describer = Describer(zygote, plan.stack_folder, plan.folder)
         self._verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
             "specs": self._update,
@@ -87,7 +81,7 @@ class Host:
         self._declared = [
             # The host looks often enough by itself: neither heartbeats nor checkpoints need to wake it.
             *(self._bus.subscribe(key, self.inbox.shelve) for key in (keys.status("*"), keys.checkpoint("*"))),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._verbs),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self._verbs, DESCRIBE)),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()
@@ -183,13 +177,15 @@ class Host:
         """Everything it had started has ended with it."""
         if not self.ended:
             text = "the process that starts the others is gone: the system ends"
-            self._event("host.fault", self.plan.name, text)
+            self._voice.event("host.fault", self.plan.name, text)
         self.ended = True
         for ward in self.wards.values():
             ward.ordered, ward.pid, ward.start_at, ward.kill_at = False, 0, None, None
             self._silence.forget(ward.spec.name)
 
     def _zygote_reports(self, report: dict[str, Any]) -> None:
+        if self._describer.takes(report):
+            return
         ward = self.wards.get(report["name"])
         if ward is None or report["incarnation"] != ward.incarnation:
             return
@@ -211,29 +207,44 @@ class Host:
         self._silence.forget(name)
         ward.pid, ward.kill_at = 0, None
         ward.last_end = ward.why_killed or how_it_ended(code)
+        if ward.removed:
+            # Asked to end, it is forgotten; ended by itself, it stays until it is asked to.
+            ward.state, ward.owed = ProcessState.STOPPED, ward.history.wants_restart(code)
+            if ward.stopping:
+                self._forget(ward)
+            return
         if ward.stopping:
             ward.state = ProcessState.STOPPED
             ward.start_at = time.monotonic() if ward.start_again else None
             return
         if not ward.history.wants_restart(code):
             ward.state = ProcessState.STOPPED
-            self._event("component.ended", name, f"{name} ended: {ward.last_end}")
+            self._voice.event("component.ended", name, f"{name} ended: {ward.last_end}")
             return
         ward.start_at = ward.history.next_start(time.monotonic())
         if ward.start_at is None:
             ward.state = ProcessState.QUARANTINED
             limit = f"{ward.spec.restart.limit} restarts in {ward.spec.restart.window:g} s"
             text = f"{name} ended: {ward.last_end}; it had {limit} and is left stopped until someone acts"
-            self._event("component.quarantined", name, text, incarnation=ward.incarnation)
+            self._voice.event("component.quarantined", name, text, incarnation=ward.incarnation)
             return
         ward.state = ProcessState.WAITING
         text = f"{name} ended: {ward.last_end}; it is restarted as incarnation {ward.incarnation + 1}"
-        self._event("component.restarted", name, text, incarnation=ward.incarnation + 1, ended=ward.last_end)
+        self._voice.event("component.restarted", name, text, incarnation=ward.incarnation + 1, ended=ward.last_end)
+
+    def _forget(self, ward: Ward) -> None:
+        del self.wards[ward.spec.name]
+        self._past[ward.spec.name] = ward
+        self._silence.forget(ward.spec.name)
+        self._next_status = 0.0
+        self._voice.event("component.removed", ward.spec.name, f"{ward.spec.name} was removed")
 
     def _ask_to_end(self, ward: Ward, grace: float) -> None:
         ward.stopping, ward.start_again, ward.start_at = True, False, None
         if not ward.has_process:
             ward.state = ProcessState.STOPPED
+            if ward.removed:
+                self._forget(ward)
             return
         self._silence.forget(ward.spec.name)
         ward.kill_at = time.monotonic() + grace
@@ -248,17 +259,18 @@ class Host:
         if now < self._next_look:
             return
         self._next_look = now + LOOK_EVERY
+        self._describer.look(now)
         for name in self._silence.hung(now, self.plan.source):
             ward = self.wards[name]
             ward.why_killed = (
                 "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
             )
             self._silence.forget(name)
-            self._event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
+            self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
             self._zygote.signal(ward.pid, signal.SIGKILL)
         if now >= self._next_status:
             self._next_status = now + STATUS_EVERY
-            self._tell_status()
+            self._voice.status(self.status())
 
     def _take_sample(self, sample: Sample) -> None:
         parts = sample.key.split("/")
@@ -301,16 +313,19 @@ class Host:
     def _answer(self, query: Query) -> None:
         verb = query.key.rsplit("/", 1)[-1]
         try:
+            if verb == DESCRIBE:
+                self._describer.ask(query)
+                return
             if verb not in self._verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join(self._verbs)}")
+                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self._verbs, DESCRIBE))}")
             query.reply(codec.encode(self._verbs[verb](query.payload)))
         except Fenced as error:
-            _refuse(query, ControlCode.FENCED, str(error))
+            refuse(query, ControlCode.FENCED, str(error))
         except (SchemaError, UnknownComponent) as error:
-            _refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
+            refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
         except Exception as error:
             self._log.exception("%s failed", verb)
-            _refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
+            refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
 
     def _fence(self, term: int | None) -> None:
         if term is None or term < self.term:
@@ -318,24 +333,29 @@ class Host:
         self.term = term
 
     def _view(self, _: bytes) -> HostView:
-        specs = tuple(ward.spec for ward in self.wards.values())
+        specs = tuple(ward.spec for ward in self.wards.values() if not ward.removed)
         return HostView(self.plan.name, self.plan.run, self.term, self.plan.architecture, specs)
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)
         self._fence(update.term)
         self.revision = update.revision
+        self.plan = self.plan.updated(update)
         for spec in update.specs:
             if spec.host == self.plan.name:
                 self._take_spec(spec)
+        for name in self.wards.keys() & set(update.removed):
+            self.wards[name].remove()
         return self.status()
 
     def _take_spec(self, spec: ComponentSpec) -> None:
         ward = self.wards.get(spec.name)
         if ward is None:
-            self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart))
+            last = self._past[spec.name].incarnation if spec.name in self._past else 0
+            self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart), incarnation=last)
         else:
             ward.spec, ward.history.policy = spec.described_as(ward.spec), spec.restart
+            ward.keep(time.monotonic())
 
     def _start_asked(self, payload: bytes) -> HostStatus:
         asked = codec.decode(payload, StartComponent)
@@ -343,11 +363,15 @@ class Host:
             raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
         self._fence(asked.term)
         ward = self._ward(asked.component)
+        if ward.removed:
+            raise UnknownComponent(f"component {asked.component!r} is being removed")
         if not ward.has_process and ward.start_at is None:
             ward.history.pardon()
+            if asked.resume and ward.spec.name in self._past:
+                ward.checkpoint = self._past[ward.spec.name].checkpoint
             if asked.incarnation is not None:
                 ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
-            ward.start_at = time.monotonic()
+            ward.start_at, ward.state = time.monotonic(), ProcessState.WAITING
         elif ward.stopping:
             ward.start_again = True
         return self.status()
@@ -370,22 +394,3 @@ class Host:
         """Return the host's status."""
         processes = tuple(ward.status() for _, ward in sorted(self.wards.items()))
         return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes)
-
-    # --- what the host tells ---
-
-    def _tell_status(self) -> None:
-        self._put(self._keys.host(self.plan.name, "status"), self.status())
-
-    def _event(self, kind: str, subject: str, text: str, **details: Any) -> None:
-        self._log.warning("%s", text)
-        self._put(self._keys.event, Event(self._clock.now() / 1e9, kind, subject, text, details))
-
-    def _put(self, key: str, message: object) -> None:
-        try:
-            self._writers.open(key, type_of(type(message)).encoding).put(codec.encode(message))
-        except BusError as error:
-            self._log.warning("%s", error)
-
-
-def _refuse(query: Query, code: ControlCode, why: str) -> None:
-    query.reply(codec.encode(ControlError(code, (why,))), error=True)

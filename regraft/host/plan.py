@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.messages.host import UpdateSpecs
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,11 @@ class HostPlan:
     seed: int = 0
     duration: float | None = None
     name: str = "local"
-    onlookers: frozenset[str] = field(default_factory=frozenset)
+
+    def updated(self, update: UpdateSpecs) -> HostPlan:
+        """Return the plan with the architecture as an update says that it is to be; its revision stays the start's."""
+        updated = update.applied_to(self.architecture)
+        return replace(self, architecture=replace(updated, revision=self.architecture.revision))
 
     def mine(self) -> dict[str, ComponentSpec]:
         """Return the specs of the components on this host."""
@@ -43,6 +48,6 @@ class HostPlan:
             sorted(
                 name
                 for name, spec in self.architecture.components.items()
-                if spec.managed and name != self.source and name not in self.onlookers
+                if spec.managed and name != self.source and (spec.description is None or spec.description.in_step)
             )
         )

@@ -20,7 +20,8 @@ class Ward:
 
     ``ordered`` is set from the order to start it until the report that it has started; ``pid`` is 0 until then.
     ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
-    payload of the last Snapshot that it put, empty before the first.
+    payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
+    any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
     """
 
     spec: ComponentSpec
@@ -38,11 +39,24 @@ class Ward:
     seen: bool = False
     checkpoint: bytes = b""
     why_killed: str = ""
+    removed: bool = False
+    owed: bool = False
 
     @property
     def has_process(self) -> bool:
         """Whether there is a process, or one on its way."""
         return self.ordered or self.pid != 0
+
+    def remove(self) -> None:
+        """Start it no more, but leave its process alone."""
+        self.removed, self.owed = True, self.owed or self.start_at is not None
+        self.start_at = None
+
+    def keep(self, now: float) -> None:
+        """Take its removal back: what would have been restarted meanwhile is."""
+        if self.owed and not self.has_process:
+            self.start_at, self.state = now, ProcessState.WAITING
+        self.removed = self.owed = False
 
     def status(self) -> ProcessStatus:
         """Return the process's status, for whoever asks."""

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from typing import Any
 
 from regraft.host import children, frames
+from regraft.host.describing import be_describer
 from regraft.process import EXIT_FAULT
 
 
@@ -32,6 +33,11 @@ class Zygote:
     def spawn(self, assignment: dict[str, Any], folder: str, log: str, command: list[str] | None) -> None:
         """Start a component or program in ``folder``; ``started`` and ``ended`` are reported to the reader."""
         frames.send(self._line, {"assignment": assignment, "folder": folder, "log": log, "command": command})
+
+    def describe(self, name: str, order: dict[str, Any], folder: str, log: str) -> None:
+        """Start a process that answers as ``regraft.host.describing`` says; it is reported as a component's is."""
+        assignment = {"name": name, "incarnation": 0}
+        frames.send(self._line, {"assignment": assignment, "describe": order, "folder": folder, "log": log})
 
     def signal(self, pid: int, signum: int) -> None:
         """Send a signal to a child, unless it has ended; a zygote that is gone has none."""
@@ -136,16 +142,20 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
             os.close(descriptor)
         children.open_log(order["log"])
         os.chdir(order["folder"])
-        command = order["command"]
-        code = (
-            children.be_program(order["assignment"], command) if command else children.be_component(order["assignment"])
-        )
+        code = _act(order)
     except BaseException:
         traceback.print_exc()
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
+
+
+def _act(order: dict[str, Any]) -> int:
+    if "describe" in order:
+        return be_describer(order["describe"])
+    command = order["command"]
+    return children.be_program(order["assignment"], command) if command else children.be_component(order["assignment"])
 
 
 def _drain(reader: int) -> None:

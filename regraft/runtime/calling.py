@@ -115,6 +115,15 @@ class Caller:
         self._pending: dict[int, Pending] = {}
         self._number = 0
 
+    @property
+    def asked(self) -> int:
+        """The number of the last request."""
+        return self._number
+
+    def go_on_from(self, number: int) -> None:
+        """Number further requests from behind ``number``: up to there, others were made in this client's name."""
+        self._number = max(self._number, number)
+
     def call(self, service: str, request: object, reply: type[A], timeout: float) -> Waiting[A]:
         """Ask a service; returns what its reply resolves, or CallFailed after ``timeout`` seconds."""
         pending = self._begin(service, Verb.CALL, request, reply, timeout)
@@ -149,7 +158,7 @@ class Caller:
 
     def _send(self, service: str, request: Request) -> None:
         writer = self._writers.open(self._keys.request(service), type_of(Request).encoding)
-        if writer.sequence == 0:
+        if writer.fresh:
             writer.wait_for_reader(WAIT_FOR_SERVER)
         writer.put(codec.encode(request))
 

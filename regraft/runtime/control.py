@@ -24,22 +24,17 @@ from bus_schema.messages.control import (
     StateRequest,
     StateStep,
 )
+from bus_schema.messages.handover import Role
 from bus_schema.registry import type_of
 from regraft.bus import Query
 from regraft.component import Component, describe
 from regraft.parameters import ParameterError
 from regraft.runtime.lifecycle import TransitionFailed
-from regraft.runtime.rewiring import AWAIT_AT_MOST, Pending, RewiringRefused
+from regraft.runtime.refusal import ControlRefused
+from regraft.runtime.rewiring import Pending, RewiringRefused
 
 if TYPE_CHECKING:
     from regraft.runtime.runtime import Runtime
-
-
-class _Refused(Exception):
-    def __init__(self, code: ControlCode, *problems: str) -> None:
-        self.code = code
-        self.problems = problems
-        super().__init__("; ".join(problems))
 
 
 @dataclass(slots=True)
@@ -47,6 +42,10 @@ class _Parked:
     query: Query
     pending: Pending
     deadline: int
+
+    def is_over(self) -> bool:
+        """Tell whether what it waits for has happened, or the time is up."""
+        return self.pending.ready() or time.monotonic_ns() >= self.deadline
 
 
 class Control:
@@ -65,14 +64,33 @@ class Control:
             "parameters": self._parameters,
             "connections": self._connections,
             "state": self._state,
+            "handover": runtime.handover.step,
         }
 
     def take(self, query: Query) -> None:
         """Answer a query, now or when what it waits for has happened."""
         verb = query.key.rsplit("/", 1)[-1]
+        pending = self._answer(query, lambda: self._ask(verb, query.payload))
+        if pending is not None:
+            self.parked.append(_Parked(query, pending, time.monotonic_ns() + pending.at_most))
+            self.answer_parked()
+        if self._revised:
+            self._revised = False
+            self._runtime.herald.beat()  # after the answer: whoever asked waits for that
+
+    def _ask(self, verb: str, payload: bytes) -> object:
+        return self._verbs[verb](payload) if verb in self._verbs else self._unknown(verb)
+
+    def _answer(self, query: Query, produce: Callable[[], object]) -> Pending | None:
+        """Answer with what ``produce`` returns or raises, unless it returns that the answer has to wait."""
+        verb = query.key.rsplit("/", 1)[-1]
         try:
-            answer = self._verbs[verb](query.payload) if verb in self._verbs else self._unknown(verb)
-        except _Refused as refusal:
+            answer = produce()
+            if isinstance(answer, Pending):
+                return answer
+            view = self.view(answer) if isinstance(answer, dict) else answer
+            payload = view if isinstance(view, bytes) else codec.encode(view)
+        except ControlRefused as refusal:
             self._refuse(query, refusal.code, refusal.problems)
         except SchemaError as error:
             self._refuse(query, ControlCode.MALFORMED, (f"{verb}: {error}",))
@@ -80,21 +98,17 @@ class Control:
             self._runtime.herald.fault(f"control query {verb!r}", error)
             self._refuse(query, ControlCode.FAILED, (f"{verb}: {type(error).__name__}: {error}",))
         else:
-            if isinstance(answer, Pending):
-                self.parked.append(_Parked(query, answer, time.monotonic_ns() + AWAIT_AT_MOST))
-                self.answer_parked()
-            else:
-                query.reply(codec.encode(answer))
-        if self._revised:
-            self._revised = False
-            self._runtime.herald.beat()  # after the answer: whoever asked waits for that
+            query.reply(payload)
+        return None
 
     def answer_parked(self) -> None:
         """Answer the queries whose wait is over."""
-        now = time.monotonic_ns()
-        for parked in [p for p in self.parked if p.pending.ready() or now >= p.deadline]:
+        # One by one: what is done after an answer may answer others.
+        while (parked := next((p for p in self.parked if p.is_over()), None)) is not None:
             self.parked.remove(parked)
-            parked.query.reply(codec.encode(self.view(parked.pending.finish())))
+            self._answer(parked.query, parked.pending.finish)
+            if parked.pending.afterwards:
+                parked.pending.afterwards()
 
     def seconds_to_next(self) -> float | None:
         """Return how long the next parked answer may still wait, None if none is parked."""
@@ -124,15 +138,15 @@ class Control:
 
     def _unknown(self, verb: str) -> object:
         known = ", ".join(self._verbs)
-        raise _Refused(ControlCode.REFUSED, f"there is no control query {verb!r}; there are: {known}")
+        raise ControlRefused(ControlCode.REFUSED, f"there is no control query {verb!r}; there are: {known}")
 
-    def _fence(self, term: int | None) -> None:
+    def fence(self, term: int | None) -> None:
         """Accept changes only from the manager's current term; a later term replaces it."""
         if self._term is None:
             return
         if term is None or term < self._term:
             given = "no term" if term is None else f"term {term}"
-            raise _Refused(
+            raise ControlRefused(
                 ControlCode.FENCED,
                 f"came with {given}; the adaptation manager's current term is {self._term}: "
                 "changes go through POST /adaptations or 'regraft adapt'",
@@ -149,7 +163,7 @@ class Control:
         try:
             changed = runtime.parameters.check(asked.parameters, starting=True)
         except ParameterError as error:
-            raise _Refused(ControlCode.REFUSED, *error.problems) from None
+            raise ControlRefused(ControlCode.REFUSED, *error.problems) from None
         component = runtime.component
         qualities = Qualities(
             runtime.assignment.name,
@@ -163,20 +177,22 @@ class Control:
 
     def _transition(self, payload: bytes) -> object:
         wanted = codec.decode(payload, SetTransition)
-        self._fence(wanted.term)
+        self.fence(wanted.term)
+        self._refuse_unless_live()
         try:
             self._runtime.lifecycle.perform(wanted.transition)
         except TransitionFailed as error:
-            raise _Refused(ControlCode.FAILED, f"transition {error}") from None
-        self._note_revision(wanted.revision)
+            raise ControlRefused(ControlCode.FAILED, f"transition {error}") from None
+        self.note_revision(wanted.revision)
         return self.view()
 
     def _parameters(self, payload: bytes) -> object:
         wanted = codec.decode(payload, ParameterValues) if payload else ParameterValues()
         if wanted.values:
-            self._fence(wanted.term)
+            self.fence(wanted.term)
+            self._refuse_unless_live()
             self._set_parameters(wanted.values)
-            self._note_revision(wanted.revision)
+            self.note_revision(wanted.revision)
         return self.view()
 
     def _set_parameters(self, values: dict[str, Any]) -> None:
@@ -185,7 +201,7 @@ class Control:
         try:
             runtime.parameters.set(values)
         except ParameterError as error:
-            raise _Refused(ControlCode.REFUSED, *error.problems) from None
+            raise ControlRefused(ControlCode.REFUSED, *error.problems) from None
         changed = frozenset(name for name, value in runtime.parameters.values.items() if value != before[name])
         if not changed:
             return
@@ -193,18 +209,20 @@ class Control:
             runtime.component.on_parameters(changed)
         except Exception as error:
             runtime.parameters.values = before
-            raise _Refused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {error}") from None
+            raise ControlRefused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {error}") from None
         runtime.retime()
 
     def _connections(self, payload: bytes) -> object:
         wanted = codec.decode(payload, Rewire) if payload else Rewire(RewireStep.READ)
         if wanted.step not in (RewireStep.READ, RewireStep.AWAIT):
-            self._fence(wanted.term)
+            self.fence(wanted.term)
+            if wanted.step is not RewireStep.MARK:
+                self._refuse_unless_live()
         try:
             done = self._runtime.rewiring.step(wanted)
         except (RewiringRefused, SchemaError) as error:
-            raise _Refused(ControlCode.REFUSED, str(error)) from None
-        self._note_revision(wanted.revision)
+            raise ControlRefused(ControlCode.REFUSED, str(error)) from None
+        self.note_revision(wanted.revision)
         return done if isinstance(done, Pending) else self.view(done)
 
     def _state(self, payload: bytes) -> object:
@@ -213,14 +231,23 @@ class Control:
             snapshot = self.snapshot()
             self._payload_of(snapshot)
             return snapshot
-        self._fence(wanted.term)
+        self.fence(wanted.term)
+        self._refuse_unless_live()
         version = type(self._runtime.component).state_version
         if wanted.version != version:
-            raise _Refused(ControlCode.REFUSED, f"state: has version {wanted.version}, this class takes {version}")
+            raise ControlRefused(
+                ControlCode.REFUSED, f"state: has version {wanted.version}, this class takes {version}"
+            )
         self._runtime.component.restore(wanted.state)
         return self.view()
 
-    def _note_revision(self, revision: int | None) -> None:
+    def _refuse_unless_live(self) -> None:
+        role = self._runtime.handover.role
+        if role is not Role.LIVE:
+            raise ControlRefused(ControlCode.REFUSED, f"this run is {role.value}: another one speaks for the component")
+
+    def note_revision(self, revision: int | None) -> None:
+        """Report ``revision`` from now on, if one was told."""
         if revision is not None:
             herald = self._runtime.herald
             herald.status = replace(herald.status, revision=revision)
@@ -245,7 +272,7 @@ class Control:
         try:
             return codec.encode(snapshot)
         except BadMessage as error:
-            raise _Refused(ControlCode.FAILED, f"snapshot: {error}") from None
+            raise ControlRefused(ControlCode.FAILED, f"snapshot: {error}") from None
 
     def checkpoint(self) -> None:
         """Put a checkpoint, for the host to keep."""

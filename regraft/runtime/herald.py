@@ -32,6 +32,8 @@ class Herald:
         self._heartbeat = heartbeat
         self._keys = keys
         self._writers = Writers(bus, clock, identity)
+        self._voices = {identity: self._writers}
+        self._status_key = keys.status(identity.name)
         self._said: dict[tuple[str, str], float] = {}
         self.next_beat = 0.0
 
@@ -44,7 +46,23 @@ class Herald:
         """Put the status; it is the heartbeat too."""
         self.next_beat = time.monotonic() + self._heartbeat
         self.status = replace(self.status, stamp=self._seconds())
-        self._put(self._keys.status(self.status.component), self.status)
+        self._put(self._status_key, self.status)
+
+    def speak_as(self, identity: Identity, *, standby: bool = False) -> None:
+        """Speak as ``identity`` from now on, at the place of those that stand by if ``standby``.
+
+        A run's own numbering begins with it and is its own: what it tells is not what the run before it told.
+        """
+        self._writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
+        self.status = replace(self.status, incarnation=identity.incarnation)
+        name = self.status.component
+        self._status_key = self._keys.standby(name) if standby else self._keys.status(name)
+
+    def get_ready(self, identity: Identity) -> None:
+        """Declare what is told first when this speaks as ``identity``: then it is told without delay."""
+        writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
+        for key, kind in ((self._keys.status(identity.name), ComponentStatus), (self._keys.event, Event)):
+            writers.open(key, type_of(kind).encoding)
 
     def beat_if_due(self) -> float:
         """Put the heartbeat if it is time; returns the seconds until the next."""
@@ -112,4 +130,5 @@ class Herald:
 
     def close(self) -> None:
         """Say nothing any more."""
-        self._writers.close_all()
+        for writers in self._voices.values():
+            writers.close_all()

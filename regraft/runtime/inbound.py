@@ -90,6 +90,11 @@ class Inbound:
             stream = self.streams[pair] = Stream()
         return stream
 
+    def go_on(self, key: str, source: str, stream: Stream) -> None:
+        """Go on with a stream where another run of this component stood."""
+        self._known.clear()
+        self.streams[key, source] = stream
+
     def arrive(self, sample: Sample) -> None:
         """Take a sample from the bus."""
         if not self.stepped:
@@ -126,7 +131,8 @@ class Inbound:
             stream.hold(envelope, sample)
         else:
             attachment = sample.attachment
-            self._known[sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]] = (stream, consumer)
+            if envelope.incarnation == stream.incarnation:
+                self._known[sample.key, attachment[:RUN_ENDS], attachment[PLACE_ENDS:]] = (stream, consumer)
             self._give_out(sample.key, stream, consumer, envelope, sample)
 
     def _give_out(self, key: str, stream: Stream, consumer: Consumer, envelope: Envelope, sample: Sample) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
 from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
+from bus_schema.messages.handover import HeldSample
 from bus_schema.registry import type_encoded, type_of
 from regraft.bus import Sample
 from regraft.ports import Input
@@ -122,6 +123,29 @@ class InputPort(Generic[M]):
         self._attachment = b""
         self._kept.clear()
         self._waiters.clear()
+
+    # --- from one run to the next ---
+
+    def hand_over(self) -> tuple[HeldSample, ...]:
+        """Return the newest message, if any, then those that are kept."""
+        newest: tuple[HeldSample, ...] = ()
+        if self._newest is not None:
+            newest = (HeldSample(*self._newest),)
+        elif self._latest is not None:
+            newest = (self._held(self._latest, self._attachment),)
+        return newest + tuple(self._held(message, b"") for message in self._kept)
+
+    def _held(self, message: M, attachment: bytes) -> HeldSample:
+        return HeldSample(self.key, codec.encode(message), attachment, type_of(type(message)).encoding)
+
+    def take_over(self, newest: Sample | None, kept: Iterable[Sample]) -> None:
+        """Have received what the run before had received; nobody is told of it again."""
+        self.forget()
+        self._newest = newest
+        for sample in kept:
+            message = self._decoded(sample)
+            if message is not None:
+                self._kept.append(message)
 
     # --- as a consumer of samples ---
 

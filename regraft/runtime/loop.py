@@ -18,7 +18,10 @@ MOST_WAITING = 10_000
 
 
 def start(runtime: Runtime) -> None:
-    """Appear on the bus and go to the assigned state."""
+    """Appear on the bus and go to the assigned state; a successor, when and as it takes over."""
+    if runtime.assignment.succeeds is not None:
+        runtime.handover.stand_by()
+        return
     runtime.declare()
     reach(runtime, runtime.assignment.state)
 

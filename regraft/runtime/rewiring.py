@@ -30,10 +30,15 @@ class RewiringRefused(Exception):
 
 @dataclass(slots=True)
 class Pending:
-    """A step whose answer waits: ``finish`` returns the detail of the answer once ``ready`` says so, or at the end."""
+    """A step whose answer waits: ``finish`` returns the detail of the answer once ``ready`` says so, or at the end.
+
+    The end comes after ``at_most`` nanoseconds. ``afterwards`` is called when it has been answered.
+    """
 
     ready: Callable[[], bool]
-    finish: Callable[[], dict[str, object]]
+    finish: Callable[[], object]
+    at_most: int = AWAIT_AT_MOST
+    afterwards: Callable[[], None] | None = None
 
 
 class Rewiring:

@@ -8,6 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 from bus_schema.envelope import is_marker
+from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from regraft.assignment import Assignment
@@ -19,6 +20,7 @@ from regraft.parameters import ParameterSet
 from regraft.runtime.calling import Caller
 from regraft.runtime.control import Control
 from regraft.runtime.exclusive import Slots
+from regraft.runtime.handover import HandingOver
 from regraft.runtime.herald import Herald
 from regraft.runtime.inbound import Inbound
 from regraft.runtime.inputs import InputPort, TopicReader
@@ -41,12 +43,15 @@ class Runtime:
 
         Raises:
             ParameterError: the assignment's parameters do not fit the class.
+            BadMessage: it is to take over from another run, in simulated time.
         """
         self.assignment = assignment
         self.bus = bus
         self.clock = clock
         self.keys = Keys(assignment.system)
         self.stepped = assignment.simulated and cls.in_step
+        if self.stepped and assignment.succeeds is not None:
+            raise BadMessage("succeeds: a member of simulated time cannot take over from another run")
         of_class = declared(cls)
         self.parameters = ParameterSet(of_class.parameters)
         self.parameters.set(assignment.parameters, starting=True)
@@ -77,17 +82,20 @@ class Runtime:
         vars(self.component).update({name: self.outputs[name] for name in of_class.outputs})
         self.servers = [self._server(name) for name in self.declared.services]
         self.rewiring = Rewiring(self)
+        self.handover = HandingOver(self)
         self.lifecycle = Lifecycle(self)
         self.control = Control(self)
         self._executor: ThreadPoolExecutor | None = None
         self._always: list[Closable] = []
+        self._token: Closable | None = None
+        self._seen_as: int | None = None
         self.component.__init__()  # type: ignore[misc]
 
     def _input(self, name: str) -> InputPort[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
         if method is not None and inspect.iscoroutinefunction(method):
-            return InputPort(port, lambda message: self.spawn(name, method(message)), self.herald)
+            return InputPort(port, lambda message: self.spawn(name, method(message), answers=True), self.herald)
         return InputPort(port, method, self.herald)
 
     def _server(self, name: str) -> Server:
@@ -117,22 +125,45 @@ class Runtime:
 
     def declare(self) -> None:
         """Appear on the bus: control queries, replies, services, the token, the first status."""
-        name, incarnation = self.assignment.name, self.assignment.incarnation
+        self.listen_for_control()
+        self.listen_for_replies()
+        self.listen_for_requests()
+        self.herald.say(revision=self.assignment.revision)
+        self.appear()
+
+    def listen_for_control(self) -> None:
+        """Answer the control queries of this incarnation."""
+        key = self.keys.control(self.assignment.name, self.assignment.incarnation, "*")
+        self._always.append(self.bus.serve(key, self.inbox.put))
+
+    def listen_for_replies(self) -> None:
+        """Read the replies to what this component asks, under the name by which it asks now."""
         replies = self.keys.reply("**", self.caller.client)
         self.inbound.add(replies, self.caller)
-        self._always = [
-            self.bus.serve(self.keys.control(name, incarnation, "*"), self.inbox.put),
-            self.bus.subscribe(replies, self.inbox.put),
-        ]
+        self._always.append(self.bus.subscribe(replies, self.inbox.put))
+
+    def listen_for_requests(self) -> None:
+        """Read the requests to this component's services."""
         for server in self.servers:
             key = self.keys.request(server.name)
             self.inbound.add(key, server)
             self._always.append(self.bus.subscribe(key, self.inbox.put))
-        self.herald.say(revision=self.assignment.revision)
-        self._always.append(self.bus.announce(self.keys.alive(name, incarnation)))
+
+    def appear(self) -> None:
+        """Have the liveliness token of this incarnation seen, and no other's."""
+        run = self.assignment.incarnation
+        if run == self._seen_as:
+            return
+        former = self._token
+        self._token, self._seen_as = self.bus.announce(self.keys.alive(self.assignment.name, run)), run
+        if former is not None:
+            former.close()
 
     def leave(self) -> None:
         """Disappear from the bus, whatever state this is in."""
+        self.handover.leave()
+        if self._token is not None:
+            self._token.close()
         for closable in reversed(self._always):
             closable.close()
         self._always.clear()
@@ -222,14 +253,14 @@ class Runtime:
         except Exception as error:
             self.herald.fault(where, error)
 
-    def spawn(self, name: str, coroutine: Coroutine[Any, Any, Any]) -> Task:
-        """Run a coroutine as a task whose exceptions are reported."""
+    def spawn(self, name: str, coroutine: Coroutine[Any, Any, Any], *, answers: bool = False) -> Task:
+        """Run a coroutine as a task whose exceptions are reported; ``answers`` if it handles one message."""
 
         def done(_: Any, error: BaseException | None) -> None:
             if error is not None and not isinstance(error, Cancelled):
                 self.herald.fault(name, error)
 
-        return self.tasks.spawn(name, coroutine, done)
+        return self.tasks.spawn(name, coroutine, done, answers=answers)
 
     @property
     def executor(self) -> ThreadPoolExecutor:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +12,7 @@ from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
+from bus_schema.messages.handover import ServedClient
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft.bus import Sample
@@ -50,12 +51,12 @@ class _Client:
     ``forgotten`` is the highest number whose reply is kept no more.
     """
 
-    open: set[int] = field(default_factory=set)
+    open: dict[int, Request] = field(default_factory=dict)
     replies: OrderedDict[int, Reply] = field(default_factory=OrderedDict)
     forgotten: int = 0
 
     def remember(self, number: int, reply: Reply) -> None:
-        self.open.discard(number)
+        self.open.pop(number, None)
         self.replies[number] = reply
         while len(self.replies) > REMEMBERED_REPLIES:
             oldest, _ = self.replies.popitem(last=False)
@@ -135,7 +136,10 @@ class Server:
         except BadMessage as error:
             self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
             return
-        client.open.add(request.number)
+        client.open[request.number] = request
+        self._do(request, body)
+
+    def _do(self, request: Request, body: Any) -> None:
         if self.offered.action:
             self._pursue(request, body)
         else:
@@ -148,7 +152,9 @@ class Server:
             self._finish(request, None, error)
             return
         if hasattr(value, "send") and hasattr(value, "throw"):
-            self._tasks.spawn(self.name, value, lambda result, error: self._finish(request, result, error))
+            self._tasks.spawn(
+                self.name, value, lambda result, error: self._finish(request, result, error), answers=True
+            )
         else:
             self._finish(request, value, None)
 
@@ -219,7 +225,7 @@ class Server:
 
     def _put(self, client: str, reply: Reply) -> None:
         writer = self._writers.open(self._keys.reply(self.name, client), type_of(Reply).encoding)
-        if writer.sequence == 0:
+        if writer.fresh:
             self._wait_for_client(writer)
         writer.put(codec.encode(reply))
 
@@ -228,6 +234,32 @@ class Server:
         hurried = time.monotonic() < self._hurried_until
         if not writer.wait_for_reader(WAIT_WHEN_SOME_ARE_GONE if hurried else WAIT_FOR_CLIENT):
             self._hurried_until = time.monotonic() + GONE_FOR
+
+    # --- from one run to the next ---
+
+    def hand_over(self) -> tuple[ServedClient, ...]:
+        """Return what is remembered of every client, who asked last coming last."""
+        return tuple(
+            ServedClient(self.name, name, c.forgotten, tuple(c.replies.values()), tuple(c.open.values()))
+            for name, c in self._clients.items()
+        )
+
+    def take_over(self, clients: Iterable[ServedClient]) -> None:
+        """Remember clients as the run before did, and nothing else."""
+        self._clients.clear()
+        for client in clients:
+            replies = OrderedDict((reply.number, reply) for reply in client.replies)
+            under_way = {request.number: request for request in client.under_way}
+            self._clients[client.client] = _Client(under_way, replies, client.forgotten)
+
+    def begin_again(self) -> None:
+        """Do what the run before had begun and not ended: goals, and what it could not finish in time."""
+        for client in list(self._clients.values()):
+            for request in list(client.open.values()):
+                try:
+                    self._do(request, codec.from_plain(request.body, self.offered.request))
+                except BadMessage as error:
+                    self._finish(request, None, error)
 
     def refuse(self, source: str, why: str) -> None:
         """Count and report a request that cannot be handled."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bus_schema.envelope import Envelope
+from bus_schema.envelope import Envelope, Kind
 from regraft.bus import Sample
 
 HOLE_CLOSES_WITHIN = 50_000_000
@@ -19,7 +19,8 @@ Arrival = tuple[Envelope, Sample]
 class Stream:
     """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
 
-    ``wired`` is set by the first marker. ``waiting`` holds what has arrived but may not be given out yet.
+    ``wired`` is set by the first marker. ``waiting`` holds what has arrived but may not be given out yet. ``since`` is
+    the first sequence heard of this incarnation, if it goes on with the numbering of another.
     """
 
     epoch: int = 0
@@ -30,12 +31,18 @@ class Stream:
     stale: int = 0
     waiting: dict[int, Arrival] = field(default_factory=dict)
     waiting_since: int = 0
+    since: int = 0
 
     def admit(self, envelope: Envelope) -> bool:
         """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
         if envelope.epoch < self.epoch or envelope.incarnation < self.incarnation:
+            # What was put before a hand-over may come after it, by another way.
+            if envelope.epoch == self.epoch and envelope.sequence < self.since and envelope.kind is Kind.DATA:
+                return True
             self.stale += 1
             return False
+        if envelope.incarnation > self.incarnation:
+            self.since = envelope.sequence if envelope.epoch == self.epoch and envelope.kind is Kind.DATA else 0
         if envelope.epoch > self.epoch:
             known = self.epoch > 0
             self.epoch = envelope.epoch

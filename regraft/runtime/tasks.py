@@ -64,13 +64,14 @@ class Waiting(Generic[R]):
 
 @dataclass(eq=False, slots=True)
 class Task:
-    """A running coroutine; ``goal`` is set where it pursues an action's goal."""
+    """A running coroutine; ``goal`` is set where it pursues a goal, ``answers`` where it handles one message."""
 
     tasks: Tasks
     name: str
     coroutine: Coroutine[Any, Any, Any]
     on_done: Callable[[Any, BaseException | None], None]
     goal: Any = None
+    answers: bool = False
     waiting_for: Waiting[Any] | None = None
     cancelling: bool = False
     finished: bool = False
@@ -101,9 +102,11 @@ class Tasks:
         coroutine: Coroutine[Any, Any, Any],
         on_done: Callable[[Any, BaseException | None], None],
         goal: Any = None,
+        *,
+        answers: bool = False,
     ) -> Task:
         """Start a coroutine; it runs up to its first wait when its turn comes."""
-        task = Task(self, name, coroutine, on_done, goal)
+        task = Task(self, name, coroutine, on_done, goal, answers)
         self.alive.append(task)
         self.in_line.append(task)
         return task

@@ -22,22 +22,53 @@ class Identity:
     incarnation: int
 
 
+class _Mute:
+    """Stands in for the publishers of a run that does not speak for its component."""
+
+    matched = True
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
 class Writer:
-    """Numbers and puts the samples of one key."""
+    """Numbers and puts the samples of one key. ``fresh`` until it was waited for a reader."""
 
-    __slots__ = ("_data", "_marker", "_now", "_publisher", "_source", "_writers", "key", "sequence")
+    __slots__ = (
+        "_data",
+        "_declared",
+        "_marker",
+        "_now",
+        "_publisher",
+        "_source",
+        "_writers",
+        "encoding",
+        "fresh",
+        "key",
+        "sequence",
+    )
 
-    def __init__(self, writers: Writers, key: str, publisher: Publisher) -> None:
+    def __init__(self, writers: Writers, key: str, encoding: str, publisher: Publisher) -> None:
         """Start behind sequence 0."""
         self.key = key
+        self.encoding = encoding
         self.sequence = 0
+        self.fresh = True
         self._writers = writers
-        self._publisher = publisher
+        self._declared = publisher
         self._now = writers.clock.now
-        identity = writers.identity
+        self.speak()
+
+    def speak(self) -> None:
+        """Put as whom all writers of the component now put as; if they are mute, markers alone."""
+        identity = self._writers.identity
         self._data = run_part(Kind.DATA, identity.epoch, identity.incarnation)
         self._marker = run_part(Kind.MARKER, identity.epoch, identity.incarnation)
         self._source = identity.name.encode()
+        self._publisher: Publisher = _Mute() if self._writers.mute else self._declared
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
@@ -50,15 +81,16 @@ class Writer:
 
     def mark(self) -> None:
         """Put a marker: it says how far the numbering has come."""
-        self._publisher.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
+        self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
 
     @property
     def matched(self) -> bool:
         """Whether somebody subscribes."""
-        return self._publisher.matched
+        return self._declared.matched
 
     def wait_for_reader(self, seconds: float) -> bool:
         """Wait until somebody subscribes: what is put at a fresh key before that may reach nobody."""
+        self.fresh = False
         deadline = time.monotonic() + seconds
         while not self._publisher.matched:
             if time.monotonic() > deadline:
@@ -68,7 +100,7 @@ class Writer:
 
     def close(self) -> None:
         """Undeclare the key; its numbering is remembered."""
-        self._publisher.close()
+        self._declared.close()
 
 
 class Writers:
@@ -79,6 +111,7 @@ class Writers:
         self.bus = bus
         self.clock = clock
         self.identity = identity
+        self.mute = False
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
@@ -88,7 +121,7 @@ class Writers:
         """Declare a key to write, going on with its numbering if it had one."""
         writer = self.open_keys.get(key)
         if writer is None:
-            writer = Writer(self, key, self.bus.publisher(key, encoding, reliable=reliable))
+            writer = Writer(self, key, encoding, self.bus.publisher(key, encoding, reliable=reliable))
             writer.sequence = self._numbering.get(key, 0)
             self.open_keys[key] = writer
         return writer
@@ -103,6 +136,23 @@ class Writers:
     def sequences(self) -> dict[str, int]:
         """Return the last sequence of every key."""
         return {key: writer.sequence for key, writer in self.open_keys.items()}
+
+    def numbering(self) -> dict[str, int]:
+        """Return the last sequence of every key ever written."""
+        return self._numbering | self.sequences()
+
+    def go_on_from(self, numbering: dict[str, int]) -> None:
+        """Go on with numberings that may have come further elsewhere."""
+        for key, sequence in numbering.items():
+            self._numbering[key] = max(sequence, self._numbering.get(key, 0))
+            if key in self.open_keys:
+                self.open_keys[key].sequence = max(sequence, self.open_keys[key].sequence)
+
+    def speak_as(self, identity: Identity, *, mute: bool = False) -> None:
+        """Put as ``identity`` from now on; ``mute`` lets markers pass and everything else go nowhere."""
+        self.identity, self.mute = identity, mute
+        for writer in self.open_keys.values():
+            writer.speak()
 
     def close_all(self) -> None:
         """Undeclare every key."""

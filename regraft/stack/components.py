@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
@@ -98,6 +99,15 @@ def with_absolute_paths(
         name: str(folder / value) if name in paths and _is_relative(value) else value
         for name, value in parameters.items()
     }
+
+
+def in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
+    """Return the spec with parameters that begin with ``$RUN`` in the folder of the running system."""
+    parameters = {
+        name: value.replace(RUN_FOLDER, folder, 1) if isinstance(value, str) and value.startswith(RUN_FOLDER) else value
+        for name, value in spec.parameters.items()
+    }
+    return replace(spec, parameters=parameters)
 
 
 def _class_description(section: Section, parameters: Mapping[str, PlainValue]) -> Description | None:

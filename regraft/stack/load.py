@@ -14,6 +14,7 @@ from regraft.stack.classes import import_problem, look_in
 from regraft.stack.components import read_component, read_connections
 from regraft.stack.constraints import read_constraints
 from regraft.stack.document import read_document
+from regraft.stack.modes import read_modes
 from regraft.stack.section import Section
 from regraft.stack.stack import Stack, time_sources
 from regraft.stack.topics import read_topics
@@ -29,6 +30,7 @@ FIELDS = (
     "topics",
     "components",
     "constraints",
+    "modes",
 )
 MOST_SEED = 2**63 - 1
 
@@ -94,7 +96,7 @@ def _architecture(root: Section, folder: Path) -> Architecture:
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
-    return replace(architecture, constraints=read_constraints(root, specs))
+    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs))
 
 
 def _connected(

@@ -12,9 +12,10 @@ from typing import TypeVar
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State
-from bus_schema.messages.clock import Ack, Join, Seen, StepKind, Want
+from bus_schema.messages.clock import Ack, ClockMember, Join, Seen, StepKind, Want
 from regraft.bus import Closable, Presence, Sample
 from regraft.runtime.runtime import Runtime
+from regraft.stepped.admission import Admission
 from regraft.stepped.errands import STEP_BOUND, Errands, Moment
 from regraft.stepped.living import Living
 from regraft.stepped.roster import MemberState, Pair, Roster
@@ -48,6 +49,7 @@ class Coordinator:
         self._name = runtime.assignment.name
         self._living = Living()
         self._joining: dict[str, Join] = {}
+        self._admission = Admission(runtime, self._admit, self._release)
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
@@ -65,6 +67,7 @@ class Coordinator:
         runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
         runtime.marker_listeners.append(self._saw_marker)
         self._declared = [
+            *self._admission.declare(),
             *(runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put) for part in takers),
             runtime.bus.watch(self._keys.alive("*", "*"), lambda p: runtime.post(lambda: self._presence(p))),
             runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}")),
@@ -84,7 +87,11 @@ class Coordinator:
     def _take_join(self, join: Join) -> None:
         member = self.roster.members.get(join.member)
         waiting = self._joining.get(join.member)
-        if not self._living.admits(join) or (waiting is not None and join.incarnation < waiting.incarnation):
+        if (
+            not self._admission.may_join(join)
+            or not self._living.admits(join)
+            or (waiting is not None and join.incarnation < waiting.incarnation)
+        ):
             return
         if member is None or join.incarnation > member.incarnation:
             self._joining[join.member] = join
@@ -128,25 +135,48 @@ class Coordinator:
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)
-        self._errands.forget(name)
-        self._marked = {pair for pair in self._marked if name not in pair[1:]}
+        self._forget(name)
         self.report.reproducible = False
         self.report.dropped.append(name)
         self._runtime.herald.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
 
+    def _forget(self, name: str) -> None:
+        self._errands.forget(name)
+        self._marked = {pair for pair in self._marked if name not in pair[1:]}
+
     # --- joining and wiring ---
+
+    def _admit(self, run: ClockMember) -> bool:
+        """Take a run in now if it has asked to join; in a slot, where it makes no difference when it asked."""
+        join = self._joining.get(run.member)
+        if join is not None and join.incarnation == run.incarnation:
+            self._welcome(run.member)
+        member = self.roster.members.get(run.member)
+        return member is not None and member.incarnation == run.incarnation
+
+    def _release(self, run: ClockMember) -> bool:
+        """Let a run go in order: nothing of what it did is lost, and the run stays reproducible."""
+        join, member = self._joining.get(run.member), self.roster.members.get(run.member)
+        if join is not None and join.incarnation == run.incarnation:
+            del self._joining[run.member]
+        if member is not None and member is not self.local and member.incarnation == run.incarnation:
+            self.roster.leave(run.member)
+            self._forget(run.member)
+        return False
 
     def take_in(self) -> None:
         """Take in who asked to join, and wire them; between ticks only."""
         while self._joining:
-            name = min(self._joining)
-            join = self._joining.pop(name)
-            if name in self.roster.members:
-                self._drop(name, "it was replaced by a newer run")
-            self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
-            self.moment.time = max(self.moment.time, join.time)
-            self._exchange({name: StepKind.WELCOME})
+            self._welcome(min(self._joining))
         self.wire()
+
+    def _welcome(self, name: str) -> None:
+        join = self._joining.pop(name)
+        if name in self.roster.members:
+            self._drop(name, "it was replaced by a newer run")
+        self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
+        self.moment.time = max(self.moment.time, join.time)
+        self._exchange({name: StepKind.WELCOME})
 
     def wire(self) -> None:
         """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
@@ -210,7 +240,7 @@ class Coordinator:
 
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local
-        runtime.inbound.forget_sources(tuple(sorted(member.gone)))
+        runtime.inbound.forget_sources(member.take_gone())
         frontier = member.begin_step()
         if not self._inbox.pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND):
             self._fault(self._name, "some of the messages that were to be handled have not come")
@@ -255,7 +285,8 @@ class Coordinator:
         outside = tuple(sorted(member.outside))
         member.outside.clear()
         self._errands.send({member.name: StepKind.SLOT}, outside=outside)
-        touched = self._collect([member.name], bounded=False)
+        with self._admission.opened():
+            touched = self._collect([member.name], bounded=False)
         return touched if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
 
     def _slot_local(self) -> tuple[str, ...]:

@@ -63,7 +63,7 @@ class Errands:
             member.number += 1
             working = kind is StepKind.STEP
             wanted = self._roster.wanted(member) if working else member.wanted
-            gone = tuple(sorted(member.gone)) if working else ()
+            gone = member.take_gone() if working else ()
             frontier = member.begin_step() if working else {}
             step = Step(
                 member.incarnation,

@@ -44,6 +44,7 @@ class Member:
         self._last_ack: Ack | None = None
         self._told: Wiring | None = None
         self._started = False
+        self._configured_to = runtime.state
         self._next_join = 0.0
         self._next_want = 0.0
 
@@ -83,6 +84,7 @@ class Member:
     def _configure(self) -> None:
         if self._runtime.assignment.state in (State.INACTIVE, State.ACTIVE):
             reach(self._runtime, State.INACTIVE)
+        self._configured_to = self._runtime.state
 
     # --- joining ---
 
@@ -147,6 +149,7 @@ class Member:
         error = ""
         touched: tuple[str, ...] = ()
         if step.kind is StepKind.WELCOME:
+            self._clock.advance_to(step.time)
             self._runtime.inbound.forget_all()
             self._runtime.writers.advanced.clear()
             self._told = None
@@ -177,7 +180,9 @@ class Member:
         runtime.inbound.release(step.frontier)
         if not self._started:
             self._started = True
-            reach(runtime, runtime.assignment.state)
+            # Whoever has changed its state before its first step has decided otherwise.
+            if runtime.state is self._configured_to:
+                reach(runtime, runtime.assignment.state)
         runtime.work()
         self._settle()
         if step.round == 0:

@@ -38,8 +38,14 @@ class MemberState:
     def begin_step(self) -> Frontier:
         """Return what is to be handled in the step that begins now; from here on, nothing is pending."""
         frontier, self.pending = self.pending, {}
-        self.backlog, self.due, self.gone = 0, False, set()
+        self.backlog, self.due = 0, False
         return frontier
+
+    def take_gone(self) -> tuple[str, ...]:
+        """Return who left, for the step that begins now; whose last data is still to be handled is told in the next."""
+        handled_now = {source for sources in self.pending.values() for source in sources}
+        gone, self.gone = self.gone - handled_now, self.gone & handled_now
+        return tuple(sorted(gone))
 
     def wakes_on(self, key: str) -> bool | None:
         """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
@@ -77,15 +83,20 @@ class Roster:
         return member
 
     def remove(self, name: str) -> None:
-        """Forget a member: what it published beyond its last acknowledgement reaches nobody."""
+        """Forget a member that is lost: what others have not handled of it by now may never come."""
+        self.leave(name)
+        for member in self.members.values():
+            for sources in member.pending.values():
+                sources.pop(name, None)
+
+    def leave(self, name: str) -> None:
+        """Let a member go: what it published up to its last acknowledgement is still handled, and nothing beyond."""
         self.members.pop(name, None)
         self.wired = {pair for pair in self.wired if name not in pair[1:]}
         for sources in self.published.values():
             sources.pop(name, None)
         for member in self.members.values():
             member.gone.add(name)
-            for sources in member.pending.values():
-                sources.pop(name, None)
         self._readers.clear()
 
     def rewire(self, member: MemberState, wiring: Wiring) -> None:

@@ -28,6 +28,8 @@ LOOK_EVERY = 0.05
 class TimeSource(Component):
     """A component that advances simulated time, tick by tick."""
 
+    indispensable = "without it simulated time does not go on"
+
     tick_rate = Parameter(
         20.0, "world ticks per simulated second", minimum=1.0, maximum=1000.0, unit="Hz", read_only=True
     )

@@ -54,6 +54,7 @@ class Executor(Component):
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
+    indispensable = "it runs the mission, which can be halted, or swapped for another"
     longest_handler = 3.0  # a tree as large as may be takes that long to load
     state_version = 1
     checkpoint_every = 1.0

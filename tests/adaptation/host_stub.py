@@ -3,19 +3,37 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from bus_schema import codec
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.host import HostStatus, HostView, ProcessState, ProcessStatus, UpdateSpecs
+from bus_schema.messages.host import (
+    DescribeComponent,
+    HostStatus,
+    HostView,
+    LogLines,
+    LogRequest,
+    ProcessState,
+    ProcessStatus,
+    StartComponent,
+    StopComponent,
+    UpdateSpecs,
+)
+from regraft.host.describing import describe_component
 from regraft.memory_bus import MemoryBus, MemoryHub, MemoryQuery
 
 
 class HostStub:
-    """Keeps specs and the table of processes, and fences as a host does; ``refuse`` makes it refuse specs."""
+    """Keeps specs and the table of processes, and fences as a host does.
+
+    ``refuse`` makes it refuse specs; it does not answer the verbs in ``deaf``. ``launch`` and ``terminate`` are given
+    to it by who runs the components. It leaves the next ``skips`` questions for its processes unanswered.
+    """
 
     def __init__(self, hub: MemoryHub, architecture: Architecture, run: str = "run-1") -> None:
         self.architecture = architecture
@@ -26,12 +44,22 @@ class HostStub:
         self.processes: dict[str, ProcessStatus] = {}
         self.updates: list[UpdateSpecs] = []
         self.refuse = ""
+        self.deaf: set[str] = set()
+        self.removed: set[str] = set()
+        self.last_runs: dict[str, int] = {}
+        self.launch: Callable[[str, int], object] = lambda name, incarnation: None
+        self.terminate: Callable[[str], object] = lambda name: None
         self._lock = threading.Lock()
+        self.skips = 0
         self._bus = MemoryBus(hub)
         keys = Keys(architecture.system)
         self._bus.announce(keys.host("local", "alive"))
         self._bus.serve(keys.host("local", "view"), self._view)
         self._bus.serve(keys.host("local", "specs"), self._specs)
+        self._bus.serve(keys.host("local", "describe"), self._describe)
+        self._bus.serve(keys.host("local", "start"), self._start)
+        self._bus.serve(keys.host("local", "stop"), self._stop)
+        self._bus.serve(keys.host("local", "logs"), self._logs)
 
     def started(self, component: str, incarnation: int) -> None:
         """Note a process that runs."""
@@ -39,32 +67,86 @@ class HostStub:
 
     def ended(self, component: str, state: ProcessState = ProcessState.STOPPED) -> None:
         """Note a process that does not run any more."""
-        self.processes[component] = replace(self.processes[component], state=state, pid=0, last_end="killed")
+        if component in self.processes:
+            self.processes[component] = replace(self.processes[component], state=state, pid=0, last_end="killed")
 
     def close(self) -> None:
         """Be gone."""
         self._bus.close()
 
     def _view(self, query: MemoryQuery) -> None:
-        view = HostView("local", self.run, self.term, self.architecture, tuple(self.specs.values()))
+        view = HostView("local", self.run, self.term, self.architecture, self._specs_in_force())
         query.reply(codec.encode(view))
 
     def _specs(self, query: MemoryQuery) -> None:
         update = codec.decode(query.payload, UpdateSpecs)
+        if self.skips and not (update.specs or update.removed or update.topics):
+            self.skips -= 1
+            return
         with self._lock:
             if update.term is None or update.term < self.term:
                 problem = f"came with term {update.term}, the current term is {self.term}"
                 self._refuse(query, ControlCode.FENCED, problem)
                 return
             self.term = update.term
-            if update.specs and self.refuse:
+            if (update.specs or update.removed) and self.refuse:
                 self._refuse(query, ControlCode.REFUSED, self.refuse)
                 return
-            if update.specs:
+            if update.specs or update.removed:
                 self.updates.append(update)
                 self.revision = update.revision
-            self.specs |= {spec.name: spec.described_as(self.specs.get(spec.name)) for spec in update.specs}
-            query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()))))
+            for spec in update.specs:
+                self.specs[spec.name] = spec.described_as(self.specs.get(spec.name))
+                self.removed.discard(spec.name)
+                never_ran = ProcessStatus(spec.name, self.last_runs.get(spec.name, 0), ProcessState.STOPPED)
+                self.processes.setdefault(spec.name, never_ran)
+            self.removed |= set(update.removed) & self.specs.keys()
+            self.architecture = replace(update.applied_to(self.architecture), revision=self.architecture.revision)
+            self._say_status(query)
+
+    def _specs_in_force(self) -> tuple[ComponentSpec, ...]:
+        return tuple(spec for name, spec in self.specs.items() if name not in self.removed)
+
+    def _say_status(self, query: MemoryQuery) -> None:
+        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()))))
+
+    def _describe(self, query: MemoryQuery) -> None:
+        spec = codec.decode(query.payload, DescribeComponent).spec
+        query.reply(codec.encode(describe_component(spec, Path("/stack"), "/run")))
+
+    def _start(self, query: MemoryQuery) -> None:
+        if "start" in self.deaf:
+            return
+        name = codec.decode(query.payload, StartComponent).component
+        with self._lock:
+            incarnation = self.processes[name].incarnation + 1
+            self.processes[name] = replace(self.processes[name], state=ProcessState.WAITING, incarnation=incarnation)
+            self._say_status(query)
+        threading.Thread(target=self.launch, args=(name, incarnation), daemon=True).start()
+
+    def _stop(self, query: MemoryQuery) -> None:
+        name = codec.decode(query.payload, StopComponent).component
+        if "stop" in self.deaf:
+            return
+        with self._lock:
+            if name not in self.processes:
+                self._refuse(query, ControlCode.MALFORMED, f"there is no component {name!r}")
+                return
+            self._say_status(query)
+        threading.Thread(target=self._end, args=(name,), daemon=True).start()
+
+    def _end(self, name: str) -> None:
+        self.terminate(name)
+        with self._lock:
+            self.ended(name)
+            if name in self.removed:
+                self.removed.discard(name)
+                self.specs.pop(name, None)
+                self.last_runs[name] = self.processes.pop(name).incarnation
+
+    def _logs(self, query: MemoryQuery) -> None:
+        name = codec.decode(query.payload, LogRequest).component
+        query.reply(codec.encode(LogLines(name, (f"the log of {name}",))))
 
     @staticmethod
     def _refuse(query: Any, code: ControlCode, problem: str) -> None:

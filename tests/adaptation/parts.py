@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 from typing import ClassVar
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Connect
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
+from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.geometry import Twist, Vector3
 from bus_schema.messages.sensors import LaserScan
 from regraft import Component, Input, Output, Parameter, every
@@ -69,6 +70,41 @@ class Fragile(Component):
         """Fail, as the mood is."""
         if self.mood == "fails":
             raise RuntimeError("cannot be activated in this mood")
+
+
+class Newcomer(Component):
+    """Breaks as it is started, where and how it is told to; otherwise it says what it hears."""
+
+    heard = Input(Twist, topic="numbers")
+    said = Output(Twist, topic="spare")
+    where = Parameter("nowhere", choices=("nowhere", "configure", "activate"))
+    how = Parameter("refuses", choices=("refuses", "hangs", "dies"))
+    gain = Parameter(0.5, minimum=0.0, maximum=1.0)
+    release: ClassVar[threading.Event] = threading.Event()
+
+    def on_configure(self) -> None:
+        """Break, or not."""
+        self.log: list[int] = []
+        self._break("configure")
+
+    def on_activate(self) -> None:
+        """Break, or greet."""
+        self._break("activate")
+        self.said.publish(Twist(Vector3(-1.0)))
+
+    def _break(self, where: str) -> None:
+        if self.where != where:
+            return
+        if self.how == "refuses":
+            raise RuntimeError("no life in me")
+        self.release.wait(20.0)
+        raise SystemExit
+
+    @heard.handler
+    def hear(self, message: Twist) -> None:
+        """Say it again."""
+        self.log.append(int(message.linear.x))
+        self.said.publish(message)
 
 
 class Scanner(Component):
@@ -135,4 +171,21 @@ class Planner(Component):
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
             request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
+            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))
+
+
+class Changer(Component):
+    """Adds a collector and removes it, at certain times, and remembers what became of it."""
+
+    def on_activate(self) -> None:
+        """Begin to adapt."""
+        self.reports: list[AdaptationReport] = []
+        self.kit.spawn(self.adapt(), "adapting")
+
+    async def adapt(self) -> None:
+        """Let one come and go, again and again."""
+        spec = ComponentSpec(cls="tests.adaptation.parts:Collector")
+        for change in (Add("extra", spec), Remove("extra")) * 3:
+            await self.kit.sleep(0.37)
+            request = AdaptationRequest((change,), who="changer")
             self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))

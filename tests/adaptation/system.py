@@ -29,7 +29,7 @@ from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
 from tests.adaptation import parts
 from tests.adaptation.host_stub import HostStub
-from tests.adaptation.parts import Fragile, Listener, Scanner, Talker
+from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
 
 SYSTEM = "t"
 PATIENCE = 30.0
@@ -48,8 +48,15 @@ def wait_until(condition: Callable[[], object], within: float = PATIENCE) -> Non
 class Running:
     """A component in a thread of its own."""
 
-    def __init__(self, hub: MemoryHub, cls: type[Component], assignment: Assignment) -> None:
+    def __init__(
+        self,
+        hub: MemoryHub,
+        cls: type[Component],
+        assignment: Assignment,
+        ended: Callable[[], object] = lambda: None,
+    ) -> None:
         self.bus = MemoryBus(hub)
+        self._ended = ended
         self._ready = threading.Event()
         self._cls, self._assignment = cls, assignment
         self.thread = threading.Thread(target=self._run, daemon=True)
@@ -71,6 +78,7 @@ class Running:
             self.bus.close()
         self.runtime.leave()
         self.bus.close()
+        self._ended()
 
     @property
     def component(self) -> Any:
@@ -103,11 +111,13 @@ class System:
     journal: Path
     running: dict[str, Running] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
+    ends_are_seen: bool = False
     client: Client = field(init=False)
 
     def __post_init__(self) -> None:
         self.client = Client(MemoryBus(self.hub), SYSTEM, "tester", owns_bus=True)
         self.client.events(self.events.append)
+        self.host.launch, self.host.terminate = self.start, self._terminate
 
     def start(self, name: str, incarnation: int = 1) -> Running:
         """Start a component as its spec says."""
@@ -126,9 +136,22 @@ class System:
             simulated=self.architecture.simulated,
             members=tuple(other for other in self.architecture.components if other != name),
         )
-        self.running[name] = Running(self.hub, cls, assignment)
-        self.host.started(name, incarnation)
-        return self.running[name]
+        running = self.running[name] = Running(self.hub, cls, assignment, lambda: self._has_ended(name, incarnation))
+        if running.thread.is_alive():
+            self.host.started(name, incarnation)
+        return running
+
+    def _has_ended(self, name: str, incarnation: int) -> None:
+        process = self.host.processes.get(name)
+        if process is not None and process.incarnation == incarnation and self.ends_are_seen:
+            self.host.ended(name)
+
+    def _terminate(self, name: str) -> None:
+        """End a component as its host does: by force if need be."""
+        running = self.running.pop(name, None)
+        Newcomer.release.set()
+        if running is not None and running.thread.is_alive():
+            running.end()
 
     def start_manager(
         self, name: str = "manager", services: dict[str, str] | None = None, **parameters: object
@@ -161,6 +184,7 @@ class System:
     def end(self) -> None:
         """End everything."""
         Fragile.release.set()
+        Newcomer.release.set()
         for running in reversed(self.running.values()):
             if running.thread.is_alive():
                 running.end()

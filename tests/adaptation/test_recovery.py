@@ -10,8 +10,18 @@ import pytest
 from adaptation_manager import transaction
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.journal import Journal
-from bus_schema.adaptation import AdaptationReport, Change, ChangeState, Connect, Outcome, SetParameters
-from bus_schema.lifecycle import Transition
+from bus_schema.adaptation import (
+    AdaptationReport,
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    Outcome,
+    Remove,
+    SetParameters,
+)
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.lifecycle import State, Transition
 from tests.adaptation.system import System, wait_until
 
 VALUES: tuple[Change, ...] = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 3}))
@@ -30,6 +40,20 @@ POINTS = [
     *[("perform", call, when) for call in (1, 2, 3) for when in ("before", "after")],
     *[("progress", call, when) for call in (1, 2) for when in ("before", "after")],
     *[("begin_giving", call, when) for call in (1,) for when in ("before", "after")],
+    ("end", 1, "before"),
+]
+
+PROCESSES: tuple[Change, ...] = (
+    SetParameters("listener", {"gain": 0.9}),
+    Add("newcomer", ComponentSpec(cls="tests.adaptation.parts:Newcomer"), (TopicSpec("fresh", "regraft/Twist"),)),
+    Remove("second"),
+)
+POINTS_OF_PROCESSES = [
+    *[("begin", 1, when) for when in ("before", "after")],
+    *[("perform", call, when) for call in (1, 2, 3, 4) for when in ("before", "after")],
+    *[("start", 1, when) for when in ("before", "after")],
+    *[("progress", call, when) for call in (1, 2, 3) for when in ("before", "after")],
+    *[("begin_giving", call, when) for call in (1, 2) for when in ("before", "after")],
     ("end", 1, "before"),
 ]
 
@@ -62,7 +86,7 @@ def _dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, wh
             raise SystemExit
         return result
 
-    monkeypatch.setattr(owner, name, die_async if name == "perform" else die)
+    monkeypatch.setattr(owner, name, die_async if name in ("perform", "start", "stop") else die)
 
 
 def _interrupted(
@@ -70,7 +94,7 @@ def _interrupted(
 ) -> None:
     """Adapt with a manager that dies half-way, and check what the next one makes of it."""
     before = system.views()
-    owner = {"perform": transaction, "begin_giving": Hosts}.get(name, Journal)
+    owner = {"perform": transaction, "begin_giving": Hosts, "start": Hosts}.get(name, Journal)
     with monkeypatch.context() as patch:
         _dying(patch, owner, name, call, when)
         pending = system.adapt(*changes, wait=False)
@@ -78,6 +102,9 @@ def _interrupted(
     system.start_manager()
     lines = system.lines().entries
     assert system.views() == before
+    assert system.host.specs.keys() == system.architecture.components.keys()
+    assert system.host.processes.keys() == system.architecture.components.keys()
+    assert system.host.architecture.topics == system.architecture.topics
     for component in ("listener", "fragile"):
         assert system.host.specs[component] == system.architecture.components[component]
     if (name, when) == ("begin", "before"):
@@ -100,6 +127,34 @@ def test_an_interrupted_setting_of_parameters_is_undone_on_return(
     system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
 ) -> None:
     _interrupted(system, monkeypatch, VALUES, name, call, when)
+
+
+@pytest.mark.parametrize(("name", "call", "when"), POINTS_OF_PROCESSES)
+def test_an_interrupted_addition_and_removal_are_undone_on_return(
+    system: System, monkeypatch: pytest.MonkeyPatch, name: str, call: int, when: str
+) -> None:
+    second = system.running["second"]
+    _interrupted(system, monkeypatch, PROCESSES, name, call, when)
+    assert second.runtime.assignment.incarnation == 1
+    assert system.view("newcomer").state is State.ACTIVE
+    assert "second" not in system.host.processes
+
+
+@pytest.mark.parametrize(("owner", "name", "when"), [(Journal, "end", "after"), (Hosts, "stop", "before")])
+def test_what_was_removed_ends_even_if_the_manager_dies_right_after(
+    system: System, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, when: str
+) -> None:
+    with monkeypatch.context() as patch:
+        _dying(patch, owner, name, 1, when)
+        pending = system.adapt(*PROCESSES, wait=False)
+        wait_until(lambda: not system.running["manager"].thread.is_alive())
+    assert "second" in system.running
+    system.start_manager()
+    (line,) = system.lines(id=pending.id).entries
+    assert line.outcome is Outcome.APPLIED
+    wait_until(lambda: "second" not in system.host.processes)
+    assert "second" not in system.running
+    assert system.view("newcomer").state is State.ACTIVE
 
 
 def test_an_adaptation_whose_end_was_written_stands(system: System, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,22 +6,18 @@ import pytest
 
 from bus_schema.adaptation import (
     AdaptationReport,
-    Add,
     Change,
     ChangeState,
     Connect,
-    EnterMode,
     Move,
     Outcome,
-    Remove,
     SetParameters,
     StepState,
     Swap,
 )
 from bus_schema.lifecycle import Transition
 from bus_schema.messages.host import ProcessState
-from tests.adaptation.parts import Talker
-from tests.adaptation.system import System, spec_of
+from tests.adaptation.system import System
 
 
 def _fields(report: AdaptationReport) -> set[tuple[int | None, str, str]]:
@@ -88,11 +84,8 @@ def test_a_component_that_hangs_already_is_named(impatient: System) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        Add("third", spec_of("third", Talker)),
-        Remove("talker"),
         Swap("talker", "somewhere:Else"),
         Move("talker", "elsewhere"),
-        EnterMode("talker", "quiet"),
     ],
     ids=lambda change: change.change,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture, TopicSpec
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
-from tests.adaptation.parts import Collector, Keeper, Planner, Ticker
+from tests.adaptation.parts import Changer, Collector, Keeper, Planner, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of, wait_until
 
 
@@ -54,6 +55,49 @@ def test_rewiring_in_step_loses_and_doubles_nothing_and_is_the_same_in_every_run
     assert [outcome for _, outcome, *_ in first[0]] == [Outcome.APPLIED] * 6
     assert all(tick is not None for _, _, tick, *_ in first[0])
     assert _run(tmp_path / "two") == first
+
+
+def _coming_and_going(folder: Path, delay: float) -> tuple[list[Any], list[list[int]]]:
+    """Run until the changer is done; returns what became of its adaptations, and what each extra one heard."""
+    folder.mkdir()
+    specs = [
+        spec_of("ticker", Ticker, parameters={"speed": "max"}),
+        spec_of("collector", Collector),
+        spec_of("changer", Changer),
+    ]
+    topics = {name: TopicSpec(name, "regraft/Twist") for name in ("count", "echo")}
+    architecture = Architecture(SYSTEM, 1, True, {spec.name: spec for spec in specs}, topics)
+    hub = MemoryHub()
+    system = System(hub, architecture, HostStub(hub, architecture), folder / "journal.sqlite")
+    extras: list[Any] = []
+
+    def launch(name: str, incarnation: int) -> None:
+        threading.Event().wait(delay * incarnation)
+        extras.append(system.start(name, incarnation).component)
+
+    system.host.launch = launch
+    try:
+        system.start_manager()
+        for name in ("collector", "changer", "ticker"):
+            system.start(name)
+        changer = system.running["changer"].component
+        wait_until(lambda: len(getattr(changer, "reports", ())) == 6)
+        clock = system.client.clock()
+        assert clock is not None
+        assert clock.reproducible
+        assert clock.dropped == ()
+        assert "extra" not in system.running
+        ends = [(r.outcome, r.tick, r.started, [s.state for s in r.steps]) for r in changer.reports]
+        return ends, [extra.collected for extra in extras]
+    finally:
+        system.end()
+
+
+def test_coming_and_going_is_the_same_in_every_run_however_long_a_process_takes_to_start(tmp_path: Path) -> None:
+    first = _coming_and_going(tmp_path / "one", 0.0)
+    assert [outcome for outcome, *_ in first[0]] == [Outcome.APPLIED] * 6
+    assert [len(heard) > 5 for heard in first[1]] == [True] * 3
+    assert _coming_and_going(tmp_path / "two", 0.05) == first
 
 
 def test_an_adaptation_from_outside_gets_a_slot(tmp_path: Path) -> None:

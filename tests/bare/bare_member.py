@@ -29,6 +29,7 @@ class Member:
         self._begun = 0
         self._told: tuple[dict[str, bool], set[str]] | None = None
         self._started = False
+        self._configured_to = ""
         self._next_join = 0.0
         self._next_want = 0.0
         self._publishers: dict[str, Any] = {}
@@ -40,6 +41,7 @@ class Member:
         component.declare()
         if component.assignment.get("state", "active") in ("inactive", "active"):
             component.reach("inactive")
+        self._configured_to = component.state
         step_key = component.key("clock", "step", component.name)
         component.takers[step_key] = self._take_step
         declared: list[Any] = [
@@ -140,6 +142,7 @@ class Member:
         self._next_join = time.monotonic() + IDLE_JOIN_AFTER
         error = ""
         if step["kind"] == "welcome":
+            component.time = max(component.time, step["time"])
             component.streams.restart()
             component.advanced.clear()
             self._told = None
@@ -164,7 +167,8 @@ class Member:
                 component.ready += self._stream(key, source).release(frontier[key][source])
         if not self._started:
             self._started = True
-            component.reach(component.assignment.get("state", "active"))
+            if component.state == self._configured_to:
+                component.reach(component.assignment.get("state", "active"))
         component.work()
         if step["round"] == 0:
             component.fire()

@@ -36,13 +36,13 @@ class Run:
     errors: str
 
 
-def run_frog(home: Path, seconds: float, *options: str, renderer: str = "") -> Run:
-    """Run FROG for simulated ``seconds`` and return what it says in the end."""
+def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stack: Path = STACK) -> Run:
+    """Run FROG (or another stack of its folder) for simulated ``seconds`` and return what it says in the end."""
     environment = {**os.environ, "REGRAFT_HOME": str(home)}
     if renderer:
         environment["REGRAFT_RENDERER"] = renderer
     port = ["--set", f"gateway.port={free_port()}"]
-    command = [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--for", f"{seconds:g}", "--json", "--headless"]
+    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--for", f"{seconds:g}", "--json", "--headless"]
     ended = subprocess.run(
         [*command, *port, *options],
         env=environment,

@@ -82,3 +82,18 @@ class Stubborn(Component):
 
     def on_shutdown(self) -> None:
         time.sleep(3600)
+
+
+class Sleeper(Component):
+    """Falls asleep where it is told to."""
+
+    where = Parameter("nowhere", choices=("nowhere", "configure", "activate"))
+    seconds = Parameter(3600.0)
+
+    def on_configure(self) -> None:
+        if self.where == "configure":
+            time.sleep(self.seconds)
+
+    def on_activate(self) -> None:
+        if self.where == "activate":
+            time.sleep(self.seconds)

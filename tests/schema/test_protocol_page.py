@@ -18,13 +18,14 @@ from bus_schema.keys import CONTROL_VERBS, Keys
 from bus_schema.lifecycle import TRANSITIONS, State, Transition
 from bus_schema.messages.clock import StepKind
 from bus_schema.messages.control import ControlCode, RewireStep
+from bus_schema.messages.handover import HandoverStep
 from bus_schema.messages.requests import Answer, Verb
 from bus_schema.registry import type_named
 from bus_schema.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
 from regraft.assignment import Assignment
 from regraft.client.json_view import as_json
 from regraft.host import children, host, silence
-from regraft.runtime import calling, herald, rewiring, serving, stream
+from regraft.runtime import calling, herald, incumbent, rewiring, serving, stream, successor
 from regraft.stepped import errands, member
 
 from .spelling import line_of
@@ -111,6 +112,8 @@ def test_the_table_of_keys_is_how_keys_are_spelled() -> None:
         keys.topic("TOPIC"),
         keys.alive("NAME", "INCARNATION"),
         keys.status("NAME"),
+        keys.standby("NAME"),
+        keys.standby("NAME", "INCARNATION"),
         keys.checkpoint("NAME"),
         keys.control("NAME", 0, "VERB").replace("/0/", "/INCARNATION/"),
         keys.request("SERVICE"),
@@ -139,10 +142,12 @@ def test_the_page_explains_every_code_verb_step_and_answer() -> None:
     verbs = re.findall(r"^\| `(\w+)` \|", control.split(heads)[1].split("\n\n")[0], re.MULTILINE)
     assert tuple(verbs) == CONTROL_VERBS
     of_hosts = {row[0].strip("`") for row in rows("verb", "payload", "reply", "what")}
-    assert of_hosts == {"view", "specs", "start", "stop", "logs"}
+    assert of_hosts == {"view", "specs", "describe", "start", "stop", "logs"}
     assert hosts
     steps = {row[0].strip("`") for row in rows("step", "of", "do", "detail")}
     assert steps == {step.value for step in RewireStep} - {"read"}
+    handovers = {row[0].strip("`") for row in rows("handover", "of", "do")}
+    assert handovers == {step.value for step in HandoverStep}
     assert {row[0].strip("`") for row in rows("verb", "number", "the service")} == {verb.value for verb in Verb}
     assert {row[0].strip("`") for row in rows("kind", "do")} == {kind.value for kind in StepKind}
     assert all(f"`{answer.value}`" in PAGE for answer in Answer)
@@ -185,6 +190,11 @@ def test_the_times_are_those_of_the_code() -> None:
         member.INPUTS_WITHIN,
         errands.STEP_AGAIN_AFTER,
         errands.STEP_BOUND,
+        successor.PREPARE_WITHIN,
+        incumbent.CATCH_UP / 1e9,
+        incumbent.DRAIN,
+        successor.PULL_WITHIN,
+        successor.TAKE_OVER_WITHIN / 1e9,
     ]
     assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
     assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE

@@ -1,0 +1,41 @@
+"""``remove``: a component is deactivated at its turn; once the adaptation is applied, its process ends.
+
+Until then it is only still, with all that it knows: undoing hands it its part back.
+"""
+
+from __future__ import annotations
+
+from adaptation_manager.steps.actions import PlannedStep, ReachState
+from adaptation_manager.steps.draft import Draft
+from bus_schema.adaptation import Remove
+from bus_schema.lifecycle import State
+from bus_schema.suggestions import instead_of
+
+
+def plan(draft: Draft, change: Remove) -> None:
+    """Add the change to the draft. Who then lacks what it needs is judged on the resulting architecture."""
+    name = change.component
+    spec = draft.spec(name)
+    why = spec.description.indispensable if spec.description else ""
+    if why or name == draft.manager:
+        draft.refuse(name, "component", f"cannot be removed: {why or 'it carries out the removal'}")
+        return
+    if name in draft.added:
+        draft.refuse(name, "component", "is added in the same request: leave both out")
+        return
+    known = draft.architecture.topics
+    for topic in change.topics:
+        if topic not in known:
+            draft.refuse(name, f"topics.{topic}", f"there is no such topic; {instead_of(topic, known)}")
+    draft.architecture = draft.architecture.without({name}).with_topics((), change.topics)
+    draft.removed.add(name)
+    live = draft.live.pop(name, None)
+    if live is not None and live.state is State.ACTIVE:
+        draft.steps.append(
+            PlannedStep(
+                name,
+                "deactivate, to be ended",
+                ReachState(name, State.INACTIVE, dict(live.connections)),
+                ReachState(name, live.state, dict(live.connections)),
+            )
+        )

@@ -1,0 +1,141 @@
+"""What passes between two runs of a component, one of which takes over from the other (docs/protocol.md, "State")."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from bus_schema.annotations import Count, PlainValue, Seconds
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import Snapshot
+from bus_schema.messages.requests import Reply, Request
+from bus_schema.registry import message
+
+
+class HandoverStep(Enum):
+    """What is asked of a run. ``prepare`` and ``pull`` come from its successor, the others from the manager."""
+
+    READ = "read"
+    PREPARE = "prepare"
+    TAKE_OVER = "take_over"
+    PULL = "pull"
+    PROMOTE = "promote"
+    RESUME = "resume"
+    RETIRE = "retire"
+
+
+class Role(Enum):
+    """Whether a run speaks for its component: alone ``live`` does, ``waiting`` not yet, ``frozen`` no more."""
+
+    WAITING = "waiting"
+    LIVE = "live"
+    FROZEN = "frozen"
+
+
+@message("regraft/Place")
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a source's numbering on a key stands: an epoch and a sequence in it."""
+
+    epoch: Count
+    sequence: Count
+
+
+@message("regraft/Handover")
+@dataclass(frozen=True, slots=True)
+class Handover:
+    """One step of a hand-over.
+
+    ``peer`` is the incarnation of the other run: who asks (prepare, pull), or the successor that is given up (resume).
+    ``incarnation`` is what a run that resumes is called from now on, 0 to keep its own. ``first`` is, per key and
+    source, the first sample that the successor holds itself (pull).
+    """
+
+    step: HandoverStep
+    peer: Count = 0
+    incarnation: Count = 0
+    first: dict[str, dict[str, Place]] = field(default_factory=dict)
+    term: Count | None = None
+    revision: Count | None = None
+
+
+@message("regraft/HandoverOffer")
+@dataclass(frozen=True, slots=True)
+class HandoverOffer:
+    """What an incumbent would hand over: the reply to ``prepare``.
+
+    ``longest_handler`` is how long it may take to notice a ``pull``; ``writes`` has the encoding of each key it writes.
+    """
+
+    component: str
+    incarnation: Count
+    cls: str
+    epoch: Count
+    state: State
+    stateful: bool
+    version: Count
+    longest_handler: Seconds
+    parameters: dict[str, PlainValue]
+    writes: dict[str, str]
+
+
+@message("regraft/HeldSample")
+@dataclass(frozen=True, slots=True)
+class HeldSample:
+    """A sample as it came. Without an encoding it only names, by its attachment, one that the successor holds."""
+
+    key: str
+    payload: bytes
+    attachment: bytes
+    encoding: str
+
+
+@message("regraft/StreamPlace")
+@dataclass(frozen=True, slots=True)
+class StreamPlace:
+    """How far one source on one key was handled; None if nothing was. ``wired`` as in docs/protocol.md, "Sequences"."""
+
+    key: str
+    source: str
+    epoch: Count
+    incarnation: Count
+    handled: Count | None
+    wired: bool
+
+
+@message("regraft/ServedClient")
+@dataclass(frozen=True, slots=True)
+class ServedClient:
+    """What a service remembers of a client: its last replies, and the requests under way (of an action: its goals)."""
+
+    service: str
+    client: str
+    forgotten: Count
+    replies: tuple[Reply, ...]
+    under_way: tuple[Request, ...]
+
+
+@message("regraft/HandedOver")
+@dataclass(frozen=True, slots=True)
+class HandedOver:
+    """All that a successor needs to go on where the incumbent froze: the reply to ``pull``.
+
+    ``frozen_at`` is nanoseconds of the component's clock; ``writes`` the last sequence of every key ever written in
+    ``epoch``; ``unhandled`` what had come but was not handled, without what the successor holds itself; ``inputs``
+    per port its newest message, then what it keeps; ``asked`` the number of the last request made; ``reads`` every key
+    read; ``timers`` when each is due, in nanoseconds.
+    """
+
+    snapshot: Snapshot
+    frozen_at: Count
+    state: State
+    epoch: Count
+    parameters: dict[str, PlainValue]
+    writes: dict[str, Count]
+    reads: tuple[str, ...]
+    streams: tuple[StreamPlace, ...]
+    unhandled: tuple[HeldSample, ...]
+    inputs: dict[str, tuple[HeldSample, ...]]
+    clients: tuple[ServedClient, ...]
+    asked: Count
+    timers: dict[str, Count]

@@ -1,0 +1,15 @@
+"""Why a control query does not do what it is asked."""
+
+from __future__ import annotations
+
+from bus_schema.messages.control import ControlCode
+
+
+class ControlRefused(Exception):
+    """A control query that is answered with an error."""
+
+    def __init__(self, code: ControlCode, *problems: str) -> None:
+        """Keep the code and the problems of the answer."""
+        self.code = code
+        self.problems = problems
+        super().__init__("; ".join(problems))

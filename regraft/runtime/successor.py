@@ -1,0 +1,237 @@
+"""The successor's part in a hand-over: get ready beside the incumbent, take over from it, or go live alone.
+
+A frozen run can take over too: from its own successor, to which it had handed over before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from bus_schema import codec
+from bus_schema.errors import SchemaError
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import ControlCode, ControlError
+from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
+from regraft.assignment import Succession
+from regraft.bus import Answer
+from regraft.component import Component, class_path
+from regraft.runtime import passing_on
+from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.refusal import ControlRefused
+from regraft.runtime.rewiring import Pending
+from regraft.runtime.standing import Standing
+from regraft.runtime.writers import Identity
+
+if TYPE_CHECKING:
+    from regraft.runtime.runtime import Runtime
+
+PREPARE_WITHIN = 2.0
+PULL_WITHIN = 0.6
+"""Seconds that the incumbent may take to answer, a ``pull`` from when its longest handler has ended."""
+TAKE_OVER_WITHIN = 1_000_000_000
+"""Nanoseconds of wall-clock time that an answer to ``take_over`` is put off, beyond the longest handler."""
+
+
+class Successor:
+    """A run that may take over. ``problems`` keep it from that."""
+
+    def __init__(self, runtime: Runtime, standing: Standing) -> None:
+        """Know nothing of the incumbent yet."""
+        self.problems: tuple[str, ...] = ()
+        self._runtime = runtime
+        self._standing = standing
+        self._offer: HandoverOffer | None = None
+        self._attempt = 0
+        self._outcome: dict[str, Any] | ControlRefused | None = None
+
+    def stand_by(self) -> None:
+        """Begin as a successor: returns when this run has become live, or is to end."""
+        runtime = self._runtime
+        self._standing.step_aside()
+        runtime.listen_for_control()
+        runtime.herald.say(revision=runtime.assignment.revision)
+        ask = Handover(HandoverStep.PREPARE, runtime.assignment.incarnation)
+        self._ask(self._succession.incarnation, ask, PREPARE_WITHIN, self._prepared)
+        self._standing.stand_still()
+
+    @property
+    def _succession(self) -> Succession:
+        succession = self._runtime.assignment.succeeds
+        assert succession is not None, "only a successor waits"
+        return succession
+
+    def _ask(self, incarnation: int, ask: Handover, within: float, then: Callable[[list[Answer]], None]) -> None:
+        runtime = self._runtime
+        key = runtime.keys.control(runtime.assignment.name, incarnation, "handover")
+        runtime.bus.ask(key, codec.encode(ask), within, lambda answers: runtime.post(lambda: then(answers)))
+
+    def _prepared(self, answers: list[Answer]) -> None:
+        """Get ready with what the incumbent has said; whoever asks is told if that failed."""
+        runtime = self._runtime
+        if self._standing.role is not Role.WAITING or self._offer is not None:
+            return
+        try:
+            offer = self._offer = self._fitting(answers, with_state=self._succession.with_state)
+            if offer.cls == class_path(type(runtime.component)):
+                passing_on.take_parameters(runtime, offer.parameters)
+            self._get_ready(offer.epoch)
+            for key, encoding in offer.writes.items():
+                if runtime.keys.topic_of(key) is None:
+                    runtime.writers.open(key, encoding)
+        except (ControlRefused, TransitionFailed) as error:
+            self.problems = getattr(error, "problems", (str(error),))
+        self._standing.show()
+
+    def _fitting(self, answers: list[Answer], *, with_state: bool) -> HandoverOffer:
+        """Return what the incumbent offers; raises ControlRefused if this run cannot go on from it."""
+        offer: HandoverOffer = _answered(answers, HandoverOffer, "prepare")
+        problems = passing_on.misfits(self._runtime, offer, with_state=with_state)
+        if problems:
+            raise ControlRefused(ControlCode.REFUSED, *problems)
+        return offer
+
+    def _get_ready(self, epoch: int) -> None:
+        runtime = self._runtime
+        runtime.lifecycle.reach(State.INACTIVE)
+        name, own = runtime.assignment.name, runtime.assignment.incarnation
+        runtime.herald.get_ready(Identity(name, own, own))
+        runtime.caller.client = f"{name}-{epoch}"
+        runtime.listen_for_replies()
+        runtime.listen_for_requests()
+
+    def take_over(self, asked: Handover) -> dict[str, object] | Pending:
+        """Pull from the incumbent and go live; the answer comes then."""
+        if self._standing.role is Role.LIVE:
+            return {}
+        if self.problems:
+            raise ControlRefused(ControlCode.REFUSED, *self.problems)
+        self._outcome = None
+        self._attempt += 1
+        if self._standing.role is Role.FROZEN:
+            self._take_back(asked)
+        elif self._offer is None:
+            raise ControlRefused(ControlCode.FAILED, "the incumbent has not said yet what it hands over")
+        else:
+            self._pull(self._succession.incarnation, asked)
+        at_most = TAKE_OVER_WITHIN + round(self._longest_handler() * 1e9)
+        return Pending(lambda: self._outcome is not None, self._tell_outcome, at_most)
+
+    def _longest_handler(self) -> float:
+        return self._offer.longest_handler if self._offer is not None else Component.longest_handler
+
+    def _pull(self, incumbent: int, asked: Handover) -> None:
+        attempt, own = self._attempt, self._runtime.assignment.incarnation
+        self._standing.held.mark()
+        pull = Handover(HandoverStep.PULL, own, first=self._standing.held.first, term=asked.term)
+        within = PULL_WITHIN + self._longest_handler()
+        self._ask(incumbent, pull, within, lambda answers: self._pulled(attempt, answers, asked))
+
+    def _take_back(self, asked: Handover) -> None:
+        """Take over, as another incarnation, from the run that this one had handed over to."""
+        own = self._runtime.assignment.incarnation
+        if not asked.peer or asked.incarnation <= max(own, asked.peer):
+            problem = "a frozen run takes over from a peer, as an incarnation higher than both"
+            raise ControlRefused(ControlCode.REFUSED, problem)
+        self._standing.become(asked.incarnation)
+        self._standing.step_aside()
+        attempt = self._attempt
+
+        def offered(answers: list[Answer]) -> None:
+            if attempt != self._attempt or self._standing.role is Role.LIVE:
+                return
+            try:
+                self._offer = self._fitting(answers, with_state=True)
+            except ControlRefused as error:
+                self._outcome = error
+                return
+            self._pull(asked.peer, asked)
+
+        self._ask(asked.peer, Handover(HandoverStep.PREPARE, asked.incarnation), PULL_WITHIN, offered)
+
+    def _tell_outcome(self) -> dict[str, object]:
+        outcome = self._outcome
+        if outcome is None:
+            self._attempt += 1
+            raise ControlRefused(ControlCode.TIMED_OUT, "the take-over took too long")
+        if isinstance(outcome, ControlRefused):
+            raise outcome
+        return outcome
+
+    def _pulled(self, attempt: int, answers: list[Answer], asked: Handover) -> None:
+        if attempt != self._attempt or self._standing.role is Role.LIVE:
+            return
+        try:
+            handed = _answered(answers, HandedOver, "pull")
+        except ControlRefused as error:
+            self._outcome = error
+            return
+        self._go_live(lambda: self._take_in(handed), asked)
+
+    def _take_in(self, handed: HandedOver) -> dict[str, object]:
+        runtime = self._runtime
+        with_state = True
+        if self._standing.role is Role.FROZEN:
+            self._standing.forget()
+        else:
+            with_state = self._succession.with_state
+        if self._offer is not None and self._offer.cls == class_path(type(runtime.component)):
+            passing_on.take_parameters(runtime, handed.parameters)
+        silent = passing_on.take_over(runtime, handed, self._standing.held, with_state=with_state)
+        return {"silent": silent / 1e9, "left_over": len(handed.unhandled)}
+
+    def _go_live(self, begin: Callable[[], dict[str, object]], asked: Handover) -> None:
+        """Go live; a run that cannot is of no use any more, and says why."""
+        runtime = self._runtime
+        try:
+            told = begin()
+        except Exception as error:
+            runtime.herald.fault("taking over", error)
+            self._standing.step_aside()
+            self.problems = (f"could not take over: {type(error).__name__}: {error}",)
+            self._outcome = ControlRefused(ControlCode.FAILED, *self.problems)
+            return
+        self._standing.be_live()
+        runtime.control.note_revision(asked.revision)
+        self._outcome = told
+        runtime.control.answer_parked()
+
+    def promote(self, asked: Handover) -> dict[str, object]:
+        """Go live without an incumbent, which must be dead for certain; its state is lost."""
+        if self._standing.role is Role.FROZEN:
+            raise ControlRefused(ControlCode.REFUSED, "this run is frozen: it can resume or retire")
+        if self._standing.role is Role.WAITING:
+            self._attempt += 1
+            self._go_live(self._go_alone, asked)
+            self._tell_outcome()
+        return {}
+
+    def _go_alone(self) -> dict[str, object]:
+        runtime = self._runtime
+        own = runtime.assignment.incarnation
+        if self._offer is None or self.problems:
+            runtime.lifecycle.reach(State.INACTIVE)
+            runtime.listen_for_requests()
+        self.problems = ()
+        runtime.caller.client = f"{runtime.assignment.name}-{own}"
+        runtime.listen_for_replies()
+        passing_on.speak(runtime, own)
+        runtime.lifecycle.reach(runtime.assignment.state)
+        recent = self._standing.held.since_mark() if self._attempt > 1 else []
+        self._standing.held.take_all()
+        passing_on.handle(runtime, recent)
+        return {}
+
+
+def _answered(answers: list[Answer], kind: type[Any], what: str) -> Any:
+    """Return what the incumbent has answered; raises ControlRefused."""
+    if not answers:
+        raise ControlRefused(ControlCode.TIMED_OUT, f"the incumbent did not answer {what!r} in time")
+    (answer, *_) = answers
+    try:
+        if answer.error:
+            error = codec.decode(answer.payload, ControlError)
+            raise ControlRefused(error.code, *error.problems)
+        return codec.decode(answer.payload, kind)
+    except SchemaError as wrong:
+        raise ControlRefused(ControlCode.FAILED, f"the incumbent's answer to {what!r} {wrong}") from None

@@ -1,0 +1,43 @@
+"""Reads the modes of a stack file: named sets of changes, each done as one adaptation."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from bus_schema import codec
+from bus_schema.adaptation import AdaptationRequest, Add, EnterMode
+from bus_schema.annotations import PlainValue
+from bus_schema.errors import BadMessage
+from bus_schema.suggestions import instead_of
+from regraft.stack.nodes import plain
+from regraft.stack.section import Section
+
+
+def read_modes(root: Section, components: Collection[str]) -> dict[str, PlainValue]:
+    """Return the changes of each mode of ``modes`` as plain data; they speak of ``components``."""
+    section = root.section("modes")
+    found = {}
+    for name in section.names():
+        node = section.node(name)
+        changes = plain(node) if node else None
+        problem = _problem(changes, components)
+        if problem:
+            section.wrong(name, problem)
+        found[name] = changes
+    return found
+
+
+def _problem(changes: PlainValue, components: Collection[str]) -> str | None:
+    if not isinstance(changes, list) or not changes:
+        return "must be a list of changes, as an adaptation has them"
+    try:
+        meant = codec.from_plain({"changes": changes}, AdaptationRequest).changes
+    except BadMessage as error:
+        return str(error)
+    if any(isinstance(change, EnterMode) for change in meant):
+        return "enters another mode: must name the changes themselves"
+    known = {*components, *(change.component for change in meant if isinstance(change, Add))}
+    for change in meant:
+        if change.component not in known:
+            return f"there is no component {change.component!r}; {instead_of(change.component, known)}"
+    return None

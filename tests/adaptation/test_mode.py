@@ -1,0 +1,72 @@
+"""Modes: named sets of changes, entered as one adaptation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from bus_schema.adaptation import EnterMode, Outcome, SetParameters
+from bus_schema.lifecycle import State
+from tests.adaptation.system import System, small_architecture
+
+QUIET = [
+    {"change": "set_parameters", "component": "talker", "parameters": {"rate": 10.0}},
+    {"change": "connect", "component": "listener", "port": "heard", "topic": "others"},
+    {"change": "remove", "component": "fragile"},
+    {"change": "add", "component": "third", "spec": {"cls": "tests.adaptation.parts:Listener"}},
+]
+BROKEN = [{"change": "set_parameters", "component": "talker", "parameters": {"rate": -1.0}}]
+
+
+@pytest.fixture
+def modal(bare_system: System) -> System:
+    """A system whose stack has modes."""
+    modes = {"quiet": QUIET, "broken": BROKEN, "nested": [{"change": "mode", "mode": "quiet"}]}
+    bare_system.host.architecture = replace(small_architecture(), modes=modes)
+    bare_system.start_manager()
+    return bare_system
+
+
+def test_a_mode_is_entered_as_one_adaptation_and_left_by_undoing_it(modal: System) -> None:
+    before, specs = modal.views(), dict(modal.host.specs)
+    report = modal.adapt(EnterMode("quiet"))
+    assert report.outcome is Outcome.APPLIED, report
+    assert report.request.changes == (EnterMode("quiet"),)
+    assert modal.view("talker").parameters["rate"] == 10.0
+    assert modal.view("listener").connections["heard"] == "others"
+    assert modal.view("third").state is State.ACTIVE
+    assert "fragile" not in modal.host.processes
+    undone = modal.undo(report.id)
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert {name: spec.state for name, spec in modal.host.specs.items()} == {n: s.state for n, s in specs.items()}
+    after = modal.views()
+    assert {n: view[1:] for n, view in after.items()} == {n: view[1:] for n, view in before.items()}
+
+
+def test_an_undo_is_refused_if_what_the_mode_set_was_changed_since(modal: System) -> None:
+    report = modal.adapt(EnterMode("quiet"))
+    modal.adapt(SetParameters("talker", {"rate": 20.0}))
+    undone = modal.undo(report.id)
+    assert undone.outcome is Outcome.REJECTED
+    assert "adaptation 3" in undone.violations[0].problem
+
+
+@pytest.mark.parametrize(
+    ("mode", "field", "text"),
+    [
+        ("quite", "mode", "there is no mode 'quite'; did you mean 'quiet'?"),
+        ("broken", "parameters.rate", "at least 0.0"),
+        ("nested", "mode", "enters another mode"),
+    ],
+)
+def test_a_mode_that_cannot_be_entered_is_rejected_under_its_index(
+    modal: System, mode: str, field: str, text: str
+) -> None:
+    before = modal.views()
+    report = modal.adapt(SetParameters("listener", {"gain": 0.1}), EnterMode(mode))
+    assert report.outcome is Outcome.REJECTED
+    (violation,) = report.violations
+    assert (violation.change, violation.field) == (1, field)
+    assert text in violation.problem
+    assert modal.views() == before

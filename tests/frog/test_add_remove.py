@@ -1,0 +1,116 @@
+"""FROG gets components while it drives, and loses them again; equal runs stay equal."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from bus_schema.messages.geometry import Twist
+from bus_schema.messages.perception import Detect, Detections, Sightings
+from tests.frog.frog import STACK, Frog, Run, run_frog, speed_of
+from tests.kit.site import wait_until
+
+SECOND_DETECTOR = {
+    "change": "add",
+    "component": "second_detector",
+    "spec": {
+        "cls": "services.detector.detector:Detector",
+        "parameters": {"interval": 1.0},
+        "connections": {"image": "corner_camera/image", "detections": "corner_detections", "energy": "corner_energy"},
+        "services": {"detect": "corner_detect"},
+    },
+    "topics": [
+        {"name": "corner_detections", "type": "regraft/Detections"},
+        {"name": "corner_energy", "type": "regraft/EnergyUse"},
+    ],
+}
+NO_SECOND_DETECTOR = {
+    "change": "remove",
+    "component": "second_detector",
+    "topics": ["corner_detections", "corner_energy"],
+}
+CAMERA = {
+    "change": "add",
+    "component": "camera",
+    "spec": {
+        "cls": "sim_service.camera_component:Camera",
+        "parameters": {"file": "world.xml", "camera": "camera", "always_lit": True},
+        "connections": {"image": "camera/image"},
+    },
+    "topics": [{"name": "camera/image", "type": "regraft/Image", "rate": 5.0, "reliable": False}],
+}
+DETECTOR = {
+    "change": "add",
+    "component": "detector",
+    "spec": {
+        "cls": "services.detector.template_detector:TemplateDetector",
+        "connections": {"image": "camera/image", "odometry": "localization"},
+    },
+    "topics": [{"name": "detections", "type": "regraft/Detections"}, {"name": "energy", "type": "regraft/EnergyUse"}],
+}
+NO_EXPLORER = {"change": "remove", "component": "explorer"}
+
+
+def _run(folder: Path, stack: str, seconds: float, script: list[Any]) -> tuple[Run, list[str]]:
+    """Run a stack of FROG's with a changer in it; returns how it ended, and what became of the adaptations."""
+    folder.mkdir()
+    for part in STACK.iterdir():
+        if part.suffix != ".yaml":
+            (folder / part.name).symlink_to(part)
+    (folder / "script.json").write_text(json.dumps(script))
+    changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
+    (folder / "stack.yaml").write_text((STACK / stack).read_text() + changer)
+    run = run_frog(folder / "home", seconds, "--speed", "max", stack=folder / "stack.yaml")
+    log = next((folder / "home").glob("*/logs/changer.log")).read_text()
+    return run, [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
+
+
+def _twice(tmp_path: Path, stack: str, seconds: float, script: list[Any]) -> Run:
+    (first, said), (second, said_again) = (_run(tmp_path / name, stack, seconds, script) for name in ("one", "two"))
+    adaptations = [line for line in said if line.startswith("adaptation")]
+    assert [line.split()[1] for line in adaptations] == ["applied"] * len(script), said
+    assert len(said) == len(script) + sum(bool(service) for *_, service in script)
+    assert said == said_again
+    assert first.summary["reproducible"] is True, first.errors
+    assert first.summary["dropped"] == []
+    assert first.summary["digest"] == second.summary["digest"], second.errors
+    return first
+
+
+def test_a_second_detector_comes_and_goes_while_frog_drives(frog: Frog) -> None:
+    velocity = frog.listen("velocity", Twist)
+    wait_until(lambda: any(speed_of(twist) > 0.1 for twist in velocity), "the robot to drive")
+    looks = frog.listen("corner_detections", Detections)
+    answer = frog.adapt(SECOND_DETECTOR, reason="two see more than one")
+    assert answer.status_code == 200, answer.text
+    seen = frog.client.call("corner_detect", Detect("hydrant", 1), Sightings, 30.0)
+    assert seen.pictures == 1
+    wait_until(lambda: looks and looks[-1].camera == "corner_camera", "a look through the corner camera")
+    assert "second_detector" in frog.clock().members
+    assert frog.rest.get("/components/second_detector").json()["name"] == "second_detector"
+    answer = frog.adapt(NO_SECOND_DETECTOR)
+    assert answer.status_code == 200, answer.text
+    wait_until(lambda: "second_detector" not in frog.processes())
+    frog.wait_for_time(5.0)
+    assert "second_detector" not in frog.clock().members
+    assert frog.clock().dropped == ()
+    assert frog.clock().reproducible
+    paths = [d["path"] for d in frog.rest.get("/architecture/diff?from=1&to=2").json()["differences"]]
+    assert any(path.startswith("/components/second_detector") for path in paths), paths
+    assert any(path.startswith("/topics/corner_detections") for path in paths), paths
+    assert frog.rest.get("/architecture/diff?from=1&to=3").json()["differences"] == []
+
+
+def test_equal_runs_in_which_a_component_comes_and_goes_are_equal(tmp_path: Path) -> None:
+    script = [
+        [4.0, [SECOND_DETECTOR], "corner_detect"],
+        [9.0, [NO_SECOND_DETECTOR], ""],
+        [10.0, [SECOND_DETECTOR], "corner_detect"],
+    ]
+    _twice(tmp_path, "stack.yaml", 15, script)
+
+
+def test_from_exploring_to_detecting_in_one_adaptation_and_equal_runs_are_equal(tmp_path: Path) -> None:
+    run = _twice(tmp_path, "explore.yaml", 12, [[5.0, [NO_EXPLORER, CAMERA, DETECTOR], "detect"]])
+    assert run.code == 0, run.errors

@@ -1,0 +1,225 @@
+"""Components are added to and removed from a running system of real processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import Snapshot
+from bus_schema.messages.host import ProcessState
+from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from tests.host.conftest import HEAD, Start
+from tests.host.system import System, children_of, exists
+from tests.kit.site import PATIENCE, wait_until
+
+STACK = """\
+  ticker: {class: 'tests.host.parts:Ticker'}
+  adaptation_manager:
+    class: adaptation_manager.manager:AdaptationManager
+    parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 10.0}
+"""
+TOPICS = """\
+  ticks: {type: host_tests/Tick}
+  adaptations: {type: regraft/AdaptationReport}
+  architecture: {type: regraft/Architecture}
+"""
+MORE = TopicSpec("more", "host_tests/Tick")
+TICKER = ComponentSpec(cls="tests.host.parts:Ticker", connections={"ticks": "more"}, parameters={"step": 2})
+LATE = '''\
+"""A module that nobody has imported before it is needed."""
+
+from regraft import Component, Parameter
+
+
+class Late(Component):
+    """Comes late."""
+
+    prepared = False
+    path = Parameter("", "a file", unit="path", read_only=True)
+
+    @classmethod
+    def preload(cls):
+        cls.prepared = True
+
+    def on_activate(self):
+        assert self.prepared
+        self.kit.say(self.path)
+'''
+
+
+@pytest.fixture
+def running(start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> System:
+    """Return a ticker and a manager, and a module beside the stack that is not imported yet."""
+    (tmp_path / "late.py").write_text(LATE)
+    (tmp_path / "deadly_import.py").write_text("import os\nos._exit(7)\n")
+    monkeypatch.setattr("tests.host.conftest.HEAD", _head())
+    system = start(STACK)
+    system.wait_running("ticker")
+    system.wait_running("adaptation_manager")
+    return system
+
+
+def _head() -> str:
+    return HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS)
+
+
+def _adapt(system: System, *changes: Change, **more: Any) -> AdaptationReport:
+    request = AdaptationRequest(changes, **more)
+    return system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+
+
+def _undo(system: System, report: AdaptationReport) -> AdaptationReport:
+    request = UndoAdaptation(report.id)
+    return system.client.call("adaptation_manager/undo", request, AdaptationReport, PATIENCE)
+
+
+def _names(system: System) -> set[str]:
+    return set(system.processes())
+
+
+def test_a_component_comes_and_goes_and_comes_back(running: System) -> None:
+    before = children_of(running.process.pid)
+    added = _adapt(running, Add("second", TICKER, (MORE,)))
+    assert added.outcome is Outcome.APPLIED, added
+    process = running.wait_running("second")
+    view = running.client.view("second")
+    assert (view.state, view.parameters["step"], view.connections) == (State.ACTIVE, 2, {"ticks": "more"})
+    os.kill(process.pid, signal.SIGKILL)
+    again = running.wait_running("second", 2)
+    assert running.client.view("second").state is State.ACTIVE, "its host restarts it as any other"
+
+    removed = _adapt(running, Remove("second"))
+    assert removed.outcome is Outcome.APPLIED, removed
+    assert not exists(again.pid)
+    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    assert children_of(running.process.pid) == before
+    assert running.said("component.removed", "second")
+    assert not [event for event in running.said("component.restarted", "second") if "incarnation 3" in event.text]
+
+    undone = _undo(running, removed)
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert running.wait_running("second", 3).incarnation == 3
+    assert running.client.view("second").parameters["step"] == 2
+
+
+def test_undoing_a_removal_continues_from_the_last_checkpoint_and_a_fresh_addition_begins_anew(running: System) -> None:
+    assert _adapt(running, Add("second", TICKER, (MORE,))).outcome is Outcome.APPLIED
+    wait_until(lambda: _count(running) > 100)
+    before = _count(running)
+    removed = _adapt(running, Remove("second"))
+    assert _undo(running, removed).outcome is Outcome.APPLIED
+    begins = [line for line in running.client.logs("second") if line.startswith("ticker begins at")]
+    assert int(begins[-1].split()[-1]) >= before - 50
+    assert _adapt(running, Remove("second")).outcome is Outcome.APPLIED
+    assert _adapt(running, Add("second", TICKER)).outcome is Outcome.APPLIED
+    begins = [line for line in running.client.logs("second") if line.startswith("ticker begins at")]
+    assert begins[-1] == "ticker begins at 0"
+
+
+def _count(system: System) -> int:
+    snapshot = system.client.control("second", "state")
+    assert isinstance(snapshot, Snapshot)
+    count: int = snapshot.state["count"]
+    return count
+
+
+def test_a_class_that_nobody_has_imported_yet_is_added(running: System, tmp_path: Path) -> None:
+    report = _adapt(running, Add("late", ComponentSpec(cls="late:Late", parameters={"path": "some/file"})))
+    assert report.outcome is Outcome.APPLIED, report
+
+    def says() -> str:
+        status = running.client.components()["late"].status
+        return status.detail if status else ""
+
+    wait_until(lambda: says() == str(tmp_path / "some" / "file"))
+
+
+def test_a_program_is_added_and_removed(running: System) -> None:
+    spec = ComponentSpec(command=("sh", "-c", "exec sleep 1000"), managed=False)
+    report = _adapt(running, Add("notes", spec))
+    assert report.outcome is Outcome.APPLIED, report
+    process = running.wait_running("notes")
+    os.kill(process.pid, signal.SIGKILL)
+    again = running.wait_running("notes", 2)
+    assert _adapt(running, Remove("notes")).outcome is Outcome.APPLIED
+    assert not exists(again.pid)
+    wait_until(lambda: "notes" not in _names(running))
+
+
+@pytest.mark.parametrize(
+    ("cls", "text"),
+    [
+        ("deadly_import:Nobody", "exit code 7"),
+        ("late:Nobody", "has no class 'Nobody'"),
+        ("os:getpid", "is no subclass"),
+    ],
+)
+def test_a_class_that_cannot_be_had_is_rejected_and_harms_nobody(running: System, cls: str, text: str) -> None:
+    before = running.processes()
+    report = _adapt(running, Add("bad", ComponentSpec(cls=cls)))
+    assert report.outcome is Outcome.REJECTED
+    assert text in report.violations[0].problem, report.violations
+    assert {name: p.pid for name, p in running.processes().items()} == {name: p.pid for name, p in before.items()}
+
+
+@pytest.mark.parametrize(
+    ("spec", "text"),
+    [
+        (ComponentSpec(cls="tests.host.parts:Stillborn"), "exit code 3; its log ends with: no life in me"),
+        (ComponentSpec(cls="tests.host.parts:Sleeper", parameters={"where": "configure"}), "sleeper"),
+        (ComponentSpec(cls="tests.host.parts:Sleeper", parameters={"where": "activate"}), "sleeper"),
+    ],
+    ids=["dies", "hangs-configuring", "hangs-activating"],
+)
+def test_what_breaks_as_it_starts_leaves_no_process_behind(running: System, spec: ComponentSpec, text: str) -> None:
+    before = children_of(running.process.pid)
+    report = _adapt(running, Add("sleeper", spec), Remove("ticker"))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert text in report.error
+    assert children_of(running.process.pid) == before
+    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    assert running.client.view("ticker").state is State.ACTIVE
+    assert running.processes()["ticker"].incarnation == 1
+
+
+def test_the_manager_killed_while_it_adds_leaves_no_process_behind(running: System) -> None:
+    before = running.processes()["adaptation_manager"].pid
+    spec = ComponentSpec(cls="tests.host.parts:Sleeper", parameters={"where": "configure", "seconds": 0.25})
+    pending = _adapt(running, Add("sleeper", spec), Remove("ticker"), wait=False)
+    wait_until(lambda: "sleeper" in _names(running) and running.processes()["sleeper"].pid)
+    os.kill(before, signal.SIGKILL)
+    running.wait_running("adaptation_manager", 2)
+
+    def line() -> AdaptationReport:
+        return running.client.call(
+            "adaptation_manager/journal", JournalRequest(pending.id), JournalPage, PATIENCE
+        ).entries[0]
+
+    wait_until(lambda: line().outcome is not Outcome.PENDING)
+    assert line().outcome is Outcome.ROLLED_BACK
+    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    assert running.client.view("ticker").state is State.ACTIVE
+
+
+def test_what_is_removed_stubbornly_is_ended_by_force(running: System) -> None:
+    assert _adapt(running, Add("stubborn", ComponentSpec(cls="tests.host.parts:Stubborn"))).outcome is Outcome.APPLIED
+    pid = running.wait_running("stubborn").pid
+    assert _adapt(running, Remove("stubborn")).outcome is Outcome.APPLIED
+    assert not exists(pid)
+
+
+def test_a_quarantined_component_can_be_removed(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.host.conftest.HEAD", _head())
+    dying = "  dying: {class: 'tests.host.parts:Stillborn', restart: {limit: 0, window: 30}}\n"
+    system = start(dying + STACK)
+    system.wait_for("dying", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    system.wait_running("adaptation_manager")
+    assert _adapt(system, Remove("dying")).outcome is Outcome.APPLIED
+    wait_until(lambda: "dying" not in _names(system))
