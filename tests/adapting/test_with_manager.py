@@ -15,7 +15,7 @@ from bus_schema.messages.mission import Command, MissionCommand, MissionRequest,
 from regraft.memory_bus import MemoryHub
 from services.bt_executor.executor import Executor
 from tests.adaptation import parts
-from tests.adaptation.conftest import bare_system, system  # noqa: F401
+from tests.adaptation.conftest import bare_system  # noqa: F401
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker
 from tests.adaptation.system import PATIENCE, SYSTEM, System, spec_of, wait_until
@@ -33,12 +33,22 @@ def adapting(node_type: str, ports: str, child: str = WORK) -> str:
 
 
 @pytest.fixture
-def run(system: System, monkeypatch: pytest.MonkeyPatch) -> Callable[..., MissionStatus]:  # noqa: F811
-    """Run missions on one executor; returns the status at the end."""
-    monkeypatch.setattr(parts, "Executor", Executor, raising=False)
-    spec = spec_of("bt_executor", Executor, parameters={"rate": 100.0, "autostart": False})
-    system.host.specs["bt_executor"] = spec
-    system.start("bt_executor")
+def system(bare_system: System, monkeypatch: pytest.MonkeyPatch) -> System:  # noqa: F811
+    """All components, an executor and a planner among them, and a manager."""
+    for cls in (Executor, BanditPlanner):
+        monkeypatch.setattr(parts, cls.__name__, cls, raising=False)
+    system = bare_system
+    system.host.specs["bt_executor"] = spec_of("bt_executor", Executor, parameters={"rate": 100.0, "autostart": False})
+    system.host.specs["planner"] = spec_of("planner", BanditPlanner)
+    for name in ("bt_executor", "planner"):
+        system.start(name)
+    system.start_manager()
+    return system
+
+
+@pytest.fixture
+def run(system: System) -> Callable[..., MissionStatus]:
+    """Run missions on the executor; returns the status at the end."""
 
     def status() -> MissionStatus:
         return system.client.call("mission/status", MissionRequest(), MissionStatus, PATIENCE)
@@ -57,7 +67,7 @@ def told(report: AdaptationReport) -> tuple[Any, ...]:
 
 
 def test_a_rule_adapts_a_real_component_and_the_journal_says_why(
-    system: System,  # noqa: F811
+    system: System,
     run: Callable[..., MissionStatus],
 ) -> None:
     rule = "level > 3 : listener.gain -= 0.2 within [0.0, 1.0]"
@@ -70,7 +80,7 @@ def test_a_rule_adapts_a_real_component_and_the_journal_says_why(
 
 
 def test_a_rejection_a_rollback_and_silence_are_what_the_author_says(
-    system: System,  # noqa: F811
+    system: System,
     run: Callable[..., MissionStatus],
 ) -> None:
     rejected = run(adapting("AdaptOnStart", 'rules="listener.gain := 7"'))
@@ -95,7 +105,7 @@ def test_a_rejection_a_rollback_and_silence_are_what_the_author_says(
 
 
 def test_a_manager_that_comes_back_is_asked_again(
-    system: System,  # noqa: F811
+    system: System,
     run: Callable[..., MissionStatus],
 ) -> None:
     system.running["manager"].kill()
@@ -155,13 +165,9 @@ def test_under_simulated_time_the_same_adaptations_happen_in_the_same_ticks(
 
 
 def test_a_real_planner_is_asked_and_credited(
-    system: System,  # noqa: F811
+    system: System,
     run: Callable[..., MissionStatus],
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(parts, "BanditPlanner", BanditPlanner, raising=False)
-    system.host.specs["planner"] = spec_of("planner", BanditPlanner)
-    system.start("planner")
     ports = (
         'adaptation_strategy="ucb1" adaptation_subject="gain" subject_location="listener" '
         'adaptation_options="0.1;0.2;0.3" adaptation_period="60ms" settle="10ms" '

@@ -16,19 +16,7 @@ from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from regraft import Component
 from regraft.client.requests import ClientGoal
 from regraft.client.sending import Sender
-from tests.handover.parts import (
-    Ask,
-    Caller,
-    Doubler,
-    Item,
-    Newer,
-    Report,
-    Sink,
-    Source,
-    Stateless,
-    Totaller,
-    Unable,
-)
+from tests.handover.parts import Ask, Caller, Doubler, Item, Newer, Report, Sink, Source, Stateless, Totaller, Unable
 from tests.handover.site import WITHIN as PATIENCE
 from tests.handover.site import Refused, Threads, Wiring, eventually
 
