@@ -35,6 +35,7 @@ TREE_EXAMPLE = (
 WRITE_SCHEMA = {"type": "object", "description": "New values by entry; null removes one; the others keep theirs"}
 TAKE_A_TREE = {
     Command.LOAD: "Load a behaviour tree (BehaviorTree.CPP XML, version 4) in place of the present one.",
+    Command.CHECK: "Load a behaviour tree as the executor would, and forget it: says what is wrong, changes nothing.",
     Command.SWAP: "Have another tree take over from the running one at once; the root blackboard is carried over.",
 }
 Board = Annotated[str, Query(description="The path of a sub-tree; the root's board by default", max_length=1000)]

@@ -23,7 +23,7 @@ from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport, Outcome
 from bus_schema.messages.quality import Quality
 from evaluation.quality_run import QualityRun, run_mission
-from evaluation.search_run import RunFailed
+from evaluation.stack_run import RunFailed
 
 
 class Standing(Enum):

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +13,7 @@ from bus_schema.architecture import Architecture
 from bus_schema.messages.health import Event
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.sensors import LightLevel
-from evaluation.search_run import RunFailed, started
+from evaluation.stack_run import RunFailed, running, started
 from regraft.client import Client, TopicSample
 
 SPEED = ("navigator", "max_velocity")
@@ -77,24 +74,17 @@ def run_mission(
     Raises:
         RunFailed: it did not come up, or did not come to its end.
     """
-    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max"]
-    command += ["--seed", str(seed), "--for", f"{seconds:g}", "--set", "gateway.port=0"]
-    command += ["--set", f"bt_executor.mission={mission.resolve()}", *options]
-    os.environ["REGRAFT_HOME"] = str(home)
-    home.mkdir(parents=True, exist_ok=True)
     run = QualityRun(mission.stem, seconds)
-    with (home / "up.log").open("w") as errors:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, stdin=subprocess.DEVNULL)
-    try:
-        with Client.connect(started(process, home)) as client:
-            _listen(client, run)
+    tree = ("--set", f"bt_executor.mission={mission.resolve()}")
+    with (
+        running(stack, seed, home, ("--for", f"{seconds:g}", *tree, *options)) as process,
+        Client.connect(started(process, home)) as client,
+    ):
+        _listen(client, run)
+        try:
             said, _ = process.communicate(timeout=60.0 + STALLED_AFTER * seconds)
-    except subprocess.TimeoutExpired:
-        raise RunFailed(f"it did not come to its end, see {home / 'up.log'}") from None
-    finally:
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-            process.communicate()
+        except subprocess.TimeoutExpired:
+            raise RunFailed(f"it did not come to its end, see {home / 'up.log'}") from None
     run.closing = json.loads(said) if said.strip() else {}
     if process.returncode:
         why = "; ".join(run.closing.get("problems", ())) or f"see {home / 'up.log'}"

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,22 +13,15 @@ from typing import Any
 
 from bus_schema.messages.health import Event
 from evaluation.judgement import Judgement, JudgementRequest
-from regraft import rundir
+from evaluation.stack_run import ENDS_WITHIN, LOOK_EVERY, RunFailed, running, started
 from regraft.client import Client
 
 MISSION_ENDS = ("mission.succeeded", "mission.failed", "mission.halted")
 TOLD = ("mission.", "world.contact", "sensor.", "mapper.", "adaptation.", "component.fault", "component.restarted")
-STARTED_WITHIN = 60.0
-ENDS_WITHIN = 30.0
 STANDS_STILL_WITHIN = 60.0
 """s of wall-clock time in which simulated time has to go on."""
-LOOK_EVERY = 0.1
 WORD_SPREADS = 2.0
 """s of simulated time until the judge has heard of the mission's end, too."""
-
-
-class RunFailed(Exception):
-    """A run could not be started or judged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,20 +44,10 @@ def run_search(
     Raises:
         RunFailed: it did not come up, or ended before it could be judged.
     """
-    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max"]
-    command += ["--seed", str(seed), "--set", "gateway.port=0", *options]
-    os.environ["REGRAFT_HOME"] = str(home)
-    home.mkdir(parents=True, exist_ok=True)
-    with (home / "up.log").open("w") as errors:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, stdin=subprocess.DEVNULL)
-    try:
+    with running(stack, seed, home, options) as process:
         judgement, events = _watch(process, home, at_least, at_most)
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=ENDS_WITHIN)
-    finally:
-        if process.poll() is None:
-            process.kill()
-            process.communicate()
     return SearchRun(seed, judgement, events, json.loads(said) if said.strip() else {})
 
 
@@ -90,14 +71,3 @@ def _watch(
                 judgement = client.call("judgement", JudgementRequest(), Judgement, 20.0)
                 return judgement, tuple(sorted(events, key=lambda event: event.stamp))
     raise RunFailed(f"it ended by itself with exit code {process.returncode}, see {home / 'up.log'}")
-
-
-def started(process: subprocess.Popen[str], home: Path) -> rundir.RunInfo:
-    """Wait until a process of ``regraft up`` has brought its system up; raises RunFailed."""
-    deadline = time.monotonic() + STARTED_WITHIN
-    while time.monotonic() < deadline and process.poll() is None:
-        running = rundir.running()
-        if running:
-            return running[0]
-        time.sleep(LOOK_EVERY)
-    raise RunFailed(f"it did not come up within {STARTED_WITHIN:g} s, see {home / 'up.log'}")

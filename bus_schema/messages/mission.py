@@ -149,7 +149,7 @@ class Command(Enum):
     """What the executor is to do.
 
     ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
-    halted; the entries of the root blackboard are carried over.
+    halted; the entries of the root blackboard are carried over. ``check`` only says what is wrong with a tree.
     """
 
     LOAD = "load"
@@ -158,6 +158,7 @@ class Command(Enum):
     STEP = "step"
     HALT = "halt"
     SWAP = "swap"
+    CHECK = "check"
 
 
 @message("regraft/MissionCommand")

@@ -42,7 +42,7 @@ from services.bt_executor.transitions import TransitionLog
 SHORTEST_WAIT = 0.001
 """Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
 
-TAKE_A_TREE = (Command.LOAD, Command.SWAP)
+TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
 
 
 class Executor(Component):
@@ -220,7 +220,7 @@ class Executor(Component):
 
     @service("mission/command")
     def mission_command(self, command: MissionCommand) -> MissionStatus:
-        """Load a tree, start, pause, step or halt it, or have another take over; returns the status afterwards.
+        """Load a tree, check one, start, pause, step or halt it, or have another take over; returns the status then.
 
         Raises:
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
@@ -238,6 +238,8 @@ class Executor(Component):
     def _obey(self, command: MissionCommand) -> None:
         if command.command is Command.LOAD:
             self._load(self._commanded_source(command))
+        elif command.command is Command.CHECK:
+            self._made(self._commanded_source(command))
         elif command.command is Command.SWAP:
             self._mission.check_swap()
             self._swap(self._commanded_source(command))

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from services.bt_executor.engine.leaves.scripts import Script
 from services.bt_executor.engine.replay import main
 from services.bt_executor.engine.traces import BadRecord, Line, Record, first_mismatch, parse_record
 
@@ -50,6 +51,17 @@ def test_exit_code_of_the_command_says_how_it_went(record: Any, code: int, tmp_p
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == code
     assert bool(done.stderr) == (code == 2)
+
+
+def test_a_bug_of_the_engine_is_not_the_error_that_a_trace_tells_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_node: Script) -> int:
+        raise TypeError("a slip")
+
+    record = parse_record(json.dumps({**GOOD, "trace": [GOOD["trace"][0], ["error", "", [], {}]]}))
+    monkeypatch.setattr(Script, "tick", broken)
+    mismatch = first_mismatch(record)
+    assert mismatch is not None
+    assert "expected error, got crash" in str(mismatch)
 
 
 def test_records_of_all_files_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,7 +50,9 @@ FOLLOWING = {
 }
 """The state after each command that is legal; all others are refused and change nothing."""
 
-TAKE_A_TREE = (Command.LOAD, Command.SWAP)
+FOLLOWING |= {(state, Command.CHECK): state for state in (EMPTY, LOADED, RUNNING, PAUSED, HALTED)}
+
+TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
 
 odd_values = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats(allow_nan=False) | st.text(),

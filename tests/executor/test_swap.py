@@ -85,6 +85,18 @@ def test_a_bad_tree_changes_nothing() -> None:
         assert entry(rig, "battery_charge").sequence == written
 
 
+def test_a_tree_is_checked_beside_the_one_that_runs() -> None:
+    with Rig() as rig:
+        run(rig, tree(WAIT, name="Old"))
+        rig.advance(0.5)
+        before = status(rig)
+        assert command(rig, Command.CHECK, tree(DRIVE, name="New")) == before
+        why = refusal(rig, Command.CHECK, tree(DRIVE, "<Unknown/>"))
+        assert ":3:" in why
+        assert "Unknown" in why
+        assert status(rig) == before
+
+
 @pytest.mark.parametrize("halt", [False, True])
 def test_without_a_mission_under_way_there_is_nothing_to_take_over_from(halt: bool) -> None:
     with Rig() as rig:

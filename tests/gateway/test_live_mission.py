@@ -70,6 +70,10 @@ def test_a_bad_tree_does_not_take_over(http: httpx.Client) -> None:
     assert refused.status_code == 409
     assert "unknown node type 'Unknown'" in refused.json()["detail"]
     assert http.post("/mission/swap", json={}).status_code == 422
+    assert http.post("/mission/check", json={"tree": tree("<AlwaysSuccess/>", "Fine")}).json()["tree"] == "Old"
+    refused = http.post("/mission/check", json={"tree": tree("<Unknown/>", "New")})
+    assert refused.status_code == 409
+    assert "Unknown" in refused.json()["detail"]
     assert http.get("/mission").json()["tree"] == "Old"
 
 

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from .clock import ManualClock
+from .errors import TreeError
 from .load import load_text
 from .scripted import LETTERS, scripted_registry
 from .tree import Tree
 
 ERROR: Final = "error"
+CRASH: Final = "crash"
 MODES: Final = ("exact", "once")
 MOST_TICKS: Final = 10_000
 """Root ticks in one line; a tree that wants more will never have enough."""
@@ -93,13 +95,14 @@ def parse_record(text: str) -> Record:
 def first_mismatch(record: Record) -> Mismatch | None:
     """Run a record's tree and return the first difference, None if there is none.
 
-    Nothing that the tree does raises here. The tree is halted as BehaviorTree.CPP does it, see `Tree.halt_tree`.
+    Nothing that the tree does raises here; only the engine's own errors are what a trace calls an error, anything else
+    differs. The tree is halted as BehaviorTree.CPP does it, see `Tree.halt_tree`.
     """
     events: list[str] = []
     try:
         tree = load_text(record.xml, scripted_registry(events), clock=ManualClock())
     except Exception as error:
-        if record.trace and record.trace[0].root == ERROR:
+        if _is_ours(error) and record.trace and record.trace[0].root == ERROR:
             return None
         return Mismatch(0, "loading", "a tree", _shown(error))
     for number, expected in enumerate(record.trace, start=1):
@@ -125,15 +128,22 @@ def _step(tree: Tree, record: Record, number: int, events: list[str]) -> tuple[L
         else:
             root = LETTERS[tree.tick_once(MOST_TICKS)]
     except Exception as error:
+        root = ERROR if _is_ours(error) else CRASH
         reason = _shown(error)
     statuses = "".join(LETTERS[node.status] for node in tree.nodes)
     board = tuple(sorted(tree.blackboard.dump().items()))
     return Line(root, statuses, tuple(events), board), reason
 
 
+def _is_ours(error: Exception) -> bool:
+    """Tell the engine's own errors from its bugs, which a node's error may be wrapped around."""
+    cause = error.__cause__
+    return isinstance(error, TreeError) and isinstance(cause, TreeError | ValueError | None)
+
+
 def _difference(number: int, expected: Line, got: Line, reason: str) -> Mismatch | None:
     if got.root != expected.root:
-        return Mismatch(number, "result", expected.root, f"{ERROR}: {reason}" if reason else got.root)
+        return Mismatch(number, "result", expected.root, f"{got.root}: {reason}" if reason else got.root)
     if got.statuses != expected.statuses:
         return Mismatch(number, "stored statuses", expected.statuses, got.statuses)
     if got.events != expected.events:
