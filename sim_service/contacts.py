@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from sim_service.scene import Scene
 
@@ -37,20 +36,25 @@ class ContactMonitor:
         """Watch the body and all that hangs on it."""
         model = scene.model
         root_of_geom = model.body_rootid[model.geom_bodyid]
-        self._is_robot = np.zeros(model.ngeom, bool)
-        self._is_robot[scene.geoms_of(scene.index("body", body))] = True
-        self._is_floor = root_of_geom == 0
-        self._names = [scene.body_name(int(root)) for root in root_of_geom]
+        self._robot = frozenset(scene.geoms_of(scene.index("body", body)))
+        self._bodies = {
+            geom: scene.body_name(root)
+            for geom, root in enumerate(root_of_geom.tolist())
+            if root != 0 and geom not in self._robot
+        }
         self._last_touch: dict[str, float] = {}
         self._events: list[ContactEvent] = []
 
     def update(self, data: mujoco.MjData, time: float) -> None:
         """Look at the contacts of the last physics step, at a time (s)."""
-        pairs = data.contact.geom
-        ours = self._is_robot[pairs]
-        pairs = pairs[ours[:, 0] != ours[:, 1]]
-        others = pairs[~self._is_robot[pairs] & ~self._is_floor[pairs]]
-        for name in sorted({self._names[geom] for geom in others.tolist()}):
+        touched = set()
+        for one, other in data.contact.geom.tolist():
+            if one in self._robot:
+                if other in self._bodies:
+                    touched.add(self._bodies[other])
+            elif other in self._robot and one in self._bodies:
+                touched.add(self._bodies[one])
+        for name in sorted(touched):
             if time - self._last_touch.get(name, -math.inf) > REBOUND:
                 self._events.append(ContactEvent(time, name))
             self._last_touch[name] = time

@@ -1,0 +1,124 @@
+"""A manager in whose way something is put: at a given step the component that it works on, or itself, fails.
+
+The manager is the real one. Only the function that performs a step is preceded, or followed, by the fault.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from adaptation_manager import transaction
+from adaptation_manager.manager import AdaptationManager
+from adaptation_manager.performing import perform
+from adaptation_manager.site import Site
+from regraft import Parameter
+from tests.failures.parts import LATE
+
+SOON = 0.002
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What goes wrong at the ``step``-th step (from 1).
+
+    ``how`` is die, hang, late or refuse; ``who`` the component that the step concerns, or the manager itself;
+    ``when`` before, during or after the step, or ``inside``: when the component's own code runs next.
+    """
+
+    step: int
+    when: str
+    how: str
+    who: str = "component"
+
+    def __str__(self) -> str:
+        return f"step {self.step}, {self.when}: {self.who} {self.how}"
+
+    def prepare(self, folder: Path) -> None:
+        """Have it happen in the next adaptation."""
+        plan = folder / "fault.json"
+        plan.with_suffix(".new").write_text(json.dumps(asdict(self)))
+        plan.with_suffix(".new").rename(plan)
+
+
+class FaultyManager(AdaptationManager):
+    """Carries out adaptations as the manager does, but for one fault."""
+
+    fault = Parameter("", "the file that says what shall go wrong", unit="path", read_only=True)
+
+    def on_activate(self) -> None:
+        _injector.path = Path(self.fault)
+        super().on_activate()
+
+
+class _Injector:
+    def __init__(self, perform: Callable[..., Any]) -> None:
+        self.path = Path("/nonexistent")
+        self._perform = perform
+        self._steps = 0
+
+    async def perform(self, site: Site, action: Any, *more: Any) -> None:
+        fault = self._due()
+        if fault is None:
+            await self._perform(site, action, *more)
+            return
+        if fault.when != "after":
+            self._strike(site, action.component, fault)
+        await self._perform(site, action, *more)
+        if fault.when == "after":
+            self._strike(site, action.component, fault)
+
+    def _due(self) -> Fault | None:
+        """Return the fault if this is its step; it happens once."""
+        try:
+            fault = Fault(**json.loads(self.path.read_text()))
+        except OSError:
+            self._steps = 0
+            return None
+        self._steps += 1
+        if self._steps < fault.step:
+            return None
+        self._steps = 0
+        self.path.unlink()
+        return fault
+
+    def _strike(self, site: Site, component: str, fault: Fault) -> None:
+        if fault.when == "inside":
+            flags = self.path.parent / "flags"
+            flags.mkdir(exist_ok=True)
+            (flags / component).write_text(fault.how)
+            return
+        pid = os.getpid()
+        if fault.who == "component":
+            process = site.controls.living(component)
+            if process is None:
+                return
+            pid = process.pid or 0
+        if fault.when == "during":
+            threading.Timer(SOON, _hit, (pid, fault.how)).start()
+        else:
+            _hit(pid, fault.how)
+
+
+def _hit(pid: int, how: str) -> None:
+    if pid <= 1:
+        return
+    try:
+        if how == "die":
+            os.kill(pid, signal.SIGKILL)
+            return
+        os.kill(pid, signal.SIGSTOP)
+        if how == "late":
+            threading.Timer(LATE, os.kill, (pid, signal.SIGCONT)).start()
+    except ProcessLookupError:
+        pass
+
+
+_injector = _Injector(perform)
+setattr(transaction, "perform", _injector.perform)  # noqa: B010  (a name that the module has imported itself)

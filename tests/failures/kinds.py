@@ -1,0 +1,70 @@
+"""The kinds of change that are walked through, and the system that they change."""
+
+from __future__ import annotations
+
+from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Remove, SetParameters
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.lifecycle import Transition
+
+STACK = """\
+system: tests
+clock: real
+imports: [tests.failures.parts, tests.failures.injecting]
+topics:
+  numbers: {type: failures/Number}
+  others: {type: failures/Number}
+  relayed: {type: failures/Number}
+  aside: {type: failures/Number}
+  adaptations: {type: regraft/AdaptationReport}
+  architecture: {type: regraft/Architecture}
+components:
+  source: {class: 'tests.failures.parts:Source', connect: {numbers: numbers}}
+  other: {class: 'tests.failures.parts:Source', connect: {numbers: others}}
+  relay:
+    class: tests.failures.parts:Relay
+    parameters: {flags: $RUN/flags}
+    restart: {limit: 100, window: 1, backoff: 0.01}
+  second:
+    class: tests.failures.parts:Relay
+    parameters: {flags: $RUN/flags}
+    connect: {numbers: others, relayed: aside}
+    restart: {limit: 100, window: 1, backoff: 0.01}
+  meter: {class: 'tests.failures.parts:Meter', connect: {relayed: relayed, aside: aside}}
+  adaptation_manager:
+    class: tests.failures.injecting:FaultyManager
+    restart: {limit: 100, window: 1, backoff: 0.01}
+    parameters:
+      fault: $RUN/fault.json
+      journal: $RUN/journal.sqlite
+      answer_within: 1.0
+      undo_within: 3.0
+      start_within: 5.0
+modes:
+  loud:
+    - {change: set_parameters, component: relay, parameters: {gain: 5.0}}
+    - {change: connect, component: relay, port: numbers, topic: others}
+"""
+
+THIRD = ComponentSpec(
+    cls="tests.failures.parts:Relay",
+    connections={"numbers": "numbers", "relayed": "more"},
+    parameters={"flags": "$RUN/flags"},
+)
+
+KINDS: dict[str, tuple[Change, ...]] = {
+    "set_parameters": (SetParameters("relay", {"gain": 2.0}), SetParameters("second", {"gain": 3.0})),
+    "connect": (Connect("relay", "numbers", "others"), Connect("second", "numbers", "numbers")),
+    "transition": (ChangeState("second", Transition.DEACTIVATE), ChangeState("second", Transition.CLEANUP)),
+    "add": (Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),),
+    "remove": (Remove("second"),),
+    "mode": (EnterMode("loud"),),
+    "several": (
+        SetParameters("relay", {"gain": 2.0}),
+        Connect("relay", "numbers", "others"),
+        Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),
+        Remove("second"),
+    ),
+}
+"""Each begins and ends with the stack as it is in ``STACK``."""
+WITH_A_GAP = {"connect", "mode", "several", "transition", "remove"}
+"""Kinds that move inputs, or make a component inactive: what is told where nobody listens then is not lost."""

@@ -1,0 +1,114 @@
+"""What really stands, asked of processes and hosts and not of the manager."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from typing import Any
+
+from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import Snapshot
+from bus_schema.messages.host import ProcessState
+from bus_schema.messages.manager import ArchitectureRequest
+from regraft import CallFailed
+from regraft.client import ClientError
+from tests.host.system import System, children_of
+from tests.kit.site import PATIENCE, wait_until
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """One component as it stands: its class, its state, its values, and the process that it is."""
+
+    cls: str
+    state: str
+    parameters: dict[str, Any]
+    connections: dict[str, str]
+    pid: int
+
+
+Standings = dict[str, Standing]
+
+
+def settled(system: System) -> Standings:
+    """Wait until every process that a host has is well, and return how each component stands."""
+    found: list[Standings] = []
+
+    def well() -> bool:
+        with contextlib.suppress(ClientError, AssertionError):
+            found.append(_look(system))
+            return True
+        return False
+
+    wait_until(well, "all processes to be well", PATIENCE)
+    return found[-1]
+
+
+def _look(system: System) -> Standings:
+    specs = {spec.name: spec for spec in system.client.host_view("local").specs}
+    processes = system.processes()
+    assert processes.keys() == specs.keys()
+    standings = {}
+    for name, process in processes.items():
+        assert process.state is ProcessState.RUNNING
+        view = system.client.view(name)
+        assert view.incarnation == process.incarnation
+        standings[name] = Standing(
+            specs[name].cls, view.state.value, dict(view.parameters), dict(view.connections), process.pid
+        )
+    # Its host and the process that all are forked from run beside them.
+    pids = {standing.pid for standing in standings.values()}
+    strangers = set(children_of(system.process.pid)) - pids
+    assert len(strangers) == 1, f"processes of nobody: {strangers}"
+    return standings
+
+
+def architecture(system: System) -> Architecture:
+    """Return what should be, once the manager answers."""
+    found: list[Architecture] = []
+
+    def told() -> bool:
+        with contextlib.suppress(CallFailed):
+            request = ArchitectureRequest()
+            found.append(system.client.call("adaptation_manager/architecture", request, Architecture, 2.0))
+            return True
+        return False
+
+    wait_until(told, "the manager to answer", PATIENCE)
+    return found[-1]
+
+
+def disagreements(standings: Standings, should_be: Architecture) -> list[str]:
+    """Return where what stands is not what should be."""
+    found = [f"{name} should not be there" for name in standings.keys() - should_be.components.keys()]
+    for name, spec in should_be.components.items():
+        if name not in standings:
+            found.append(f"{name} should be there")
+        elif spec.managed:
+            found += [f"{name}: {what}" for what in _differences(standings[name], spec)]
+    return found
+
+
+def _differences(standing: Standing, spec: ComponentSpec) -> list[str]:
+    found = []
+    if standing.cls != spec.cls:
+        found.append(f"its class is {standing.cls}, should be {spec.cls}")
+    if standing.state != spec.state.value:
+        found.append(f"it is {standing.state}, should be {spec.state.value}")
+    for name, value in spec.parameters.items():
+        if standing.parameters.get(name) != value:
+            found.append(f"{name} is {standing.parameters.get(name)!r}, should be {value!r}")
+    wired = spec.connections if spec.state is not State.UNCONFIGURED else {}
+    for port, topic in wired.items():
+        if standing.connections.get(port) != topic:
+            found.append(f"{port} is connected to {standing.connections.get(port)!r}, should be {topic!r}")
+    return found
+
+
+def delivered(system: System) -> dict[str, dict[str, dict[str, int]]]:
+    """Return what has arrived at the end of both lines: per line and origin."""
+    snapshot = system.client.control("meter", "state")
+    assert isinstance(snapshot, Snapshot)
+    lines: dict[str, dict[str, dict[str, int]]] = snapshot.state
+    return lines

@@ -1,0 +1,121 @@
+"""One failure: an adaptation, a fault on its way, and what stands afterwards."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass, replace
+
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome
+from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft import CallFailed, rundir
+from tests.failures.injecting import Fault
+from tests.failures.kinds import WITH_A_GAP
+from tests.failures.observing import Standings, architecture, delivered, disagreements, settled
+from tests.host.system import System
+from tests.kit.site import PATIENCE, wait_until
+
+MANAGER = "adaptation_manager"
+UNTOUCHED = (Outcome.REJECTED, Outcome.ROLLED_BACK, Outcome.CANCELLED)
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """One kind of change, and one fault."""
+
+    kind: str
+    changes: tuple[Change, ...]
+    fault: Fault
+    component: str
+    """Whom the step concerns at which the fault happens."""
+
+    def __str__(self) -> str:
+        return f"{self.kind}, {self.fault} ({self.component})"
+
+
+def plan(system: System, changes: tuple[Change, ...]) -> tuple[str, ...]:
+    """Return whom each step of the changes concerns."""
+    report = _adapt(system, AdaptationRequest(changes, dry_run=True))
+    assert report.steps, report.violations
+    return tuple(step.component for step in report.steps)
+
+
+def walk(system: System, one: Walk) -> Outcome:
+    """Adapt with a fault on the way, check what stands, and undo it if it was applied; returns the outcome."""
+    before, arrived = settled(system), delivered(system)
+    assert disagreements(before, architecture(system)) == []
+    folder = rundir.folder("tests")
+    one.fault.prepare(folder)
+    report = _ended(system, _adapt(system, AdaptationRequest(one.changes, reason=str(one), key=_key())))
+    (folder / "fault.json").unlink(missing_ok=True)
+    shutil.rmtree(folder / "flags", ignore_errors=True)
+    after = settled(system)
+    _judge(one, report, before, after)
+    assert disagreements(after, architecture(system)) == [], report
+    _judge_data(system, one, arrived)
+    if report.outcome is Outcome.APPLIED:
+        undone = _ended(system, _undo(system, report.id))
+        assert undone.outcome is Outcome.APPLIED, undone
+        assert _values(settled(system)) == _values(before)
+    return report.outcome
+
+
+def _judge(one: Walk, report: AdaptationReport, before: Standings, after: Standings) -> None:
+    struck = MANAGER if one.fault.who == "manager" else one.component
+    assert report.outcome in (*UNTOUCHED, Outcome.APPLIED), report
+    if report.outcome in UNTOUCHED:
+        assert _values(after) == _values(before), report
+    same = {name for name in after.keys() & before.keys() if name != struck}
+    assert {name: after[name].pid for name in same} == {name: before[name].pid for name in same}, report
+
+
+def _values(standings: Standings) -> Standings:
+    return {name: replace(standing, pid=0) for name, standing in standings.items()}
+
+
+def _judge_data(system: System, one: Walk, arrived: dict[str, dict[str, dict[str, int]]]) -> None:
+    """Whoever did not die has lost and doubled nothing; and what is to flow flows."""
+    now = delivered(system)
+    dies = one.fault.who == "component" and one.fault.how in ("die", "hang", "refuse")
+    for line, tracks in now.items():
+        for origin, track in tracks.items():
+            then = arrived[line].get(origin, {"lost": 0, "doubled": 0})
+            assert track["doubled"] == then["doubled"], (line, origin, now, arrived)
+            if not dies and one.kind not in WITH_A_GAP:
+                assert track["lost"] == then["lost"], (line, origin, now, arrived)
+    heard = _heard(now, "relayed")
+    wait_until(lambda: _heard(delivered(system), "relayed") > heard, "numbers to flow")
+
+
+def _heard(lines: dict[str, dict[str, dict[str, int]]], line: str) -> int:
+    return sum(track["heard"] for track in lines[line].values())
+
+
+_keys = iter(range(1_000_000))
+
+
+def _key() -> str:
+    return f"walk-{next(_keys)}"
+
+
+def _adapt(system: System, request: AdaptationRequest) -> AdaptationReport:
+    return system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+
+
+def _undo(system: System, number: str) -> AdaptationReport:
+    return system.client.call("adaptation_manager/undo", UndoAdaptation(number), AdaptationReport, PATIENCE)
+
+
+def _ended(system: System, report: AdaptationReport) -> AdaptationReport:
+    """Return an adaptation's line in the journal, once it has ended."""
+    lines: list[AdaptationReport] = []
+
+    def over() -> bool:
+        try:
+            page = system.client.call("adaptation_manager/journal", JournalRequest(report.id), JournalPage, 2.0)
+        except CallFailed:
+            return False
+        lines[:] = page.entries
+        return bool(lines) and lines[0].outcome is not Outcome.PENDING
+
+    wait_until(over, f"the end of adaptation {report.id}")
+    return lines[0]
