@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import frog, restart, rewire, round_trip, set_parameter, start_up, tree_tick
+from benchmarks import adaptations, frog, restart, rewire, round_trip, set_parameter, start_up, tree_tick
 from benchmarks.harness import Effort, Result, machine
 from benchmarks.table import table
 
@@ -24,6 +24,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "round_trip": round_trip.small,
     "large_messages": round_trip.large,
     "set_parameter": set_parameter.set_parameter,
+    "adaptations": adaptations.adaptations,
     "rewire": rewire.rewire,
     "restart": restart.restart,
     "start_up": start_up.start_up,

@@ -25,7 +25,7 @@ ASK_AGAIN_AFTER = 1.0
 
 @dataclass(slots=True)
 class Pending:
-    """A request under way. ``heard_at`` is when something was last said about it."""
+    """A request under way. ``heard_at`` is when something was last said about it, ``alone`` that nobody listens."""
 
     service: str
     request: Request
@@ -38,6 +38,7 @@ class Pending:
     value: Any = None
     error: CallFailed | None = None
     latest: Any = None
+    alone: bool = False
 
     def end(self, error: CallFailed | None, value: Any = None) -> None:
         """End it, well or not; the first end counts."""
@@ -183,13 +184,20 @@ class Requests:
         pending.end(error, value)
 
     def ask_again(self) -> None:
-        """Repeat what has met with silence; called several times a second."""
+        """Repeat what has met with silence, or whose service has come back; called several times a second."""
         now = time.monotonic()
         with self._lock:
-            silent = [p for p in self._pending.values() if now - p.heard_at >= ASK_AGAIN_AFTER]
-        for pending in silent:
-            pending.heard_at = now
-            self._send(pending, Verb.RESULT if pending.accepted.is_set() else pending.request.verb)
+            waiting = list(self._pending.values())
+        for pending in waiting:
+            if self._has_come_back(pending) or now - pending.heard_at >= ASK_AGAIN_AFTER:
+                pending.heard_at = now
+                self._send(pending, Verb.RESULT if pending.accepted.is_set() else pending.request.verb)
+
+    def _has_come_back(self, pending: Pending) -> bool:
+        """Tell whether somebody offers a service again that nobody offered at the last look."""
+        was_alone = pending.alone
+        pending.alone = not self._sender.matched(self._keys.request(pending.service))
+        return was_alone and not pending.alone
 
     def close(self) -> None:
         """End the wait of everybody who waits."""
