@@ -1,4 +1,4 @@
-"""What is to be added, as the hosts that are to run it see it: the manager itself imports no author's class."""
+"""What is to be started, as the hosts that are to run it see it: the manager itself imports no author's class."""
 
 from __future__ import annotations
 
@@ -7,33 +7,68 @@ from dataclasses import replace
 
 from adaptation_manager.controls import ControlFailed
 from adaptation_manager.hosts import Hosts
-from bus_schema.adaptation import Add, Change, Violation
-from bus_schema.architecture import Architecture
+from bus_schema.adaptation import Add, Change, Swap, Violation
+from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import DescribedComponent
 from bus_schema.suggestions import instead_of
+
+PATH = "path"
+"""The unit of a parameter whose value the host completes."""
 
 
 async def described_additions(
     changes: Sequence[Change], architecture: Architecture, hosts: Hosts
 ) -> tuple[dict[int, DescribedComponent], list[Violation]]:
-    """Return each component to be added as its host describes it, by its change's index, and all that is wrong."""
+    """Return each component to be started as its host describes it, by its change's index, and all that is wrong."""
     described: dict[int, DescribedComponent] = {}
     found: list[Violation] = []
     for index, change in enumerate(changes):
-        if not isinstance(change, Add):
+        if isinstance(change, Add):
+            wanted: ComponentSpec | None = replace(change.spec, name=change.component)
+        else:
+            wanted = _successor(change, architecture) if isinstance(change, Swap) else None
+        if wanted is None:
             continue
-        name, spec = change.component, replace(change.spec, name=change.component)
-        if spec.host not in architecture.hosts:
-            problem = f"there is no host {spec.host!r}; {instead_of(spec.host, architecture.hosts)}"
-            found.append(Violation(index, name, "host", problem))
-            continue
-        if bool(spec.cls) == bool(spec.command):
-            found.append(Violation(index, name, "cls", "a component has either a class or a command"))
-            continue
-        try:
-            described[index] = await hosts.describe(spec)
-        except ControlFailed as error:
-            found.append(Violation(index, name, "cls" if spec.cls else "command", str(error)))
-            continue
-        found += [replace(violation, change=index, component=name) for violation in described[index].violations]
+        violations = _of_spec(wanted, architecture)
+        if not violations and isinstance(change, Swap) and _is_known(change, wanted):
+            described[index] = DescribedComponent(wanted)
+        elif not violations:
+            try:
+                described[index] = await hosts.describe(wanted)
+            except ControlFailed as error:
+                violations = [Violation(None, "", "cls" if wanted.cls else "command", str(error))]
+            else:
+                violations = list(described[index].violations)
+        found += [replace(violation, change=index, component=change.component) for violation in violations]
     return described, found
+
+
+def _of_spec(spec: ComponentSpec, architecture: Architecture) -> list[Violation]:
+    if spec.host not in architecture.hosts:
+        problem = f"there is no host {spec.host!r}; {instead_of(spec.host, architecture.hosts)}"
+        return [Violation(None, "", "host", problem)]
+    if bool(spec.cls) == bool(spec.command):
+        return [Violation(None, "", "cls", "a component has either a class or a command")]
+    return []
+
+
+def _successor(change: Swap, architecture: Architecture) -> ComponentSpec | None:
+    """Return what a swap starts, with all parameters of before: the host takes those that decide on its ports."""
+    spec = architecture.components.get(change.component)
+    if spec is None or not spec.cls:
+        return None
+    return replace(
+        spec,
+        cls=change.cls or spec.cls,
+        parameters=spec.parameters | change.parameters,
+        services=change.services,
+        description=spec.description if change.cls in ("", spec.cls) else None,
+    )
+
+
+def _is_known(change: Swap, spec: ComponentSpec) -> bool:
+    """Tell whether the description of before is that of the successor, and no value needs completing."""
+    if spec.description is None:
+        return False
+    given = [parameter for parameter in spec.description.parameters if parameter.name in change.parameters]
+    return not any(parameter.read_only or parameter.unit == PATH for parameter in given)

@@ -12,7 +12,7 @@ from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
 from adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import AdaptationRequest, Add, Change, Connect, Remove, SetParameters, Violation
+from bus_schema.adaptation import AdaptationRequest, Add, Change, Connect, Remove, SetParameters, Swap, Violation
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import violations
 from bus_schema.messages.control import ComponentView
@@ -42,7 +42,8 @@ async def _check_changes(
     live, silent = await _read(request, architecture, controls, hosts)
     described, unclear = await described_additions(request.changes, architecture, hosts)
     found += [*silent, *unclear]
-    draft = Draft(architecture, live, manager, described)
+    begun = {name: process.begun for name, process in controls.processes.items()}
+    draft = Draft(architecture, live, manager, described, begun=begun)
     for index, change in enumerate(request.changes):
         draft.index = index
         _plan(draft, change)
@@ -91,6 +92,9 @@ def _contradictions(changes: Sequence[Change]) -> list[Violation]:
             values = {f"parameters.{name}": value for name, value in change.parameters.items()}
         elif isinstance(change, Connect):
             values = {f"connections.{change.port}": change.topic}
+        elif isinstance(change, Swap):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+            values |= {f"connections.{port}": topic for port, topic in change.connections.items()}
         for where, value in values.items():
             first = wanted.setdefault((change.component, where), value)
             if first != value:
@@ -161,7 +165,9 @@ def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
     same = [index for index, change in enumerate(changes) if change.component == violation.component]
     for index in same:
         change = changes[index]
-        if isinstance(change, SetParameters) and kind == "parameters" and name in change.parameters:
+        if isinstance(change, SetParameters | Swap) and kind == "parameters" and name in change.parameters:
+            return index
+        if isinstance(change, Swap) and kind in ("parameters", "connections", "services"):
             return index
         if isinstance(change, Connect) and kind == "connections" and name == change.port:
             return index

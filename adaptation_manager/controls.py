@@ -20,6 +20,7 @@ from bus_schema.messages.control import (
     RewireStep,
     SetTransition,
 )
+from bus_schema.messages.handover import Handover
 from bus_schema.messages.host import ProcessState, ProcessStatus
 from regraft.bus import Answer, BusError
 from regraft.runtime.tasks import Waiting
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
 
 LIVING = (ProcessState.STARTING, ProcessState.RUNNING)
+
+
+BESIDE = "+"
+"""Behind a component's name: the run that stands beside it, as this calls itself on the bus."""
 
 
 class ControlFailed(Exception):
@@ -80,7 +85,8 @@ class Asked:
         except ControlFailed:
             self.remembered.forget(self.component)
             raise
-        self.remembered.note(view)
+        if view.component == self.component:
+            self.remembered.note(view)
         return view
 
     async def _answer(self) -> ComponentView:
@@ -105,7 +111,10 @@ class Asked:
 
 
 class Controls:
-    """Asks components; knows from the hosts which run of each is the living one (``processes``)."""
+    """Asks components; knows from the hosts which run of each is the living one (``processes``).
+
+    A name with a plus sign behind it is that of the run beside the one that speaks for the component.
+    """
 
     def __init__(self, kit: Kit, within: float) -> None:
         """Know nobody yet; an answer may take ``within`` seconds."""
@@ -137,12 +146,24 @@ class Controls:
         process = self.living(component)
         if process is None:
             return Asked(self.remembered, component, 0, what, within, sent, None, "it is not running")
-        key = self._keys.control(component, process.incarnation, verb)
+        return self._ask(component, process.incarnation, verb, what, message, within)
+
+    def _ask(self, component: str, run: int, verb: str, what: str, message: object, within: float) -> Asked:
+        sent = time.monotonic()
+        key = self._keys.control(component.removesuffix(BESIDE), run, verb)
         try:
             waiting = self._kit.ask(key, codec.encode(message), within)
         except BusError as error:
-            return Asked(self.remembered, component, process.incarnation, what, within, sent, None, str(error))
-        return Asked(self.remembered, component, process.incarnation, what, within, sent, waiting)
+            return Asked(self.remembered, component, run, what, within, sent, None, str(error))
+        return Asked(self.remembered, component, run, what, within, sent, waiting)
+
+    def hand_over(self, component: str, begun: int, step: Handover, within: float | None = None) -> Asked:
+        """Ask one run of a component, by the incarnation as which it was started, for a step of a hand-over."""
+        self.remembered.forget(component)
+        within = self.within if within is None else within
+        label = f"{component}{BESIDE}"  # whoever it is by now: what it answers is nothing to rely on later
+        message = replace(step, term=self.term)
+        return self._ask(label, begun, "handover", f"{step.step.value} of run {begun}", message, within)
 
     def read(self, component: str, within: float | None = None) -> Asked:
         """Ask how a component is."""

@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
-from adaptation_manager.controls import ControlFailed, NoAnswer, refusal
+from adaptation_manager.controls import BESIDE, ControlFailed, NoAnswer, refusal
 from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
@@ -16,10 +16,12 @@ from bus_schema.messages.host import (
     DescribedComponent,
     HostStatus,
     HostView,
+    LetSpeak,
     LogLines,
     LogRequest,
     ProcessStatus,
     StartComponent,
+    StartSuccessor,
     StopComponent,
     UpdateSpecs,
 )
@@ -58,8 +60,14 @@ class Update:
             except ControlFailed as error:
                 failures[host] = error
                 continue
-            processes |= {process.component: process for process in status.processes}
+            processes |= runs_of(status)
         return processes, failures
+
+
+def runs_of(status: HostStatus) -> dict[str, ProcessStatus]:
+    """Return a host's processes by component, those that stand beside one under its name and a plus sign."""
+    beside = {f"{process.component}{BESIDE}": process for process in status.beside}
+    return {process.component: process for process in status.processes} | beside
 
 
 class Hosts:
@@ -134,11 +142,30 @@ class Hosts:
     async def start(self, component: str, host: str, resume: bool) -> dict[str, ProcessStatus]:
         """Have a component's process started; returns the processes of the host. Raises ControlFailed."""
         asked = self._ask(host, "start", codec.encode(StartComponent(component, term=self.term, resume=resume)))
-        return {process.component: process for process in _read(host, "start", await asked, HostStatus).processes}
+        return runs_of(_read(host, "start", await asked, HostStatus))
 
-    async def stop(self, component: str, host: str, grace: float) -> None:
-        """Have a component's process ended, by force after ``grace`` seconds; raises ControlFailed."""
-        asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term)))
+    async def succeed(self, spec: ComponentSpec, incumbent: int, with_state: bool) -> dict[str, ProcessStatus]:
+        """Have a successor started beside a component's run; returns the host's processes. Raises ControlFailed."""
+        wanted = StartSuccessor(spec, incumbent, with_state, self.term)
+        asked = self._ask(spec.host, "succeed", codec.encode(wanted))
+        return runs_of(_read(spec.host, "succeed", await asked, HostStatus))
+
+    async def let_speak(
+        self, component: str, host: str, begun: int, above: int | None = None
+    ) -> dict[str, ProcessStatus]:
+        """Tell a host which run speaks for a component; returns its processes. Raises ControlFailed.
+
+        ``above`` makes it speak as another incarnation, higher than that.
+        """
+        asked = self._ask(host, "speak", codec.encode(LetSpeak(component, begun, above, self.term)))
+        return runs_of(_read(host, "speak", await asked, HostStatus))
+
+    async def stop(self, component: str, host: str, grace: float, begun: int | None = None) -> None:
+        """Have a component's process ended, by force after ``grace`` seconds; raises ControlFailed.
+
+        ``begun`` names a run, by the incarnation as which it was started; None means who speaks for the component.
+        """
+        asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term, begun)))
         _read(host, "stop", await asked, HostStatus)
 
     async def last_line(self, component: str, host: str) -> str:

@@ -193,7 +193,7 @@ class Journal:
                     report.outcome.value,
                     _revision(report),
                     codec.encode(report),
-                    report.outcome is Outcome.APPLIED,
+                    _revision(report) is not None,
                     codec.encode(UpdateSpecs(report.revision_after)),
                     self.run,
                     number,

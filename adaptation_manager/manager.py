@@ -9,13 +9,13 @@ from typing import TypeVar
 
 from adaptation_manager.books import Books
 from adaptation_manager.checks import check
-from adaptation_manager.controls import ControlFailed, Controls
+from adaptation_manager.concluding import clear_up, conclude
+from adaptation_manager.controls import BESIDE, ControlFailed, Controls
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.journal import Journal, JournalCorrupt, JournalError
 from adaptation_manager.line import Entry, Line, Prepare
 from adaptation_manager.modes import unfolded
 from adaptation_manager.plan import Plan
-from adaptation_manager.processes import end_removed, end_strangers
 from adaptation_manager.recovery import recover
 from adaptation_manager.reports import EVENTS, pending, summary
 from adaptation_manager.site import Bounds, Site
@@ -258,7 +258,8 @@ class AdaptationManager(Component):
         """Tell all hosts and running components of the term, so that they refuse an older manager."""
         self._controls.processes = await self._hosts.processes(self._current().revision)
         managed = [n for n, spec in sorted(self._current().components.items()) if spec.managed]
-        for asked in [self._controls.claim(name) for name in managed if self._controls.living(name)]:
+        runs = [run for name in managed for run in (name, f"{name}{BESIDE}") if self._controls.living(run)]
+        for asked in map(self._controls.claim, runs):
             try:
                 await asked.view()
             except ControlFailed as error:
@@ -267,7 +268,7 @@ class AdaptationManager(Component):
 
     async def _end_strangers(self, slot: Exclusive) -> None:
         current = self._current()
-        self._all_ended = await end_strangers(self._site(slot, current, current), self.kit.event)
+        self._all_ended = await clear_up(self._site(slot, current, current), self.kit.event)
 
     def _journal(self) -> Journal:
         return self._books.ready()
@@ -326,9 +327,10 @@ class AdaptationManager(Component):
             nonlocal report
             applied = replace(
                 report,
-                outcome=Outcome.APPLIED,
+                outcome=site.outcome,
                 revision_after=plan.after.revision,
                 steps=tuple(steps),
+                error=site.loss,
                 duration=entry.lasted(),
             )
             self._books.applied(applied, plan.after)
@@ -340,11 +342,11 @@ class AdaptationManager(Component):
         site = self._site(slot, plan.before, plan.after)
         transaction = Transaction(plan, site, note, commit, lambda: entry.cancelled)
         outcome = await transaction.run()
-        if outcome is Outcome.APPLIED:
-            self._all_ended = await end_removed(site, plan.removed, self.kit.event)
+        if outcome is site.outcome:
+            self._all_ended = await conclude(site, plan, self.kit.event)
         if outcome is Outcome.REJECTED:
             report = replace(report, violations=(Violation(None, "", "", transaction.error),))
-        if outcome is not Outcome.APPLIED:
+        if outcome is not site.outcome:
             report = replace(
                 report,
                 outcome=outcome,
@@ -383,7 +385,7 @@ class AdaptationManager(Component):
 
     async def _tell_all(self, report: AdaptationReport) -> None:
         self._tell(report)
-        if report.outcome is Outcome.APPLIED and self.architecture.wanted:
+        if report.revision_after != report.revision_before and self.architecture.wanted:
             self.architecture.publish(self._current())
 
     def _tell(self, report: AdaptationReport) -> None:

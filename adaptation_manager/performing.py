@@ -8,7 +8,19 @@ from adaptation_manager.controls import ControlFailed
 from adaptation_manager.processes import end_process, run_process, take_part
 from adaptation_manager.rewiring import abandon, move_port
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState, RunProcess, TakePart
+from adaptation_manager.steps.actions import (
+    Action,
+    ConnectPort,
+    EndSuccessor,
+    GiveBack,
+    GiveValues,
+    ReachState,
+    RunProcess,
+    RunSuccessor,
+    TakeOver,
+    TakePart,
+)
+from adaptation_manager.succession import end_successor, give_back, run_successor, take_over
 from bus_schema.lifecycle import Transition, after, route
 from bus_schema.messages.control import ComponentView
 
@@ -28,6 +40,14 @@ async def perform(site: Site, action: Action, meanwhile: Callable[[], object] | 
         await run_process(site, action)
     elif isinstance(action, TakePart):
         await take_part(site, action)
+    elif isinstance(action, RunSuccessor):
+        await run_successor(site, action)
+    elif isinstance(action, TakeOver):
+        await take_over(site, action)
+    elif isinstance(action, GiveBack):
+        await give_back(site, action)
+    elif isinstance(action, EndSuccessor):
+        await end_successor(site, action)
     else:
         await end_process(site, action.component, action.host)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from adaptation_manager.steps.actions import GiveValues, PlannedStep
+from adaptation_manager.steps.actions import GiveValues, PlannedStep, TakeOver
 from bus_schema.adaptation import StepReport, StepState
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import UpdateSpecs
@@ -32,6 +32,12 @@ class Plan:
         """The components that are not there any more afterwards."""
         gone = sorted(self.before.components.keys() - self.after.components.keys())
         return tuple(self.before.components[name] for name in gone)
+
+    @property
+    def succeeded(self) -> tuple[tuple[str, str], ...]:
+        """The components of which another run goes on, each with the host of the run of before."""
+        actions = (step.do for step in self.steps)
+        return tuple((action.component, action.host) for action in actions if isinstance(action, TakeOver))
 
     @property
     def only_gives_values(self) -> bool:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from adaptation_manager.controls import ControlFailed, NoAnswer, refusal
+from adaptation_manager.controls import BESIDE, ControlFailed, NoAnswer, refusal
 from adaptation_manager.rewiring import see_through
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import RunProcess, TakePart
@@ -85,7 +85,8 @@ async def _until_it_runs(site: Site, spec: ComponentSpec, deadline: float) -> No
         await site.refresh()
         process = site.controls.processes.get(spec.name)
         if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            raise await _ended(site, spec, process.last_end if process else "its host does not know it any more")
+            how = process.last_end if process else "its host does not know it any more"
+            raise await ended_as_it_started(site, spec, how)
         if process.state is ProcessState.RUNNING and await _answers(site, spec):
             return
         if time.monotonic() > deadline:
@@ -103,7 +104,8 @@ async def _answers(site: Site, spec: ComponentSpec) -> bool:
     return True
 
 
-async def _ended(site: Site, spec: ComponentSpec, how: str) -> ControlFailed:
+async def ended_as_it_started(site: Site, spec: ComponentSpec, how: str) -> ControlFailed:
+    """Return that a component's process ended when it had just been started, and the last that it said."""
     line = await site.hosts.last_line(spec.name, spec.host)
     log = f"; its log ends with: {line}" if line else ""
     return ControlFailed(f"{spec.name}: its process ended as it was started: {how or 'nobody knows how'}{log}")
@@ -126,7 +128,7 @@ async def _bring(site: Site, spec: ComponentSpec, transition: Transition) -> Non
             await site.pause(LOOK_AGAIN_AFTER)
             await site.refresh()
         process = site.controls.processes.get(spec.name)
-        raise await _ended(site, spec, process.last_end if process else "") from None
+        raise await ended_as_it_started(site, spec, process.last_end if process else "") from None
 
 
 def _is_in_step(site: Site, spec: ComponentSpec) -> bool:
@@ -173,7 +175,8 @@ async def end_strangers(site: Site, tell: Callable[[str, str], object]) -> bool:
     A manager died, or a host was silent, when it was to end.
     """
     await site.refresh()
-    names = sorted(site.controls.processes.keys() - site.after.components.keys() - {site.kit.name})
+    known = {name for name in site.controls.processes if not name.endswith(BESIDE)}
+    names = sorted(known - site.after.components.keys() - {site.kit.name})
     hosts = [host for host in site.hosts.names if host not in site.hosts.silent]
     ended = [await _end_or_tell(site, name, host, GRACE, tell) for name in names for host in hosts]
     return all(ended)

@@ -22,7 +22,12 @@ class Remembered:
         self._watches: tuple[Closable, ...] = (
             bus.watch(self._keys.alive("*", "*"), self._take),
             bus.watch(self._keys.host("*", "alive"), self._take),
+            bus.watch(self._keys.standby("*", "*"), self._take),
         )
+
+    def stands_by(self, component: str, incarnation: int) -> bool:
+        """Tell whether a run stands beside its component, ready to take over or frozen."""
+        return self._keys.standby(component, incarnation) in self._present
 
     def _take(self, presence: Presence) -> None:
         # On a thread of the bus; each line is one operation on a set or dict.

@@ -32,15 +32,19 @@ async def abandon(site: Site, component: str, port: str) -> None:
     await site.controls.rewire(component, Rewire(RewireStep.ABANDON, port)).view()
 
 
-async def see_through(site: Site, view: ComponentView) -> None:
-    """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed."""
+async def see_through(site: Site, view: ComponentView, run: str = "") -> None:
+    """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed.
+
+    ``run`` is the name of one that stands beside a component.
+    """
     name = view.component
+    run = run or name
     for port, topic in sorted(view.connections.items()):
         if topic and site.direction(name, port) == "input":
-            await _bind(site, (name,), port, topic, [writer for writer in site.writers(topic) if writer != name])
+            await _bind(site, (run,), port, topic, [writer for writer in site.writers(topic) if writer != run])
         elif topic:
             readers = [reader for reader in await _connected_readers(site, topic) if reader != name]
-            await _bind(site, readers, "", topic, [name])
+            await _bind(site, readers, "", topic, [run])
 
 
 async def _move_input(site: Site, component: str, port: str, topic: str) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from adaptation_manager.controls import Controls
+from adaptation_manager.controls import BESIDE, Controls
 from adaptation_manager.hosts import Hosts
+from bus_schema.adaptation import Outcome
 from bus_schema.architecture import Architecture
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ class Bounds:
 
 @dataclass(slots=True)
 class Site:
-    """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot."""
+    """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot.
+
+    ``state_lost`` are the components whose state was lost as they were handed over.
+    """
 
     kit: Kit
     controls: Controls
@@ -37,6 +41,18 @@ class Site:
     before: Architecture
     after: Architecture
     revision: int
+    state_lost: set[str] = field(default_factory=set)
+
+    @property
+    def loss(self) -> str:
+        """Say whose state was lost, empty if nobody's."""
+        names = ", ".join(sorted(self.state_lost))
+        return f"{names}: the run of before was lost as it handed over, so its state is lost" if names else ""
+
+    @property
+    def outcome(self) -> Outcome:
+        """What an adaptation that has come to its end was."""
+        return Outcome.APPLIED_STATE_LOST if self.state_lost else Outcome.APPLIED
 
     async def refresh(self) -> None:
         """Ask the hosts which processes run now; of a host that is silent, what it said last holds. ControlFailed."""
@@ -46,7 +62,8 @@ class Site:
         self.controls.processes = silent | told
 
     def _host(self, component: str) -> str:
-        spec = self.after.components.get(component) or self.before.components.get(component)
+        name = component.removesuffix(BESIDE)
+        spec = self.after.components.get(name) or self.before.components.get(name)
         return spec.host if spec else ""
 
     async def pause(self, seconds: float) -> None:

@@ -12,7 +12,7 @@ from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import EndProcess, GiveValues, PlannedStep
+from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, PlannedStep
 from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, StepReport, StepState
 from bus_schema.messages.control import ControlCode
@@ -23,6 +23,10 @@ UNDO_AGAIN_AFTER = 0.05
 
 MAY_PASS = (None, ControlCode.TIMED_OUT)
 """Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
+
+
+OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack)
+"""Actions for which a component need not run."""
 
 
 class CancelWanted(Exception):
@@ -56,7 +60,7 @@ class Transaction:
             self._check_cancelled()
             await verify(self.plan, self.site, self.update or self._give_specs())
             self.commit(self.steps)
-            return Outcome.APPLIED
+            return self.site.outcome
         except CancelWanted:
             self.error = "cancelled"
             return await self._undo(Outcome.CANCELLED)
@@ -146,7 +150,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
     """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
     deadline = time.monotonic() + site.bounds.undo
     while True:
-        if site.controls.living(step.component) is None and not isinstance(step.undo, EndProcess):
+        if site.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
             # Nothing of the step is left: if the process starts again, it does so from the former specs.
             return ""
         try:

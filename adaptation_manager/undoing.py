@@ -4,12 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bus_schema.adaptation import AdaptationReport, Add, Change, ChangeState, Connect, Remove, SetParameters, Violation
+from bus_schema.adaptation import (
+    AdaptationReport,
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.lifecycle import State, after, route
 
 PRESENCE = "component"
 """The field of a component that says whether it is there."""
+CLASS = "cls"
+"""The field of a component that a swap decides on, with all that its class has."""
 
 
 def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:
@@ -17,6 +29,7 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
     states: dict[str, State] = {}
     back: list[tuple[Change, ...]] = []
     come_or_gone = {change.component for change in changes if isinstance(change, Add | Remove)}
+    swapped = {change.component for change in changes if isinstance(change, Swap)}
     for change in changes:
         if isinstance(change, Add):
             new = tuple(topic.name for topic in change.topics if topic.name not in before.topics)
@@ -27,7 +40,11 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
         if change.component in come_or_gone:
             continue  # it comes back, or goes, as a whole
         spec = before.components[change.component]
-        if isinstance(change, SetParameters):
+        if isinstance(change, Swap):
+            back.append((_swap_back(spec, with_state=change.with_state),))
+        elif isinstance(change, SetParameters | Connect) and change.component in swapped:
+            continue  # the swap back gives all values and connections
+        elif isinstance(change, SetParameters):
             values = {name: _parameter(spec, name) for name in change.parameters}
             back.append((SetParameters(spec.name, values),))
         elif isinstance(change, Connect):
@@ -40,6 +57,13 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
     return tuple(change for changes_back in reversed(back) for change in changes_back)
 
 
+def _swap_back(spec: ComponentSpec, *, with_state: bool) -> Swap:
+    """Return the swap that leads back to a spec, with all that it says: what is left out would be kept."""
+    parameters = spec.description.parameters if spec.description else ()
+    values = {parameter.name: _parameter(spec, parameter.name) for parameter in parameters}
+    return Swap(spec.name, spec.cls, values, dict(spec.connections), dict(spec.services), with_state)
+
+
 def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
     """Return the (component, field) pairs that ``changes`` decide on."""
     pairs: set[tuple[str, str]] = set()
@@ -50,6 +74,10 @@ def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
             pairs.add((change.component, f"connections.{change.port}"))
         elif isinstance(change, Add | Remove):
             pairs.add((change.component, PRESENCE))
+        elif isinstance(change, Swap):
+            pairs.add((change.component, CLASS))
+            pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
+            pairs |= {(change.component, f"connections.{port}") for port in change.connections}
         else:
             pairs.add((change.component, "state"))
     return pairs
@@ -65,15 +93,21 @@ def conflicts(
     ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
     """
     found = []
-    come_or_gone = {component for component, where in touched(report.request.changes) if where == PRESENCE}
-    for component, where in sorted(touched(report.request.changes)):
+    decided = touched(report.request.changes)
+    come_or_gone = {component for component, where in decided if where == PRESENCE}
+    for component, where in sorted(decided):
+        if where == CLASS:
+            decided = decided | _all_of(behind.components[component])
+    for component, where in sorted(decided):
         if where != PRESENCE and component in come_or_gone:
             continue
         given, current = _value(behind, component, where), _value(now, component, where)
         if given == current:
             continue
         others = [
-            other.id for other in later if touched(other.request.changes) & {(component, where), (component, PRESENCE)}
+            other.id
+            for other in later
+            if touched(other.request.changes) & {(component, what) for what in (where, PRESENCE, CLASS)}
         ]
         problem = (
             f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
@@ -83,12 +117,22 @@ def conflicts(
     return found
 
 
+def _all_of(spec: ComponentSpec) -> set[tuple[str, str]]:
+    """Return all that a swap back decides on."""
+    fields = {f"connections.{port}" for port in spec.connections}
+    if spec.description:
+        fields |= {f"parameters.{parameter.name}" for parameter in spec.description.parameters}
+    return {(spec.name, where) for where in fields}
+
+
 def _value(architecture: Architecture, component: str, where: str) -> object:
     spec = architecture.components.get(component)
     if spec is None:
         return "removed"
     if where == PRESENCE:
         return "there"
+    if where == CLASS:
+        return spec.cls
     kind, _, name = where.partition(".")
     if kind == "parameters":
         return _parameter(spec, name)

@@ -6,7 +6,16 @@ from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.hosts import Update
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import Action, ConnectPort, GiveValues, ReachState, RunProcess, TakePart
+from adaptation_manager.steps.actions import (
+    Action,
+    ConnectPort,
+    GiveValues,
+    ReachState,
+    RunProcess,
+    RunSuccessor,
+    TakeOver,
+    TakePart,
+)
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 
@@ -70,7 +79,10 @@ def _wanted(action: Action) -> dict[str, object]:
         return {f"connections.{action.port}": action.topic}
     if isinstance(action, TakePart):
         return {"state": State.ACTIVE.value}
-    assert isinstance(action, ReachState | RunProcess)
+    if isinstance(action, RunSuccessor):
+        values = {f"parameters.{name}": value for name, value in action.spec.parameters.items()}
+        return values | {f"connections.{port}": topic for port, topic in action.spec.connections.items()}
+    assert isinstance(action, ReachState | RunProcess | TakeOver)
     return {"state": action.state.value}
 
 

@@ -71,12 +71,20 @@ class Remove:
 
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """Another class or configuration takes over the name, the connections and, where both speak it, the state."""
+    """Exchange: another class, or the same one configured otherwise, goes on in the component's place.
+
+    It gets the component's name, place in the lifecycle, and state; and, where both classes have them, its parameters,
+    connections and services, beside those given here. ``cls`` is empty for the class of before. ``with_state`` False
+    lets it begin without the state.
+    """
 
     change: ClassVar[str] = "swap"
     component: str
-    cls: str
+    cls: str = ""
     parameters: dict[str, PlainValue] = field(default_factory=dict)
+    connections: dict[str, str] = field(default_factory=dict)
+    services: dict[str, str] = field(default_factory=dict)
+    with_state: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,6 +78,8 @@ class Description:
 
     ``longest_handler`` is how long one handler may keep the loop before it counts as hung. ``in_step`` says whether
     it is a member of simulated time. ``indispensable`` says why a running system cannot be without it, empty if it can.
+    ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
+    versions that it goes on from itself.
     """
 
     cls: str
@@ -90,6 +92,8 @@ class Description:
     resources: Resources = field(default_factory=Resources)
     in_step: bool = True
     indispensable: str = ""
+    stateful: bool = False
+    restores: tuple[Count, ...] = ()
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""

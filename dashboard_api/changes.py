@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
-from bus_schema.adaptation import Outcome
+from bus_schema.adaptation import Move, Outcome, Swap
 from bus_schema.errors import BadKey
 from bus_schema.keys import component_name
 from bus_schema.lifecycle import Transition
@@ -16,7 +16,7 @@ from dashboard_api.body import json_object, unknown_fields
 from dashboard_api.manager import Manager
 from dashboard_api.outcomes import answer, declared_outcomes
 from dashboard_api.problems import declared, malformed, not_found
-from dashboard_api.reading import read_change, read_reason, request
+from dashboard_api.reading import read_change, read_reason, request, short_form
 from dashboard_api.status import ComponentName
 from dashboard_api.terms import Terms, terms
 
@@ -30,6 +30,9 @@ TRANSITION_SCHEMA = {
     "additionalProperties": False,
 }
 PARAMETERS_SCHEMA = {"type": "object", "description": "New values by parameter; the others keep theirs"}
+SWAP_EXAMPLE = {"cls": "services.detector.template_detector:TemplateDetector", "parameters": {"interval": 1.0}}
+SWAP_SCHEMA = short_form(Swap)
+MOVE_SCHEMA = short_form(Move)
 PROBLEMS = (404, 409, 412, 413, 415, 422, 503)
 
 
@@ -80,4 +83,38 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         plain = {"change": "transition"} | ({"transition": body["transition"]} if "transition" in body else {})
         return change(name, plain, read_reason(body), asked)
 
+    @router.post(
+        "/components/{name}/swap",
+        responses={**declared_outcomes(), **declared(*PROBLEMS)},
+        openapi_extra=request_body(SWAP_SCHEMA, SWAP_EXAMPLE),
+    )
+    def swap(
+        name: ComponentName,
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        asked: Annotated[Terms, Depends(terms)],
+    ) -> Response:
+        """Have another class go on in a component's place, or the same one configured otherwise."""
+        return change(name, _plain("swap", body, SWAP_SCHEMA), read_reason(body), asked)
+
+    @router.post(
+        "/components/{name}/move",
+        responses={**declared_outcomes(), **declared(*PROBLEMS)},
+        openapi_extra=request_body(MOVE_SCHEMA, {"host": "second", "reason": "more room to compute"}),
+    )
+    def move(
+        name: ComponentName,
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        asked: Annotated[Terms, Depends(terms)],
+    ) -> Response:
+        """Have a component go on at another host."""
+        return change(name, _plain("move", body, MOVE_SCHEMA), read_reason(body), asked)
+
     return router
+
+
+def _plain(kind: str, body: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the change that a body describes, as plain data; raises Problem for what it must not have."""
+    wrong = unknown_fields(body, list(schema["properties"]))
+    if wrong:
+        raise malformed(*wrong)
+    return {"change": kind} | {field: value for field, value in body.items() if field != "reason"}

@@ -68,6 +68,19 @@ ADAPTATION_EXAMPLES = Examples(
                 ],
             },
         },
+        "swap": {
+            "summary": "another detector, with a parameter that the one of before does not have",
+            "value": {
+                "reason": "it needs less energy",
+                "changes": [
+                    {
+                        "change": "swap",
+                        "component": "detector",
+                        "cls": "services.detector.template_detector:TemplateDetector",
+                    }
+                ],
+            },
+        },
         "remove": {
             "summary": "the second detector, and its topics",
             "value": {
@@ -108,6 +121,14 @@ def adaptation_schema() -> dict[str, Any]:
 def reason_schema() -> dict[str, Any]:
     """Return the JSON Schema of a body that only gives a reason."""
     return _object_schema({"reason": REASON.json_schema()}, [])
+
+
+def short_form(cls: type) -> dict[str, Any]:
+    """Return the JSON Schema of a body that stands for a change of a component that the path names."""
+    schema = record_shape(cls).json_schema()
+    properties = {name: shown for name, shown in schema["properties"].items() if name not in ("change", "component")}
+    required = [name for name in schema.get("required", ()) if name in properties]
+    return _object_schema({**properties, "reason": REASON.json_schema()}, required)
 
 
 def _object_schema(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:

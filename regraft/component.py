@@ -30,7 +30,12 @@ class Component:
     longest_handler: ClassVar[float] = 0.3
     """Seconds that one handler may keep the loop before the host takes the component for hung."""
     state_version: ClassVar[int] = 0
-    """Version of what ``snapshot`` returns; a state of another version is not restored."""
+    """Version of what ``snapshot`` returns; a state of another version is not restored, unless it can be converted.
+
+    Classes that may replace each other give a version the same meaning.
+    """
+    converts_versions: ClassVar[tuple[int, ...]] = ()
+    """Other versions of a state, which ``convert_state`` turns into that of this class."""
     checkpoint_every: ClassVar[float | None] = None
     """Seconds between checkpoints, which the host keeps and gives back after a crash; None for no checkpoints."""
     resources: ClassVar[Resources] = Resources()
@@ -95,6 +100,16 @@ class Component:
 
     def restore(self, state: PlainValue) -> None:
         """Continue from a state that ``snapshot`` returned, before ``on_activate``."""
+
+    @classmethod
+    def convert_state(cls, state: PlainValue, version: int) -> PlainValue:
+        """Return a state of one of ``converts_versions`` as one of this class's version."""
+        return state
+
+    @classmethod
+    def restorable_versions(cls) -> tuple[int, ...]:
+        """Return the versions of a state that this class can go on from; none without ``restore``."""
+        return (cls.state_version, *cls.converts_versions) if cls.restore is not Component.restore else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,4 +217,11 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         cls.resources,
         cls.in_step,
         cls.indispensable,
+        cls.snapshot is not Component.snapshot,
+        cls.restorable_versions(),
     )
+
+
+def restore_state(component: Component, state: PlainValue, version: int) -> None:
+    """Have a component continue from a state of one of its `Component.restorable_versions`."""
+    component.restore(state if version == component.state_version else component.convert_state(state, version))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from adaptation_manager.steps import add, connect, parameters, remove, transition, unsupported
+from adaptation_manager.steps import add, connect, parameters, remove, swap, transition, unsupported
 from adaptation_manager.steps.draft import Draft
 
 PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
@@ -18,7 +18,7 @@ PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
     "transition": transition.plan,
     "add": add.plan,
     "remove": remove.plan,
-    "swap": unsupported.plan,
+    "swap": swap.plan,
     "move": unsupported.plan,
 }
 OF_PROCESSES = frozenset({"add", "remove"})

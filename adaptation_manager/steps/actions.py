@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from bus_schema.annotations import PlainValue, Tagged
+from bus_schema.annotations import Count, PlainValue, Tagged
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
@@ -79,8 +79,59 @@ class EndProcess:
     host: str
 
 
+@dataclass(frozen=True, slots=True)
+class RunSuccessor:
+    """Beside the component's run that began as ``incumbent`` runs a successor, as ``spec`` says, ready to take over."""
+
+    action: ClassVar[str] = "run_successor"
+    component: str
+    spec: ComponentSpec
+    incumbent: Count
+    with_state: bool
+
+
+@dataclass(frozen=True, slots=True)
+class EndSuccessor:
+    """Beside the component's run that began as ``incumbent`` there is no other."""
+
+    action: ClassVar[str] = "end_successor"
+    component: str
+    host: str
+    incumbent: Count
+
+
+@dataclass(frozen=True, slots=True)
+class TakeOver:
+    """The successor of ``incumbent`` speaks for the component, in ``state``, and has all that this knew."""
+
+    action: ClassVar[str] = "take_over"
+    component: str
+    host: str
+    incumbent: Count
+    state: State
+
+
+@dataclass(frozen=True, slots=True)
+class GiveBack:
+    """The run that began as ``incumbent`` speaks for the component, with all that its successor knew if that can be."""
+
+    action: ClassVar[str] = "give_back"
+    component: str
+    host: str
+    incumbent: Count
+
+
 Action = Annotated[
-    GiveValues | ConnectPort | ReachState | RunProcess | TakePart | EndProcess,
+    GiveValues
+    | ConnectPort
+    | ReachState
+    | RunProcess
+    | TakePart
+    | EndProcess
+    | RunSuccessor
+    | EndSuccessor
+    | TakeOver
+    | GiveBack,
     Tagged("action"),
 ]
 

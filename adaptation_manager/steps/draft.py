@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from adaptation_manager.steps.actions import PlannedStep
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.host import DescribedComponent
 
@@ -17,7 +18,8 @@ class Draft:
 
     ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
     say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
-    system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
+    system: they come before all others. ``unclear`` are the components to be added that cannot be judged. ``begun`` has
+    the incarnation as which each living run was started.
     """
 
     architecture: Architecture
@@ -30,7 +32,20 @@ class Draft:
     added: set[str] = field(default_factory=set)
     removed: set[str] = field(default_factory=set)
     unclear: set[str] = field(default_factory=set)
+    begun: dict[str, int] = field(default_factory=dict)
+    swapped: set[str] = field(default_factory=set)
     violations: list[Violation] = field(default_factory=list)
+    before: dict[str, ComponentSpec] = field(init=False)
+    _at_first: dict[str, ComponentView] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Remember how it was."""
+        self.before = dict(self.architecture.components)
+        self._at_first = dict(self.live)
+
+    def at_first(self, component: str) -> State | None:
+        """Return the state that a component is in before anything is done; None if it did not say so."""
+        return self._at_first[component].state if component in self._at_first else None
 
     def spec(self, component: str) -> ComponentSpec:
         """Return a component's spec as it would be so far."""

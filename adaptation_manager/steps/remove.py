@@ -20,6 +20,9 @@ def plan(draft: Draft, change: Remove) -> None:
     if why or name == draft.manager:
         draft.refuse(name, "component", f"cannot be removed: {why or 'it carries out the removal'}")
         return
+    if name in draft.swapped:
+        draft.refuse(name, "component", "is swapped in the same request: leave that out")
+        return
     if name in draft.added:
         draft.refuse(name, "component", "is added in the same request: leave both out")
         return

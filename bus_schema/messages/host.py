@@ -25,7 +25,10 @@ class ProcessState(Enum):
 @message("regraft/ProcessStatus")
 @dataclass(frozen=True, slots=True)
 class ProcessStatus:
-    """One component's process on a host; ``pid`` 0 while there is none, ``last_end`` says how the last one ended."""
+    """One component's process on a host; ``pid`` 0 while there is none, ``last_end`` says how the last one ended.
+
+    ``begun`` is the incarnation as which it was started: it has another since it took the component back.
+    """
 
     component: str
     incarnation: Count
@@ -35,17 +38,23 @@ class ProcessStatus:
     started: Seconds = 0.0
     last_end: str = ""
     managed: bool = True
+    begun: Count = 0
 
 
 @message("regraft/HostStatus")
 @dataclass(frozen=True, slots=True)
 class HostStatus:
-    """A host and its processes: on every change, and every second."""
+    """A host and its processes: on every change, and every second.
+
+    ``processes`` speak for their components, or would if they ran. ``beside`` are the others: successors that wait for
+    their turn, and incumbents that are frozen.
+    """
 
     host: str
     stamp: Seconds
     pid: Count
     processes: tuple[ProcessStatus, ...]
+    beside: tuple[ProcessStatus, ...] = ()
 
 
 @message("regraft/UpdateSpecs")
@@ -108,10 +117,44 @@ class StartComponent:
 @message("regraft/StopComponent")
 @dataclass(frozen=True, slots=True)
 class StopComponent:
-    """End a component's process and do not restart it; by force after ``grace`` seconds."""
+    """End a component's process and do not restart it; by force after ``grace`` seconds.
+
+    ``begun`` names the run, by the incarnation as which it was started, whether it speaks for the component or not;
+    None means whoever speaks for it. A run beside it is forgotten then.
+    """
 
     component: str
     grace: Annotated[Seconds, Bounds(0.0, 60.0)] = 3.0
+    term: Count | None = None
+    begun: Count | None = None
+
+
+@message("regraft/StartSuccessor")
+@dataclass(frozen=True, slots=True)
+class StartSuccessor:
+    """Start a successor beside a component's run ``incumbent``, as ``spec`` says; the host chooses its incarnation.
+
+    As long as both are there, a run that ends is not restarted at once: whoever asked for this decides who goes on.
+    """
+
+    spec: ComponentSpec
+    incumbent: Count
+    with_state: bool = True
+    term: Count | None = None
+
+
+@message("regraft/LetSpeak")
+@dataclass(frozen=True, slots=True)
+class LetSpeak:
+    """The run that was started as ``begun`` speaks for its component.
+
+    It is the one that is watched over and restarted, by its own spec; another run stands beside it. With ``above`` it
+    will do so as another incarnation, higher than that and than any that the host knows: the host says which.
+    """
+
+    component: str
+    begun: Count
+    above: Count | None = None
     term: Count | None = None
 
 

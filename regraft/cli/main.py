@@ -21,11 +21,15 @@ from regraft.cli.ps import down, ps
 from regraft.cli.remove import remove
 from regraft.cli.run import run
 from regraft.cli.service import action, goal, service
+from regraft.cli.swap import move, swap
 from regraft.cli.topic import topic
 from regraft.cli.types import types
 from regraft.cli.up import up
 
-COMMANDS = (up, down, ps, run, adapt, undo, journal, connect, remove, mode, estimate, host, logs, events, doctor, types)
+COMMANDS = (
+    *(up, down, ps, run, adapt, undo, journal, connect, remove, swap, move, mode),
+    *(estimate, host, logs, events, doctor, types),
+)
 GROUPS = {
     "param": param,
     "lifecycle": lifecycle,

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from bus_schema import codec
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.description import Description
 from bus_schema.errors import BadMessage
 from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
@@ -132,6 +133,13 @@ class Client:
         return self._requests.goal(
             service, goal, result, feedback, on_feedback=on_feedback, accept_within=accept_within
         )
+
+    def adapt(
+        self, *changes: Change, reason: str = "", dry_run: bool = False, timeout: float = 60.0
+    ) -> AdaptationReport:
+        """Have the adaptation manager carry out changes, all or none; returns what became of it. Raises CallFailed."""
+        request = AdaptationRequest(changes, reason, self.name, dry_run=dry_run)
+        return self.call("adaptation_manager/adapt", request, AdaptationReport, timeout)
 
     # --- components ---
 

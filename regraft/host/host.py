@@ -7,25 +7,28 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
 from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
 from bus_schema.envelope import Envelope
-from bus_schema.errors import BadMessage, SchemaError
+from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, HostView, ProcessState, StartComponent, StopComponent, UpdateSpecs
-from regraft.bus import Bus, Closable, Query, Sample
+from bus_schema.messages.host import (
+    HostStatus,
+    ProcessState,
+    UpdateSpecs,
+)
+from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
-from regraft.host.describing import DESCRIBE, Describer
-from regraft.host.logs import tail
+from regraft.host.beside import ALONE_WITHIN, Beside
+from regraft.host.describing import Describer
 from regraft.host.plan import HostPlan
+from regraft.host.questions import Questions
 from regraft.host.restarts import RestartHistory
 from regraft.host.silence import HUNG_AFTER, Silence
-from regraft.host.voice import Fenced, UnknownComponent, Voice, refuse
+from regraft.host.voice import Voice
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote, how_it_ended
 from regraft.inbox import Inbox
@@ -35,8 +38,6 @@ STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0
 END_WITHIN = 3.0
 SOURCE_WITHIN = 5.0
-LARGEST_INCARNATION = 2**32 - 1
-"""What an envelope has room for."""
 MOST_WAITING = 10_000
 """Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
 
@@ -50,6 +51,7 @@ class Host:
         self.term = 0
         self.revision = plan.architecture.revision
         self.wards = {name: Ward(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()}
+        self.beside = Beside(self.wards)
         self.inbox = Inbox()
         self.ended = False
         self._bus = bus
@@ -63,15 +65,8 @@ class Host:
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
-        self._past: dict[str, Ward] = {}
-        self._describer = Describer(zygote, plan.stack_folder, plan.folder)
-        self._verbs: dict[str, Callable[[bytes], object]] = {
-            "view": self._view,
-            "specs": self._update,
-            "start": self._start_asked,
-            "stop": self._stop_asked,
-            "logs": self._logs,
-        }
+        self.past: dict[str, Ward] = {}
+        self._questions = Questions(self, Describer(zygote, plan.stack_folder, plan.folder))
 
     # --- life ---
 
@@ -80,8 +75,11 @@ class Host:
         keys, name = self._keys, self.plan.name
         self._declared = [
             # The host looks often enough by itself: neither heartbeats nor checkpoints need to wake it.
-            *(self._bus.subscribe(key, self.inbox.shelve) for key in (keys.status("*"), keys.checkpoint("*"))),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self._verbs, DESCRIBE)),
+            *(
+                self._bus.subscribe(key, self.inbox.shelve)
+                for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"))
+            ),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._questions.verbs),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()
@@ -113,9 +111,9 @@ class Host:
         What does not end is killed after a while; everything is accounted for.
         """
         source = [ward for name, ward in self.wards.items() if name == self.plan.source]
-        for wards in (source, list(self.wards.values())):
+        for wards in (source, self._all()):
             for ward in wards:
-                self._ask_to_end(ward, END_WITHIN)
+                self.ask_to_end(ward, END_WITHIN)
             deadline = time.monotonic() + END_WITHIN + 1.0
             while any(ward.has_process for ward in wards) and time.monotonic() < deadline:
                 self.pump(LOOK_EVERY)
@@ -124,7 +122,7 @@ class Host:
 
     def _until_due(self) -> float:
         now = time.monotonic()
-        starts = [w.start_at - now for w in self.wards.values() if w.start_at is not None]
+        starts = [w.start_at - now for w in self._all() if w.start_at is not None]
         return max(0.0, min([LOOK_EVERY, *starts]))
 
     def _take(self, item: Any, *, shed: bool = False) -> None:
@@ -139,28 +137,35 @@ class Host:
             return
         query = self._bus.open_query(item)
         if query is not None:
-            self._answer(query)
+            self._questions.answer(query)
         elif callable(item):
             item()
 
     # --- starting, ending, restarting ---
 
+    def _all(self) -> list[Ward]:
+        return [*self.wards.values(), *self.beside.wards.values()]
+
     def _start_due(self) -> None:
         now = time.monotonic()
-        for ward in self.wards.values():
+        for ward in self._all():
+            self.beside.restart_if_alone(ward, now)
             if ward.start_at is not None and ward.start_at <= now:
                 ward.start_at = None
-                self._spawn(ward)
+                self.spawn(ward)
             if ward.kill_at is not None and ward.kill_at <= now and ward.pid:
                 ward.kill_at = None
                 self._zygote.signal(ward.pid, signal.SIGKILL)
 
-    def _spawn(self, ward: Ward) -> None:
-        ward.incarnation += 1
+    def spawn(self, ward: Ward) -> None:
+        """Start a process."""
+        ward.incarnation = ward.begun = self.beside.next_number(ward)
+        ward.formerly = ()
         ward.state, ward.seen, ward.stopping, ward.why_killed = ProcessState.STARTING, False, False, ""
         ward.started = self._clock.now() / 1e9
         log = str(self.plan.folder / "logs" / f"{ward.spec.name}.log")
         order = ward.order(self.plan, self.revision, self.term)
+        ward.succeeds = None  # whoever is restarted succeeds nobody that lives
         try:
             self._zygote.spawn(order, str(self.plan.stack_folder), log, list(ward.spec.command) or None)
         except OSError:
@@ -179,15 +184,15 @@ class Host:
             text = "the process that starts the others is gone: the system ends"
             self._voice.event("host.fault", self.plan.name, text)
         self.ended = True
-        for ward in self.wards.values():
+        for ward in self._all():
             ward.ordered, ward.pid, ward.start_at, ward.kill_at = False, 0, None, None
-            self._silence.forget(ward.spec.name)
+            self._silence.forget(ward.run)
 
     def _zygote_reports(self, report: dict[str, Any]) -> None:
-        if self._describer.takes(report):
+        if self._questions.describer.takes(report):
             return
-        ward = self.wards.get(report["name"])
-        if ward is None or report["incarnation"] != ward.incarnation:
+        ward = self.beside.begun_as(report["name"], report["incarnation"])
+        if ward is None:
             return
         ward.ordered = False
         if "started" in report:
@@ -195,7 +200,7 @@ class Host:
             if ward.stopping:
                 self._zygote.signal(ward.pid, signal.SIGTERM)
             elif ward.spec.managed:
-                self._silence.watch(ward.spec.name, ward.pid, FIRST_BEAT_WITHIN, time.monotonic())
+                self._silence.watch(ward.run, ward.pid, FIRST_BEAT_WITHIN, time.monotonic())
             else:
                 ward.state = ProcessState.RUNNING
         else:
@@ -204,9 +209,14 @@ class Host:
 
     def _process_ended(self, ward: Ward, code: int) -> None:
         name = ward.spec.name
-        self._silence.forget(name)
+        self._silence.forget(ward.run)
         ward.pid, ward.kill_at = 0, None
         ward.last_end = ward.why_killed or how_it_ended(code)
+        if self.beside.stands(ward):
+            ward.state = ProcessState.STOPPED
+            if ward.stopping:
+                self.beside.forget(ward)
+            return
         if ward.removed:
             # Asked to end, it is forgotten; ended by itself, it stays until it is asked to.
             ward.state, ward.owed = ProcessState.STOPPED, ward.history.wants_restart(code)
@@ -221,6 +231,11 @@ class Host:
             ward.state = ProcessState.STOPPED
             self._voice.event("component.ended", name, f"{name} ended: {ward.last_end}")
             return
+        if self.beside.has_process(name):
+            ward.state, ward.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_WITHIN
+            text = f"{name} ended: {ward.last_end}; another run of it waits to go on"
+            self._voice.event("component.ended", name, text)
+            return
         ward.start_at = ward.history.next_start(time.monotonic())
         if ward.start_at is None:
             ward.state = ProcessState.QUARANTINED
@@ -234,19 +249,22 @@ class Host:
 
     def _forget(self, ward: Ward) -> None:
         del self.wards[ward.spec.name]
-        self._past[ward.spec.name] = ward
-        self._silence.forget(ward.spec.name)
+        self.past[ward.spec.name] = ward
+        self._silence.forget(ward.run)
         self._next_status = 0.0
         self._voice.event("component.removed", ward.spec.name, f"{ward.spec.name} was removed")
 
-    def _ask_to_end(self, ward: Ward, grace: float) -> None:
-        ward.stopping, ward.start_again, ward.start_at = True, False, None
+    def ask_to_end(self, ward: Ward, grace: float) -> None:
+        """End a process, by force after ``grace`` seconds, and do not restart it."""
+        ward.stopping, ward.start_again, ward.start_at, ward.restart_by = True, False, None, None
         if not ward.has_process:
             ward.state = ProcessState.STOPPED
-            if ward.removed:
+            if self.beside.stands(ward):
+                self.beside.forget(ward)
+            elif ward.removed:
                 self._forget(ward)
             return
-        self._silence.forget(ward.spec.name)
+        self._silence.forget(ward.run)
         ward.kill_at = time.monotonic() + grace
         if ward.pid:
             self._zygote.signal(ward.pid, signal.SIGTERM)
@@ -259,13 +277,15 @@ class Host:
         if now < self._next_look:
             return
         self._next_look = now + LOOK_EVERY
-        self._describer.look(now)
-        for name in self._silence.hung(now, self.plan.source):
-            ward = self.wards[name]
+        self._questions.describer.look(now)
+        source = self.wards.get(self.plan.source or "")
+        hung = set(self._silence.hung(now, source.run if source else None))
+        for ward in [ward for ward in self._all() if ward.run in hung]:
+            name = ward.spec.name
             ward.why_killed = (
                 "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
             )
-            self._silence.forget(name)
+            self._silence.forget(ward.run)
             self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
             self._zygote.signal(ward.pid, signal.SIGKILL)
         if now >= self._next_status:
@@ -273,33 +293,33 @@ class Host:
             self._voice.status(self.status())
 
     def _take_sample(self, sample: Sample) -> None:
-        parts = sample.key.split("/")
-        ward = self.wards.get(parts[2])
-        if ward is None:
+        """Take a heartbeat or checkpoint; one of another incarnation speaks for the dead, or is forged."""
+        name, kind = sample.key.split("/")[2:4]
+        if name not in self.wards and name not in self.beside.wards:
             return
         try:
-            if parts[3] == "checkpoint":
-                if Envelope.from_bytes(sample.attachment).incarnation == ward.incarnation:
+            if kind == "checkpoint":
+                ward = self.beside.called(name, Envelope.from_bytes(sample.attachment).incarnation)
+                if ward is not None:
                     ward.checkpoint = sample.payload
-            elif parts[3] == "status":
-                self._take_status(ward, codec.decode(sample.payload, ComponentStatus))
+            else:
+                ward = self.beside.called(name, codec.decode(sample.payload, ComponentStatus).incarnation)
+                if ward is not None and ward.pid:
+                    self._beats(ward)
         except SchemaError as error:
             self._log.warning("%s: %s", sample.key, error)
 
-    def _take_status(self, ward: Ward, status: ComponentStatus) -> None:
-        """Take a heartbeat; one of another incarnation speaks for the dead, or is forged, and counts for nothing."""
-        if status.incarnation != ward.incarnation or not ward.pid:
-            return
+    def _beats(self, ward: Ward) -> None:
         now = time.monotonic()
         if ward.seen:
-            self._silence.beat(ward.spec.name, now)
+            self._silence.beat(ward.run, now)
             return
         ward.seen, ward.state = True, ProcessState.RUNNING
         self._next_status = 0.0
         if ward.stopping:
             return
         longest = ward.spec.description.longest_handler if ward.spec.description else HUNG_AFTER
-        self._silence.watch(ward.spec.name, ward.pid, longest, now)
+        self._silence.watch(ward.run, ward.pid, longest, now)
         if ward.spec.name == self.plan.source:
             self._start_the_others(now)
 
@@ -308,37 +328,10 @@ class Host:
             if other.incarnation == 0 and other.start_at is not None:
                 other.start_at = min(other.start_at, now)
 
-    # --- what is asked of the host ---
+    # --- telling ---
 
-    def _answer(self, query: Query) -> None:
-        verb = query.key.rsplit("/", 1)[-1]
-        try:
-            if verb == DESCRIBE:
-                self._describer.ask(query)
-                return
-            if verb not in self._verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self._verbs, DESCRIBE))}")
-            query.reply(codec.encode(self._verbs[verb](query.payload)))
-        except Fenced as error:
-            refuse(query, ControlCode.FENCED, str(error))
-        except (SchemaError, UnknownComponent) as error:
-            refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
-        except Exception as error:
-            self._log.exception("%s failed", verb)
-            refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
-
-    def _fence(self, term: int | None) -> None:
-        if term is None or term < self.term:
-            raise Fenced(f"came with {'no term' if term is None else f'term {term}'}; the current term is {self.term}")
-        self.term = term
-
-    def _view(self, _: bytes) -> HostView:
-        specs = tuple(ward.spec for ward in self.wards.values() if not ward.removed)
-        return HostView(self.plan.name, self.plan.run, self.term, self.plan.architecture, specs)
-
-    def _update(self, payload: bytes) -> HostStatus:
-        update = codec.decode(payload, UpdateSpecs)
-        self._fence(update.term)
+    def take_update(self, update: UpdateSpecs) -> None:
+        """Start components as new specs say from now on; touches no process."""
         self.revision = update.revision
         self.plan = self.plan.updated(update)
         for spec in update.specs:
@@ -346,51 +339,22 @@ class Host:
                 self._take_spec(spec)
         for name in self.wards.keys() & set(update.removed):
             self.wards[name].remove()
-        return self.status()
 
     def _take_spec(self, spec: ComponentSpec) -> None:
         ward = self.wards.get(spec.name)
         if ward is None:
-            last = self._past[spec.name].incarnation if spec.name in self._past else 0
+            last = self.past[spec.name].incarnation if spec.name in self.past else 0
             self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart), incarnation=last)
         else:
             ward.spec, ward.history.policy = spec.described_as(ward.spec), spec.restart
             ward.keep(time.monotonic())
 
-    def _start_asked(self, payload: bytes) -> HostStatus:
-        asked = codec.decode(payload, StartComponent)
-        if asked.incarnation is not None and asked.incarnation > LARGEST_INCARNATION:
-            raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
-        self._fence(asked.term)
-        ward = self._ward(asked.component)
-        if ward.removed:
-            raise UnknownComponent(f"component {asked.component!r} is being removed")
-        if not ward.has_process and ward.start_at is None:
-            ward.history.pardon()
-            if asked.resume and ward.spec.name in self._past:
-                ward.checkpoint = self._past[ward.spec.name].checkpoint
-            if asked.incarnation is not None:
-                ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
-            ward.start_at, ward.state = time.monotonic(), ProcessState.WAITING
-        elif ward.stopping:
-            ward.start_again = True
-        return self.status()
-
-    def _stop_asked(self, payload: bytes) -> HostStatus:
-        asked = codec.decode(payload, StopComponent)
-        self._fence(asked.term)
-        self._ask_to_end(self._ward(asked.component), asked.grace)
-        return self.status()
-
-    def _ward(self, name: str) -> Ward:
-        if name not in self.wards:
-            raise UnknownComponent(f"there is no component {name!r} on host {self.plan.name!r}")
-        return self.wards[name]
-
-    def _logs(self, payload: bytes) -> object:
-        return tail(self.plan.folder / "logs", payload)
+    def tell_soon(self) -> None:
+        """Tell the status at the next look."""
+        self._next_status = 0.0
 
     def status(self) -> HostStatus:
         """Return the host's status."""
         processes = tuple(ward.status() for _, ward in sorted(self.wards.items()))
-        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes)
+        beside = tuple(ward.status() for _, ward in sorted(self.beside.wards.items()))
+        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, beside)

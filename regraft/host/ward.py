@@ -9,7 +9,7 @@ from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState, ProcessStatus
-from regraft.assignment import Assignment
+from regraft.assignment import Assignment, Succession
 from regraft.host.plan import HostPlan
 from regraft.host.restarts import RestartHistory
 
@@ -22,6 +22,9 @@ class Ward:
     ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
     payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
     any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
+    ``begun`` is the incarnation as which its process was started, ``formerly`` are those that it has had until now;
+    ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands beside
+    it, in monotonic seconds.
     """
 
     spec: ComponentSpec
@@ -41,6 +44,24 @@ class Ward:
     why_killed: str = ""
     removed: bool = False
     owed: bool = False
+    begun: int = 0
+    formerly: tuple[int, ...] = ()
+    succeeds: Succession | None = None
+    restart_by: float | None = None
+
+    @property
+    def run(self) -> str:
+        """What names this run among all: no component can be named so."""
+        return f"{self.spec.name}/{self.begun}"
+
+    def is_called(self, incarnation: int) -> bool:
+        """Tell whether its process may speak as ``incarnation``; until it is told of a new one, it has the former."""
+        return incarnation == self.incarnation or incarnation in self.formerly
+
+    def rename(self, incarnation: int) -> None:
+        """Expect its process to speak as another incarnation from some time on."""
+        self.formerly = (*self.formerly, self.incarnation)
+        self.incarnation = incarnation
 
     @property
     def has_process(self) -> bool:
@@ -69,6 +90,7 @@ class Ward:
             self.started,
             self.last_end,
             self.spec.managed,
+            self.begun,
         )
 
     def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:
@@ -94,6 +116,7 @@ class Ward:
             connect=connect,
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
+            succeeds=self.succeeds,
         )
 
     def _checkpoint(self) -> Snapshot | None:

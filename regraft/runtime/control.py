@@ -287,6 +287,6 @@ class Control:
     def take_checkpoint(self) -> Snapshot | None:
         """Return the checkpoint that came with the assignment, once, if this class understands it."""
         checkpoint, self._checkpoint = self._checkpoint, None
-        if checkpoint is None or checkpoint.version != type(self._runtime.component).state_version:
+        if checkpoint is None or checkpoint.version not in type(self._runtime.component).restorable_versions():
             return None
         return checkpoint

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from bus_schema.lifecycle import TRANSITIONS, State, Transition, legal, route
 from regraft.bus import Closable
+from regraft.component import restore_state
 from regraft.runtime.inputs import TopicReader
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ class Lifecycle:
     def _restore(self) -> None:
         checkpoint = self._runtime.control.take_checkpoint()
         if checkpoint is not None:
-            self._runtime.component.restore(checkpoint.state)
+            restore_state(self._runtime.component, checkpoint.state, checkpoint.version)
 
     def _stop_acting(self, why: str) -> None:
         runtime = self._runtime

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
 from regraft.bus import Sample
-from regraft.component import Component, class_path
+from regraft.component import Component, class_path, restore_state
 from regraft.parameters import ParameterError
 from regraft.runtime.held import First, Held, envelope_of, is_held
 from regraft.runtime.stream import Stream
@@ -49,8 +49,9 @@ def misfits(runtime: Runtime, offered: HandoverOffer, *, with_state: bool) -> li
         return [f"the incumbent has a state of version {offered.version}, and {cls.__qualname__} restores none"]
     if restores and not offered.stateful:
         return [f"{cls.__qualname__} restores a state of version {cls.state_version}, and the incumbent gives none"]
-    if restores and offered.version != cls.state_version:
-        return [f"the incumbent's state has version {offered.version}, {cls.__qualname__} takes {cls.state_version}"]
+    if restores and offered.version not in cls.restorable_versions():
+        taken = ", ".join(map(str, cls.restorable_versions()))
+        return [f"the incumbent's state has version {offered.version}, {cls.__qualname__} takes {taken}"]
     return []
 
 
@@ -98,7 +99,7 @@ def take_over(runtime: Runtime, handed: HandedOver, held: Held, *, with_state: b
     """
     runtime.control.take_checkpoint()  # older than what is handed over
     if with_state and type(runtime.component).restore is not Component.restore:
-        runtime.component.restore(handed.snapshot.state)
+        restore_state(runtime.component, handed.snapshot.state, handed.snapshot.version)
     _take_places(runtime, handed)
     _take_inputs(runtime, handed, held)
     speak(runtime, handed.epoch)

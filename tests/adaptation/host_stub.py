@@ -16,11 +16,13 @@ from bus_schema.messages.host import (
     DescribeComponent,
     HostStatus,
     HostView,
+    LetSpeak,
     LogLines,
     LogRequest,
     ProcessState,
     ProcessStatus,
     StartComponent,
+    StartSuccessor,
     StopComponent,
     UpdateSpecs,
 )
@@ -32,7 +34,8 @@ class HostStub:
     """Keeps specs and the table of processes, and fences as a host does.
 
     ``refuse`` makes it refuse specs; it does not answer the verbs in ``deaf``. ``launch`` and ``terminate`` are given
-    to it by who runs the components. It leaves the next ``skips`` questions for its processes unanswered.
+    to it by who runs the components; so are ``succeed`` and ``end_run``, for runs beside others. It leaves the next
+    ``skips`` questions for its processes unanswered.
     """
 
     def __init__(self, hub: MemoryHub, architecture: Architecture, run: str = "run-1") -> None:
@@ -42,11 +45,16 @@ class HostStub:
         self.revision = architecture.revision
         self.specs: dict[str, ComponentSpec] = dict(architecture.components)
         self.processes: dict[str, ProcessStatus] = {}
+        self.beside: dict[str, ProcessStatus] = {}
+        self.succeed: Callable[[StartSuccessor, int], object] = lambda asked, incarnation: None
+        self.end_run: Callable[[str, int], object] = lambda name, begun: None
+        self.speaks: Callable[[str, int], object] = lambda name, begun: None
         self.updates: list[UpdateSpecs] = []
         self.refuse = ""
         self.deaf: set[str] = set()
         self.removed: set[str] = set()
         self.last_runs: dict[str, int] = {}
+        self.highest: dict[str, int] = {}
         self.launch: Callable[[str, int], object] = lambda name, incarnation: None
         self.terminate: Callable[[str], object] = lambda name: None
         self._lock = threading.Lock()
@@ -60,10 +68,12 @@ class HostStub:
         self._bus.serve(keys.host("local", "start"), self._start)
         self._bus.serve(keys.host("local", "stop"), self._stop)
         self._bus.serve(keys.host("local", "logs"), self._logs)
+        self._bus.serve(keys.host("local", "succeed"), self._succeed)
+        self._bus.serve(keys.host("local", "speak"), self._speak)
 
     def started(self, component: str, incarnation: int) -> None:
         """Note a process that runs."""
-        self.processes[component] = ProcessStatus(component, incarnation, ProcessState.RUNNING, pid=1)
+        self.processes[component] = _running(component, incarnation)
 
     def ended(self, component: str, state: ProcessState = ProcessState.STOPPED) -> None:
         """Note a process that does not run any more."""
@@ -108,7 +118,8 @@ class HostStub:
         return tuple(spec for name, spec in self.specs.items() if name not in self.removed)
 
     def _say_status(self, query: MemoryQuery) -> None:
-        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()))))
+        beside = tuple(self.beside.values())
+        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside)))
 
     def _describe(self, query: MemoryQuery) -> None:
         spec = codec.decode(query.payload, DescribeComponent).spec
@@ -125,8 +136,13 @@ class HostStub:
         threading.Thread(target=self.launch, args=(name, incarnation), daemon=True).start()
 
     def _stop(self, query: MemoryQuery) -> None:
-        name = codec.decode(query.payload, StopComponent).component
+        asked = codec.decode(query.payload, StopComponent)
+        name = asked.component
         if "stop" in self.deaf:
+            return
+        if asked.begun is not None:
+            self._say_status(query)
+            threading.Thread(target=self._end_run, args=(name, asked.begun), daemon=True).start()
             return
         with self._lock:
             if name not in self.processes:
@@ -144,6 +160,41 @@ class HostStub:
                 self.specs.pop(name, None)
                 self.last_runs[name] = self.processes.pop(name).incarnation
 
+    def _end_run(self, name: str, begun: int) -> None:
+        self.end_run(name, begun)
+        with self._lock:
+            if name in self.beside and self.beside[name].begun == begun:
+                del self.beside[name]
+            elif self.processes[name].begun == begun:
+                self.ended(name)
+
+    def _succeed(self, query: MemoryQuery) -> None:
+        asked = codec.decode(query.payload, StartSuccessor)
+        name = asked.spec.name
+        with self._lock:
+            if name in self.beside or self.processes[name].begun != asked.incumbent:
+                self._refuse(query, ControlCode.MALFORMED, f"{name}: there is no run {asked.incumbent} to succeed")
+                return
+            self.highest[name] = max(self.highest.get(name, 0), self.processes[name].incarnation) + 1
+            self.beside[name] = _running(name, self.highest[name])
+            self._say_status(query)
+        args = (asked, self.highest[name])
+        threading.Thread(target=self.succeed, args=args, daemon=True).start()
+
+    def _speak(self, query: MemoryQuery) -> None:
+        asked = codec.decode(query.payload, LetSpeak)
+        name = asked.component
+        with self._lock:
+            if name in self.beside and self.beside[name].begun == asked.begun:
+                former, self.processes[name] = self.processes[name], self.beside.pop(name)
+                if former.pid:
+                    self.beside[name] = former
+            if asked.above is not None:
+                self.highest[name] = max(self.highest[name], asked.above) + 1
+                self.processes[name] = replace(self.processes[name], incarnation=self.highest[name])
+            self.speaks(name, asked.begun)
+            self._say_status(query)
+
     def _logs(self, query: MemoryQuery) -> None:
         name = codec.decode(query.payload, LogRequest).component
         query.reply(codec.encode(LogLines(name, (f"the log of {name}",))))
@@ -151,3 +202,7 @@ class HostStub:
     @staticmethod
     def _refuse(query: Any, code: ControlCode, problem: str) -> None:
         query.reply(codec.encode(ControlError(code, (problem,))), error=True)
+
+
+def _running(component: str, incarnation: int) -> ProcessStatus:
+    return ProcessStatus(component, incarnation, ProcessState.RUNNING, pid=1, begun=incarnation)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import threading
 import time
 from collections.abc import Callable
@@ -17,8 +18,9 @@ from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.health import Event
+from bus_schema.messages.host import StartSuccessor
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
-from regraft.assignment import Assignment
+from regraft.assignment import Assignment, Succession
 from regraft.client import Client
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component, class_path, describe
@@ -27,7 +29,6 @@ from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
-from tests.adaptation import parts
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
 
@@ -110,6 +111,7 @@ class System:
     host: HostStub
     journal: Path
     running: dict[str, Running] = field(default_factory=dict)
+    runs: dict[tuple[str, int], Running] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     ends_are_seen: bool = False
     client: Client = field(init=False)
@@ -118,11 +120,32 @@ class System:
         self.client = Client(MemoryBus(self.hub), SYSTEM, "tester", owns_bus=True)
         self.client.events(self.events.append)
         self.host.launch, self.host.terminate = self.start, self._terminate
+        self.host.succeed, self.host.end_run, self.host.speaks = self._succeed, self._end_run, self._speaks
 
     def start(self, name: str, incarnation: int = 1) -> Running:
         """Start a component as its spec says."""
-        spec = self.host.specs[name]
-        cls = getattr(parts, spec.cls.split(":")[1])
+        running = self.running[name] = self._run(self.host.specs[name], incarnation, None)
+        if running.thread.is_alive():
+            self.host.started(name, incarnation)
+        return running
+
+    def _succeed(self, asked: StartSuccessor, incarnation: int) -> None:
+        self._run(asked.spec, incarnation, Succession(asked.incumbent, asked.with_state))
+
+    def _end_run(self, name: str, begun: int) -> None:
+        Newcomer.release.set()
+        run = self.runs[name, begun]
+        if run.thread.is_alive():
+            run.runtime.post(run.runtime.handover.end)
+            run.thread.join(PATIENCE)
+
+    def _speaks(self, name: str, begun: int) -> None:
+        self.running[name] = self.runs[name, begun]
+
+    def _run(self, spec: ComponentSpec, incarnation: int, succession: Succession | None) -> Running:
+        name = spec.name
+        module, _, cls_name = spec.cls.partition(":")
+        cls = getattr(importlib.import_module(module), cls_name)
         assignment = Assignment(
             SYSTEM,
             name,
@@ -135,11 +158,12 @@ class System:
             term=self.host.term,
             simulated=self.architecture.simulated,
             members=tuple(other for other in self.architecture.components if other != name),
+            succeeds=succession,
         )
-        running = self.running[name] = Running(self.hub, cls, assignment, lambda: self._has_ended(name, incarnation))
-        if running.thread.is_alive():
-            self.host.started(name, incarnation)
-        return running
+        run = self.runs[name, incarnation] = Running(
+            self.hub, cls, assignment, lambda: self._has_ended(name, incarnation)
+        )
+        return run
 
     def _has_ended(self, name: str, incarnation: int) -> None:
         process = self.host.processes.get(name)
@@ -188,6 +212,8 @@ class System:
         for running in reversed(self.running.values()):
             if running.thread.is_alive():
                 running.end()
+        for name, begun in self.runs:
+            self._end_run(name, begun)
         self.client.close()
 
     # --- asking ---

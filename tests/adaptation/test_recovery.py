@@ -58,7 +58,7 @@ POINTS_OF_PROCESSES = [
 ]
 
 
-def _dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, when: str) -> None:
+def dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, when: str) -> None:
     """Make the manager's process die before or after a call of a method, the ``call``-th time."""
     real: Callable[..., Any] = getattr(owner, name)
     count = 0
@@ -86,7 +86,7 @@ def _dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, wh
             raise SystemExit
         return result
 
-    monkeypatch.setattr(owner, name, die_async if name in ("perform", "start", "stop") else die)
+    monkeypatch.setattr(owner, name, die_async if name in ("perform", "start", "stop", "succeed", "let_speak") else die)
 
 
 def _interrupted(
@@ -96,7 +96,7 @@ def _interrupted(
     before = system.views()
     owner = {"perform": transaction, "begin_giving": Hosts, "start": Hosts}.get(name, Journal)
     with monkeypatch.context() as patch:
-        _dying(patch, owner, name, call, when)
+        dying(patch, owner, name, call, when)
         pending = system.adapt(*changes, wait=False)
         wait_until(lambda: not system.running["manager"].thread.is_alive())
     system.start_manager()
@@ -145,7 +145,7 @@ def test_what_was_removed_ends_even_if_the_manager_dies_right_after(
     system: System, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, when: str
 ) -> None:
     with monkeypatch.context() as patch:
-        _dying(patch, owner, name, 1, when)
+        dying(patch, owner, name, 1, when)
         pending = system.adapt(*PROCESSES, wait=False)
         wait_until(lambda: not system.running["manager"].thread.is_alive())
     assert "second" in system.running
@@ -159,7 +159,7 @@ def test_what_was_removed_ends_even_if_the_manager_dies_right_after(
 
 def test_an_adaptation_whose_end_was_written_stands(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        _dying(patch, Journal, "end", 1, "after")
+        dying(patch, Journal, "end", 1, "after")
         pending = system.adapt(*CHANGES, wait=False)
         wait_until(lambda: not system.running["manager"].thread.is_alive())
     system.start_manager()

@@ -13,7 +13,6 @@ from bus_schema.adaptation import (
     Outcome,
     SetParameters,
     StepState,
-    Swap,
 )
 from bus_schema.lifecycle import Transition
 from bus_schema.messages.host import ProcessState
@@ -84,7 +83,6 @@ def test_a_component_that_hangs_already_is_named(impatient: System) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        Swap("talker", "somewhere:Else"),
         Move("talker", "elsewhere"),
     ],
     ids=lambda change: change.change,

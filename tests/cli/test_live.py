@@ -58,6 +58,23 @@ def test_an_adaptation_can_be_tried_applied_and_undone(tiny: System, tmp_path: P
     assert tiny.ask("param", "get", "listener", "offset")["value"] == before
 
 
+def test_a_component_is_swapped_while_it_works_and_back_again(tiny: System) -> None:
+    before = tiny.components()["talker"]
+    assert tiny.ask("swap", "talker", "-p", "step=3", "--dry-run")["request"]["dry_run"]
+    report = tiny.ask("swap", "talker", "-p", "step=3", "--reason", "to see")
+    assert report["outcome"] == "applied"
+    after = tiny.components()["talker"]
+    assert (after["state"], after["incarnation"]) == ("active", before["incarnation"] + 1)
+    assert tiny.ask("param", "get", "talker", "step")["value"] == 3
+    assert tiny.ask("undo", report["id"])["outcome"] == "applied"
+    assert tiny.ask("param", "get", "talker", "step")["value"] != 3
+    found = regraft(tiny.home, "swap", "talker", "tiny_parts:Nobody")
+    assert found.returncode == 1
+    assert "has no class 'Nobody'" in found.stderr
+    found = regraft(tiny.home, "move", "talker", "elsewhere")
+    assert "not supported yet" in found.stderr
+
+
 def test_a_stale_revision_is_refused(tiny: System, tmp_path: Path) -> None:
     change = {"change": "set_parameters", "component": "talker", "parameters": {"step": 1.0}}
     (tmp_path / "request.json").write_text(json.dumps({"changes": [change]}))

@@ -11,10 +11,12 @@ from bus_schema.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
+    Move,
     Outcome,
     SetParameters,
     StepReport,
     StepState,
+    Swap,
     Violation,
 )
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
@@ -146,6 +148,10 @@ class ScriptedManager(Component):
             elif isinstance(change, ChangeState):
                 state = after(component.state, change.transition) or component.state
                 result = result.with_component(replace(component, state=state))
+            elif isinstance(change, Swap):
+                result = result.with_component(replace(component, cls=change.cls or component.cls))
+            elif isinstance(change, Move):
+                result = result.with_component(replace(component, host=change.host))
         return result
 
     def _line(self, adaptation: str) -> AdaptationReport:

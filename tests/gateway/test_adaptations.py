@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bus_schema.adaptation import Outcome
+from bus_schema.adaptation import Outcome, Swap
 from tests.gateway.conftest import Running
 from tests.kit.site import wait_until
 
@@ -236,6 +236,25 @@ def test_a_transition_is_an_adaptation(running: Running) -> None:
     assert wrong.status_code == 422
     assert "deactivate" in wrong.json()["detail"]
     assert running.post("/components/navigator/transition", {}).status_code == 422
+
+
+def test_a_swap_is_an_adaptation(running: Running) -> None:
+    body = {"cls": "elsewhere:Navigator", "parameters": {"max_velocity": 0.1}, "with_state": False, "reason": "newer"}
+    response = running.post("/components/navigator/swap", body)
+    assert response.status_code == 200
+    assert running.http.get("/components/navigator").json()["spec"]["cls"] == "elsewhere:Navigator"
+    (change,) = running.manager.requests[-1].changes
+    assert change == Swap("navigator", "elsewhere:Navigator", {"max_velocity": 0.1}, with_state=False)
+    assert running.post("/components/navigator/swap?dry_run=true", {}).json()["outcome"] == "pending"
+    wrong = running.post("/components/navigator/swap", {"cls": 7, "component": "detector"})
+    assert wrong.status_code == 422
+    assert running.post("/components/nobody/swap", {}).status_code == 404
+
+
+def test_a_move_is_an_adaptation(running: Running) -> None:
+    assert running.post("/components/navigator/move", {"host": "second"}).status_code == 200
+    assert running.http.get("/components/navigator").json()["spec"]["host"] == "second"
+    assert running.post("/components/navigator/move", {}).status_code == 422
 
 
 @pytest.mark.parametrize("name", ["nobody", "not a name", "..", "a.b.c"])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from bus_schema.annotations import Count
 from bus_schema.registry import message
 from regraft import Component, Output, Parameter, every, service
+from tests.handover.parts import Sink, Totaller
 
 
 @message("host_tests/Tick")
@@ -97,3 +98,49 @@ class Sleeper(Component):
     def on_activate(self) -> None:
         if self.where == "activate":
             time.sleep(self.seconds)
+
+
+class StillbornTotaller(Totaller):
+    """Never gets up to succeed anybody."""
+
+    def on_configure(self) -> None:
+        sys.stderr.write("no life in me\n")
+        os._exit(3)
+
+
+class SleepyTotaller(Totaller):
+    """Falls asleep for good when it is to get ready."""
+
+    def on_configure(self) -> None:
+        time.sleep(3600.0)
+
+
+class SlowTotaller(Totaller):
+    """Takes its time to get ready."""
+
+    def on_configure(self) -> None:
+        super().on_configure()
+        print("gets ready", flush=True)
+        time.sleep(0.25)
+
+
+class SlowTaking(Totaller):
+    """Takes its time to go on."""
+
+    def on_activate(self) -> None:
+        print("takes its time", flush=True)
+        time.sleep(0.25)
+
+
+class StillbornSink(Sink):
+    """Never gets up."""
+
+    def on_configure(self) -> None:
+        os._exit(3)
+
+
+class LameSink(Sink):
+    """Cannot be activated."""
+
+    def on_activate(self) -> None:
+        raise RuntimeError("cannot get up")

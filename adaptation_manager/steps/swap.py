@@ -1,0 +1,156 @@
+"""``swap``: a successor is started beside the component, and takes over from it when it is its turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
+from adaptation_manager.steps.draft import Draft
+from bus_schema.adaptation import Swap
+from bus_schema.annotations import PlainValue
+from bus_schema.architecture import ComponentSpec
+from bus_schema.description import Description, ParameterDescription, PortDescription
+from bus_schema.lifecycle import State
+from bus_schema.messages.control import ComponentView
+from regraft.stack.components import connections
+
+HANDS_OVER = (State.ACTIVE, State.INACTIVE)
+
+
+def plan(draft: Draft, change: Swap) -> None:
+    """Add the change to the draft, with the spec as the component's host describes it."""
+    name = change.component
+    spec = draft.spec(name)
+    described = draft.described.get(-1 if draft.index is None else draft.index)
+    refused = _refusal(draft, change, spec)
+    if refused is not None:
+        draft.refuse(name, *refused)
+        return
+    draft.swapped.add(name)
+    if described is None or described.violations or described.spec.description is None:
+        return
+    new = _successor(change, spec, described.spec, draft)
+    problem = _of_state(change, spec, new)
+    if problem is not None:
+        draft.refuse(name, "with_state", problem)
+    problem = _of_time(draft, spec, new)
+    if problem is not None:
+        draft.refuse(name, "cls", problem)
+    for device in _shared_devices(spec, new):
+        problem = f"needs {device} for itself, which the run of before holds until the end: this is not supported yet"
+        draft.refuse(name, "resources.devices", problem)
+    draft.update(new)
+    live = draft.live.get(name)
+    if live is None:
+        return
+    _plan_steps(draft, change, new, live)
+
+
+def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str] | None:
+    """Return the field and the reason why there can be no swap at all."""
+    name = change.component
+    live = draft.live.get(name)
+    if name == draft.manager:
+        return "component", "cannot be swapped: it carries out the swap; it is exchanged with the stack"
+    if not spec.cls:
+        return "component", "runs a program, which hands nothing over: remove it, and add another"
+    if name in draft.added:
+        return "component", "is added in the same request: add it as it is to be"
+    if name in draft.swapped:
+        return "component", "is swapped twice in the same request: leave one out"
+    if live is not None and live.state not in HANDS_OVER:
+        return "component", f"is {live.state.value} by then: only an active or inactive component hands over"
+    return None
+
+
+def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft: Draft) -> ComponentSpec:
+    description = described.description
+    assert description is not None
+    kept = {name: topic for name, topic in old.connections.items() if _same_port(old.description, description, name)}
+    values = {
+        name: value for name, value in old.parameters.items() if _same_parameter(old.description, description, name)
+    }
+    services = {offered.name: old.services.get(offered.name, offered.name) for offered in description.services}
+    return replace(
+        old,
+        cls=described.cls,
+        parameters=values | {name: described.parameters[name] for name in change.parameters},
+        connections=connections(description, draft.architecture.topics, kept | change.connections),
+        services=services | change.services,
+        description=description,
+    )
+
+
+def _same_port(old: Description | None, new: Description, name: str) -> bool:
+    """Tell whether both have a port of that name and direction; whether its type fits, the topic says."""
+    before, behind = old.port(name) if old else None, new.port(name)
+    return _direction(before) == _direction(behind) != ""
+
+
+def _direction(port: PortDescription | None) -> str:
+    return port.direction if port else ""
+
+
+def _same_parameter(old: Description | None, new: Description, name: str) -> bool:
+    """Tell whether a value of the one means the same to the other; whether it is in bounds is judged with all else."""
+    before, behind = old.parameter(name) if old else None, new.parameter(name)
+    return before is not None and behind is not None and _meaning(before) == _meaning(behind)
+
+
+def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
+    return parameter.schema.get("type"), parameter.unit
+
+
+def _of_state(change: Swap, old: ComponentSpec, new: ComponentSpec) -> str | None:
+    """Return why the state cannot be handed over; where there is none, nothing is lost."""
+    before, behind = old.description, new.description
+    if not change.with_state or before is None or behind is None or not before.stateful:
+        return None
+    if before.state_version in behind.restores:
+        return None
+    takes = ", ".join(map(str, behind.restores))
+    goes_on = f"goes on from version {takes}" if behind.restores else "goes on from none"
+    return (
+        f"the component has a state of version {before.state_version}, and {new.cls} {goes_on}: "
+        "with_state: false lets it begin without"
+    )
+
+
+def _of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
+    both = (old.description, new.description)
+    if draft.architecture.simulated and any(description and description.in_step for description in both):
+        return "a member of simulated time cannot be swapped yet"
+    return None
+
+
+def _shared_devices(old: ComponentSpec, new: ComponentSpec) -> list[str]:
+    devices = [set(spec.description.resources.devices) if spec.description else set() for spec in (old, new)]
+    return sorted(devices[0] & devices[1])
+
+
+def _plan_steps(draft: Draft, change: Swap, new: ComponentSpec, live: ComponentView) -> None:
+    name, host, incumbent = new.name, new.host, draft.begun.get(new.name) or live.incarnation
+    old = draft.before[name].description
+    with_state = change.with_state and old is not None and old.stateful
+    start = PlannedStep(
+        name,
+        f"start {new.cls} beside it",
+        RunSuccessor(name, new, incumbent, with_state),
+        EndSuccessor(name, host, incumbent),
+    )
+    # What has no connections yet hands nothing over: it is configured first.
+    beside = draft.preparing if draft.at_first(name) in HANDS_OVER else draft.steps
+    beside.append(start)
+    draft.steps.append(
+        PlannedStep(
+            name,
+            f"hand over to {new.cls}" + ("" if with_state or not old or not old.stateful else ", without its state"),
+            TakeOver(name, host, incumbent, live.state),
+            GiveBack(name, host, incumbent),
+        )
+    )
+    description = new.description
+    assert description is not None
+    values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters
+    topics = {port.name: new.connections.get(port.name, "") for port in description.ports}
+    draft.live[name] = replace(live, parameters=values, connections=topics)

@@ -1,0 +1,143 @@
+"""What is asked of a host: who may ask, what is done, what is answered."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage, SchemaError
+from bus_schema.messages.control import ControlCode
+from bus_schema.messages.host import (
+    HostStatus,
+    HostView,
+    LetSpeak,
+    ProcessState,
+    StartComponent,
+    StartSuccessor,
+    StopComponent,
+    UpdateSpecs,
+)
+from regraft.bus import Query
+from regraft.host.describing import DESCRIBE, Describer
+from regraft.host.logs import tail
+from regraft.host.voice import Fenced, UnknownComponent, refuse
+from regraft.host.ward import Ward
+
+if TYPE_CHECKING:
+    from regraft.host.host import Host
+
+LARGEST_INCARNATION = 2**32 - 1
+"""What an envelope has room for."""
+
+
+class Questions:
+    """Answers the queries to one host."""
+
+    def __init__(self, host: Host, describer: Describer) -> None:
+        """Nobody has asked yet."""
+        self.describer = describer
+        self._host = host
+        self._log = logging.getLogger("host")
+        self._verbs: dict[str, Callable[[bytes], object]] = {
+            "view": self._view,
+            "specs": self._update,
+            "start": self._start_asked,
+            "stop": self._stop_asked,
+            "logs": self._logs,
+            "succeed": self._start_successor,
+            "speak": self._let_speak,
+        }
+
+    @property
+    def verbs(self) -> tuple[str, ...]:
+        """All that can be asked."""
+        return (*self._verbs, DESCRIBE)
+
+    def answer(self, query: Query) -> None:
+        """Answer a query, or begin to."""
+        verb = query.key.rsplit("/", 1)[-1]
+        try:
+            if verb == DESCRIBE:
+                self.describer.ask(query)
+                return
+            if verb not in self._verbs:
+                raise UnknownComponent(f"there is no such question; there are: {', '.join(self.verbs)}")
+            query.reply(codec.encode(self._verbs[verb](query.payload)))
+        except Fenced as error:
+            refuse(query, ControlCode.FENCED, str(error))
+        except (SchemaError, UnknownComponent) as error:
+            refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
+        except Exception as error:
+            self._log.exception("%s failed", verb)
+            refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
+
+    def _fence(self, term: int | None) -> None:
+        if term is None or term < self._host.term:
+            raise Fenced(
+                f"came with {'no term' if term is None else f'term {term}'}; the current term is {self._host.term}"
+            )
+        self._host.term = term
+
+    def _view(self, _: bytes) -> HostView:
+        specs = tuple(ward.spec for ward in self._host.wards.values() if not ward.removed)
+        return HostView(self._host.plan.name, self._host.plan.run, self._host.term, self._host.plan.architecture, specs)
+
+    def _update(self, payload: bytes) -> HostStatus:
+        update = codec.decode(payload, UpdateSpecs)
+        self._fence(update.term)
+        self._host.take_update(update)
+        return self._host.status()
+
+    def _start_asked(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, StartComponent)
+        if asked.incarnation is not None and asked.incarnation > LARGEST_INCARNATION:
+            raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
+        self._fence(asked.term)
+        ward = self._ward(asked.component)
+        if ward.removed:
+            raise UnknownComponent(f"component {asked.component!r} is being removed")
+        if not ward.has_process and ward.start_at is None:
+            ward.history.pardon()
+            if asked.resume and ward.spec.name in self._host.past:
+                ward.checkpoint = self._host.past[ward.spec.name].checkpoint
+            if asked.incarnation is not None:
+                ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
+            ward.start_at, ward.state = time.monotonic(), ProcessState.WAITING
+        elif ward.stopping:
+            ward.start_again = True
+        return self._host.status()
+
+    def _stop_asked(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, StopComponent)
+        self._fence(asked.term)
+        name = asked.component
+        ward = self._ward(name) if asked.begun is None else self._host.beside.begun_as(name, asked.begun)
+        if ward is not None:  # a run that is not known any more has ended
+            self._host.ask_to_end(ward, asked.grace)
+        return self._host.status()
+
+    def _start_successor(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, StartSuccessor)
+        self._fence(asked.term)
+        self._host.spawn(self._host.beside.add(asked))
+        return self._host.status()
+
+    def _let_speak(self, payload: bytes) -> HostStatus:
+        asked = codec.decode(payload, LetSpeak)
+        if asked.above is not None and asked.above >= LARGEST_INCARNATION:
+            raise BadMessage(f"above: is {asked.above}, must be lower than {LARGEST_INCARNATION}")
+        self._fence(asked.term)
+        self._host.beside.let_speak(asked)
+        self._host.tell_soon()
+        return self._host.status()
+
+    def _ward(self, name: str) -> Ward:
+        if name not in self._host.wards:
+            raise UnknownComponent(f"there is no component {name!r} on host {self._host.plan.name!r}")
+        return self._host.wards[name]
+
+    def _logs(self, payload: bytes) -> object:
+        return tail(self._host.plan.folder / "logs", payload)

@@ -1,0 +1,229 @@
+"""Components are swapped in a running system of real processes: nothing is lost, and nobody notices."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bus_schema.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    ChangeState,
+    Outcome,
+    SetParameters,
+    Swap,
+)
+from bus_schema.lifecycle import Transition
+from bus_schema.messages.host import ProcessStatus
+from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from tests.handover.parts import Ask, Item, Report
+from tests.host.conftest import Start
+from tests.host.system import System, children_of, exists
+from tests.kit.site import PATIENCE, wait_until
+
+HEAD = """\
+system: tests
+clock: real
+imports: [tests.handover.parts]
+topics:
+  items: {type: handover_tests/Item}
+  totals: {type: handover_tests/Item}
+  adaptations: {type: regraft/AdaptationReport}
+  architecture: {type: regraft/Architecture}
+components:
+"""
+STACK = """\
+  source: {class: 'tests.handover.parts:Source'}
+  totaller: {class: 'tests.handover.parts:Totaller', parameters: {offset: 3}}
+  sink: {class: 'tests.handover.parts:Sink'}
+  adaptation_manager:
+    class: adaptation_manager.manager:AdaptationManager
+    parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 10.0}
+"""
+PARTS = "tests.handover.parts"
+DOUBLER = Swap("totaller", f"{PARTS}:Doubler")
+
+
+@pytest.fixture
+def running(start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> System:
+    """Return a source at 1 kHz, a totaller, a sink that checks what this says, and a manager."""
+    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
+    system = start(STACK)
+    for name in ("source", "totaller", "sink", "adaptation_manager"):
+        system.wait_running(name)
+    hears_on(system, 50)
+    return system
+
+
+def adapt(system: System, *changes: Change, **more: Any) -> AdaptationReport:
+    request = AdaptationRequest(changes, **more)
+    return system.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+
+
+def undo(system: System, report: AdaptationReport) -> AdaptationReport:
+    return system.client.call("adaptation_manager/undo", UndoAdaptation(report.id), AdaptationReport, PATIENCE)
+
+
+def report_of(system: System) -> Report:
+    return system.client.call("report", Ask(), Report, PATIENCE)
+
+
+def hears_on(system: System, count: int) -> None:
+    goal = report_of(system).heard + count
+    wait_until(lambda: report_of(system).heard >= goal)
+
+
+def faults(system: System) -> tuple[int, int, int, int]:
+    """Return how many items were lost, doubled, disordered and wrong until now."""
+    last = system.client.call("say", Ask(), Item, PATIENCE).number
+    wait_until(lambda: report_of(system).last >= last)
+    report = report_of(system)
+    return report.lost, report.doubled, report.disordered, report.wrong
+
+
+NOTHING = (0, 0, 0, 0)
+
+
+def test_another_class_goes_on_with_the_state_and_nobody_misses_anything(running: System) -> None:
+    before = running.processes()["totaller"]
+    swapped = adapt(running, DOUBLER)
+    assert swapped.outcome is Outcome.APPLIED, swapped
+    after = running.wait_running("totaller", 2)
+    assert after.pid != before.pid
+    assert not exists(before.pid)
+    assert running.client.call("double", Ask(21), Item, PATIENCE) == Item(42)
+    assert running.client.view("totaller").parameters["offset"] == 3
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+
+    undone = undo(running, swapped)
+    assert undone.outcome is Outcome.APPLIED, undone
+    assert running.wait_running("totaller", 3).incarnation == 3
+    assert running.client.view("totaller").parameters["offset"] == 3
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+
+
+def test_the_same_class_is_configured_otherwise(running: System) -> None:
+    for offset in (7, 8, 9):
+        report = adapt(running, Swap("totaller", parameters={"offset": offset}))
+        assert report.outcome is Outcome.APPLIED, report
+        assert running.client.view("totaller").parameters["offset"] == offset
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+    assert adapt(running, SetParameters("totaller", {"offset": 1})).outcome is Outcome.APPLIED
+
+
+# --- what goes wrong ---
+
+
+@pytest.mark.parametrize(
+    ("cls", "text"),
+    [
+        ("tests.host.parts:StillbornTotaller", "its log ends with: no life in me"),
+        ("tests.host.parts:SleepyTotaller", "totaller"),
+        (f"{PARTS}:DiesRestoring", "totaller"),
+        (f"{PARTS}:HangsRestoring", "totaller"),
+    ],
+)
+def test_a_successor_that_is_lost_on_the_way_is_not_missed(running: System, cls: str, text: str) -> None:
+    before, processes = running.processes()["totaller"], children_of(running.process.pid)
+    report = adapt(running, Swap("totaller", cls))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert text in report.error
+    after = running.processes()["totaller"]
+    assert (after.pid, after.begun) == (before.pid, 1)
+    assert children_of(running.process.pid) == processes
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+    assert adapt(running, DOUBLER).outcome is Outcome.APPLIED
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+
+
+def test_a_later_failure_gives_the_living_state_back_to_the_process_of_before(running: System) -> None:
+    before = running.processes()["totaller"]
+    broken = Swap("sink", "tests.host.parts:StillbornSink", with_state=False)
+    report = adapt(running, DOUBLER, ChangeState("source", Transition.DEACTIVATE), Swap("source", f"{PARTS}:Unable"))
+    assert report.outcome is Outcome.REJECTED, report
+    report = adapt(running, DOUBLER, Swap("sink", "tests.host.parts:LameSink"))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    after = running.processes()["totaller"]
+    assert (after.pid, after.begun) == (before.pid, 1)
+    assert running.client.view("totaller").incarnation == after.incarnation
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+    os.kill(after.pid, signal.SIGKILL)
+    assert running.wait_running("totaller", after.incarnation + 1).restarts == 1
+    assert adapt(running, broken).outcome is Outcome.ROLLED_BACK
+
+
+@pytest.mark.parametrize("cls", ["DiesHandingOver", "HangsHandingOver"])
+def test_an_incumbent_that_is_lost_as_it_hands_over_costs_its_state_and_nothing_else(
+    start: Start, monkeypatch: pytest.MonkeyPatch, cls: str
+) -> None:
+    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
+    system = start(STACK.replace("parts:Totaller'", f"parts:{cls}'"))
+    for name in ("source", "totaller", "sink", "adaptation_manager"):
+        system.wait_running(name)
+    hears_on(system, 50)
+    report = adapt(system, Swap("totaller", f"{PARTS}:Totaller"))
+    assert report.outcome is Outcome.APPLIED_STATE_LOST, report
+    assert "totaller" in report.error
+    assert system.wait_running("totaller", 2).incarnation == 2
+    hears_on(system, 50)
+    assert faults(system)[3] == 1  # the total began anew, once
+    assert adapt(system, DOUBLER).outcome is Outcome.APPLIED
+    hears_on(system, 50)
+    assert faults(system)[3] == 1
+
+
+def test_an_incumbent_killed_while_its_successor_gets_ready_costs_its_state_and_nothing_else(running: System) -> None:
+    slow = Swap("totaller", "tests.host.parts:SlowTotaller")
+    pending = adapt(running, slow, wait=False)
+    wait_until(lambda: "gets ready" in running.client.logs("totaller"))
+    before = running.processes()["totaller"]
+    os.kill(before.pid, signal.SIGKILL)
+    ended = line_of(running, pending)
+    assert ended.outcome is Outcome.APPLIED_STATE_LOST, ended
+    hears_on(running, 50)
+    assert running.processes()["totaller"].incarnation == 2
+
+
+@pytest.mark.parametrize("cls", ["SlowTotaller", "SlowTaking"])
+def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: System, cls: str) -> None:
+    before = running.processes()
+    pending = adapt(running, Swap("totaller", f"tests.host.parts:{cls}"), wait=False)
+    wait_until(lambda: len(beside(running)) == 1 and beside(running)[0].pid)
+    if cls == "SlowTaking":
+        wait_until(lambda: any("takes its time" in line for line in running.client.logs("totaller")))
+    os.kill(before["adaptation_manager"].pid, signal.SIGKILL)
+    running.wait_running("adaptation_manager", 2)
+    assert line_of(running, pending).outcome is Outcome.ROLLED_BACK
+    after = running.processes()["totaller"]
+    assert (after.pid, after.begun) == (before["totaller"].pid, 1)
+    wait_until(lambda: beside(running) == ())
+    hears_on(running, 50)
+    assert faults(running) == NOTHING
+    assert adapt(running, DOUBLER).outcome is Outcome.APPLIED
+
+
+def beside(system: System) -> tuple[ProcessStatus, ...]:
+    status = system.client.hosts()["local"].status
+    return status.beside if status else ()
+
+
+def line_of(system: System, report: AdaptationReport) -> AdaptationReport:
+    """Return the line of an adaptation once it has ended."""
+
+    def line() -> AdaptationReport:
+        request = JournalRequest(report.id)
+        return system.client.call("adaptation_manager/journal", request, JournalPage, PATIENCE).entries[0]
+
+    wait_until(lambda: line().outcome is not Outcome.PENDING)
+    return line()
