@@ -12,7 +12,17 @@ from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
 from adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import AdaptationRequest, Add, Change, Connect, Remove, SetParameters, Swap, Violation
+from bus_schema.adaptation import (
+    AdaptationRequest,
+    Add,
+    Change,
+    Connect,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import violations
 from bus_schema.messages.control import ComponentView
@@ -27,6 +37,8 @@ async def check(
     Returns every violation, and the plan, to be used only if there is none. Raises ControlFailed if a host
     refuses to say what it runs.
     """
+    controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
+    architecture = hosts.with_joined(architecture)
     changes, wrong = expanded(request.changes, architecture)
     found = [*_of_request(request, architecture), *wrong]
     request = replace(request, changes=tuple(change for _, change in changes))
@@ -43,7 +55,7 @@ async def _check_changes(
     described, unclear = await described_additions(request.changes, architecture, hosts)
     found += [*silent, *unclear]
     begun = {name: process.begun for name, process in controls.processes.items()}
-    draft = Draft(architecture, live, manager, described, begun=begun)
+    draft = Draft(architecture, live, manager, described, begun=begun, lost=hosts.lost, absent=hosts.absent())
     for index, change in enumerate(request.changes):
         draft.index = index
         _plan(draft, change)
@@ -80,6 +92,12 @@ def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
     return found
+
+
+def _hosts_named(request: AdaptationRequest) -> list[str]:
+    """Return the hosts that changes name: one may have joined that nobody has heard of yet."""
+    added = [change.spec.host for change in request.changes if isinstance(change, Add)]
+    return added + [change.host for change in request.changes if isinstance(change, Move)]
 
 
 def _contradictions(changes: Sequence[Change]) -> list[Violation]:
@@ -125,14 +143,15 @@ async def _read(
     asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
     live, silent = {}, []
     removed = {change.component for change in request.changes if isinstance(change, Remove)}
+    moved = {change.component for change in request.changes if isinstance(change, Move)}
     for name, index in first_use.items():
         try:
             live[name] = await asked[name].view()
         except ControlFailed as error:
-            if name in removed:
-                continue  # what does not answer, or is not there, can go as it is
             host = architecture.components[name].host
-            why = f"its host {host!r} does not answer" if host in hosts.silent else _why_silent(controls, name, error)
+            if name in removed or (name in moved and host in hosts.lost):
+                continue  # what does not answer, or is not there, can go as it is, and start elsewhere
+            why = f"its {hosts.why_not_there(host)}" if host in hosts.silent else _why_silent(controls, name, error)
             silent.append(Violation(index, name, "status", why))
     return live, silent
 

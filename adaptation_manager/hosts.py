@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from adaptation_manager.controls import BESIDE, ControlFailed, NoAnswer, refusal
 from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
+from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.messages.host import (
     DescribeComponent,
     DescribedComponent,
+    HostState,
     HostStatus,
     HostView,
     LetSpeak,
     LogLines,
     LogRequest,
+    OtherHost,
     ProcessStatus,
     StartComponent,
     StartSuccessor,
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", HostStatus, HostView, DescribedComponent, LogLines)
 
+FIRST = "local"
+"""The host that the others joined; it knows the specs of all components, and gives them to whoever joins."""
 DESCRIBED_WITHIN = 25.0
 """Seconds that a host may take to describe a component: more than it gives the process that imports the class."""
 
@@ -42,6 +47,7 @@ class Update:
     """New specs under way to hosts: all are asked even if one fails, so that a restoration reaches whom it can."""
 
     waiting: dict[str, Waiting[list[Answer]]]
+    learn: Callable[[HostStatus], object]
 
     async def processes(self) -> dict[str, ProcessStatus]:
         """Return the processes that the hosts run now that they have the specs; raises ControlFailed."""
@@ -60,6 +66,7 @@ class Update:
             except ControlFailed as error:
                 failures[host] = error
                 continue
+            self.learn(status)
             processes |= runs_of(status)
         return processes, failures
 
@@ -71,12 +78,16 @@ def runs_of(status: HostStatus) -> dict[str, ProcessStatus]:
 
 
 class Hosts:
-    """The hosts of one system: ``names`` are known, ``silent`` did not say which processes they run."""
+    """The hosts of one system: ``names`` are known, ``silent`` did not say which processes they run.
+
+    ``others`` is how the first host sees the others; it is told with its every answer.
+    """
 
     def __init__(self, kit: Kit, within: float) -> None:
         """Know none yet; an answer may take ``within`` seconds."""
         self.names: tuple[str, ...] = ()
         self.silent: frozenset[str] = frozenset()
+        self.others: dict[str, OtherHost] = {}
         self.term = 0
         self._within = within
         self._kit = kit
@@ -97,23 +108,76 @@ class Hosts:
         for name, waiting in asked:
             with contextlib.suppress(NoAnswer):
                 views.append(_read(name, "view", await waiting, HostView))
-        return views
+        # The first host knows of all components, also of those on hosts that do not answer.
+        return sorted(views, key=lambda view: view.host != FIRST)
 
     def _update(self, updates: dict[str, UpdateSpecs]) -> Update:
-        return Update({host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)})
+        asked = {host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)}
+        return Update(asked, self._learn)
+
+    # --- who is there ---
+
+    def _learn(self, status: HostStatus) -> None:
+        if status.host == FIRST:
+            self.others = {other.host: other for other in status.others}
+            self.names = tuple(sorted({*self.names, *self.others}))
+
+    def is_there(self, host: str) -> bool:
+        """Tell whether a host is part of the system now, as far as is known."""
+        return host not in self.others or self.others[host].state is HostState.JOINED
+
+    def why_not_there(self, host: str) -> str:
+        """Return in words how it is with a host that is not there."""
+        state = self.others[host].state if host in self.others else HostState.JOINED
+        words = {
+            HostState.ABSENT: "has not joined",
+            HostState.LEFT: "has left",
+            HostState.SILENT: "gives no sign of life",
+            HostState.LOST: "is lost",
+        }
+        return f"host {host!r} {words.get(state, 'does not answer')}"
+
+    @property
+    def lost(self) -> frozenset[str]:
+        """The hosts that count as lost: what they ran may be started elsewhere."""
+        gone = (HostState.LOST, HostState.LEFT)
+        return frozenset(host for host, other in self.others.items() if other.state in gone)
+
+    def absent(self) -> dict[str, str]:
+        """Return the hosts that are not there, with why."""
+        return {name: self.why_not_there(name) for name in self.others if not self.is_there(name)}
+
+    async def met(self, architecture: Architecture, wanted: set[str]) -> dict[str, ProcessStatus]:
+        """Ask who is there if one of the ``wanted`` hosts may have come or gone; returns the processes then known."""
+        if wanted <= {FIRST} and FIRST in architecture.hosts:
+            return {}
+        return await self.processes(architecture.revision)
+
+    def with_joined(self, architecture: Architecture) -> Architecture:
+        """Return the architecture with the hosts that have joined without being named in it."""
+        return architecture.with_hosts(name for name in sorted(self.others) if self.is_there(name))
 
     async def processes(self, revision: int) -> dict[str, ProcessStatus]:
         """Ask every host which processes it runs; an empty update asks that, and fences older managers.
 
         A host that is silent concerns only its own components. Raises ControlFailed if one refuses.
         """
-        asked = self._update({name: UpdateSpecs(revision, term=self.term) for name in self.names})
-        processes, failures = await asked.answers()
-        for error in failures.values():
-            if not isinstance(error, NoAnswer):
-                raise error
-        self.silent = frozenset(failures)
-        return processes
+        told: dict[str, ProcessStatus] = {}
+        asked: set[str] = set()
+        answered: set[str] = set()
+        # The first host may tell of some that were not there, or not known, before.
+        while names := {name for name in self.names if self.is_there(name)} - asked:
+            asked |= names
+            update = self._update({name: UpdateSpecs(revision, term=self.term) for name in names})
+            processes, failures = await update.answers()
+            for error in failures.values():
+                if not isinstance(error, NoAnswer):
+                    raise error
+            answered |= names - failures.keys()
+            told |= processes
+        self.silent = frozenset(set(self.names) - answered)
+        elsewhere = {p.component: p for host in self.others.values() for p in host.processes}
+        return elsewhere | told
 
     async def give(self, update: UpdateSpecs) -> dict[str, ProcessStatus]:
         """Give an update to the hosts it concerns; returns the processes that these then run. Raises ControlFailed."""
@@ -122,26 +186,33 @@ class Hosts:
     def begin_giving(self, update: UpdateSpecs) -> Update:
         """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
 
-        A spec concerns its host; topics, and that components are not there any more, concern all.
+        A spec concerns its host, and the first one, which gives it to a host that joins again; topics, and that
+        components are not there any more, concern all. Who is not there is told when it joins.
         """
         update = replace(update, term=self.term)
         of_all = update.removed or update.topics or update.removed_topics
-        concerned = self.names if of_all else sorted({spec.host for spec in update.specs})
+        concerned = {*self.names} if of_all else {spec.host for spec in update.specs}
+        if self.others and update.specs:
+            concerned.add(FIRST)
         return self._update(
             {
-                host: replace(update, specs=tuple(spec for spec in update.specs if spec.host == host))
+                host: replace(update, specs=tuple(s for s in update.specs if host in (s.host, FIRST)))
                 for host in concerned
+                if self.is_there(host)
             }
         )
 
     async def describe(self, spec: ComponentSpec) -> DescribedComponent:
         """Ask a component's host what the component would be; raises ControlFailed."""
+        if not self.is_there(spec.host):
+            raise NoAnswer(self.why_not_there(spec.host))
         asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_WITHIN)
         return _read(spec.host, "describe", await asked, DescribedComponent)
 
-    async def start(self, component: str, host: str, resume: bool) -> dict[str, ProcessStatus]:
+    async def start(self, component: str, host: str, resume: bool, leave_out: int = 0) -> dict[str, ProcessStatus]:
         """Have a component's process started; returns the processes of the host. Raises ControlFailed."""
-        asked = self._ask(host, "start", codec.encode(StartComponent(component, term=self.term, resume=resume)))
+        message = StartComponent(component, term=self.term, resume=resume, leave_out=leave_out)
+        asked = self._ask(host, "start", codec.encode(message))
         return runs_of(_read(host, "start", await asked, HostStatus))
 
     async def succeed(self, spec: ComponentSpec, incumbent: int, with_state: bool) -> dict[str, ProcessStatus]:

@@ -39,7 +39,9 @@ async def run_process(site: Site, action: RunProcess) -> None:
     topics = tuple(topic for name, topic in site.after.topics.items() if known.get(name) != topic)
     held = replace(spec, state=state, restart=NOT_YET)
     await site.hosts.give(UpdateSpecs(site.revision, (held,), topics=topics))
-    site.controls.processes |= await site.hosts.start(spec.name, spec.host, action.resume)
+    if action.leave_out:
+        site.state_lost.add(spec.name)
+    site.controls.processes |= await site.hosts.start(spec.name, spec.host, action.resume, action.leave_out)
     deadline = time.monotonic() + site.bounds.start
     await _until_it_runs(site, spec, deadline)
     if not spec.managed:

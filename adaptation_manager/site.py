@@ -30,7 +30,7 @@ class Bounds:
 class Site:
     """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot.
 
-    ``state_lost`` are the components whose state was lost as they were handed over.
+    ``state_lost`` are the components that go on without what they knew last: the run of before was lost.
     """
 
     kit: Kit
@@ -47,7 +47,7 @@ class Site:
     def loss(self) -> str:
         """Say whose state was lost, empty if nobody's."""
         names = ", ".join(sorted(self.state_lost))
-        return f"{names}: the run of before was lost as it handed over, so its state is lost" if names else ""
+        return f"{names}: the run of before was lost, and with it its state" if names else ""
 
     @property
     def outcome(self) -> Outcome:

@@ -88,6 +88,22 @@ class ComponentSpec:
         return replace(self, description=known.description)
 
 
+@message("regraft/HostRules")
+@dataclass(frozen=True, slots=True)
+class HostRules:
+    """What a host offers, and what becomes of its components when it is lost.
+
+    ``lost_after`` seconds without a sign of life from a host count as its loss. ``move_to`` names the host that its
+    components are then started on; empty: they wait for its return. ``cpu`` (cores) and ``memory`` (MiB) are
+    what its components may need together; None: no limit.
+    """
+
+    move_to: str = ""
+    lost_after: Annotated[Seconds, Bounds(0.5, 3600.0)] = 3.0
+    cpu: Annotated[float, Bounds(0.0)] | None = None
+    memory: Annotated[float, Bounds(0.0)] | None = None
+
+
 class ConstraintKind(Enum):
     """What a constraint demands."""
 
@@ -115,6 +131,7 @@ class Architecture:
     """All components, topics, hosts and constraints of a system, under one revision.
 
     ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
+    A host without ``host_rules`` has the usual ones.
     """
 
     system: str
@@ -125,6 +142,15 @@ class Architecture:
     hosts: tuple[str, ...] = ("local",)
     constraints: tuple[Constraint, ...] = ()
     modes: dict[str, PlainValue] = field(default_factory=dict)
+    host_rules: dict[str, HostRules] = field(default_factory=dict)
+
+    def rules(self, host: str) -> HostRules:
+        """Return the rules of a host."""
+        return self.host_rules.get(host) or HostRules()
+
+    def with_hosts(self, names: Iterable[str]) -> Architecture:
+        """Return the architecture with further hosts; the revision stays."""
+        return replace(self, hosts=tuple(dict.fromkeys((*self.hosts, *names))))
 
     def with_component(self, spec: ComponentSpec) -> Architecture:
         """Return the architecture with one component replaced or added; the revision stays."""

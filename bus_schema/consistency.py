@@ -14,6 +14,7 @@ from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.constraints import constraint_violations
 from bus_schema.errors import BadKey
+from bus_schema.hosts import host_violations
 from bus_schema.lifecycle import PRIMARY, State
 from bus_schema.parameter_values import parameter_problem
 from bus_schema.registry import TYPE_NAME
@@ -32,7 +33,7 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
         *_system(architecture),
         *_topics(architecture),
         *(found for name, spec in sorted(architecture.components.items()) for found in _component(name, spec)),
-        *_hosts(architecture),
+        *host_violations(architecture),
         *_parameters(architecture),
         *wiring_violations(architecture),
         *_services(architecture),
@@ -73,13 +74,6 @@ def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
     if spec.state not in PRIMARY:
         wanted = ", ".join(state.value for state in PRIMARY)
         yield Violation(None, name, "state", f"{spec.state.value!r} cannot be wanted: must be one of: {wanted}")
-
-
-def _hosts(architecture: Architecture) -> Iterator[Violation]:
-    for name, spec in sorted(architecture.components.items()):
-        if spec.host not in architecture.hosts:
-            problem = f"there is no host {spec.host!r}; {instead_of(spec.host, architecture.hosts)}"
-            yield Violation(None, name, "host", problem)
 
 
 def _parameters(architecture: Architecture) -> Iterator[Violation]:

@@ -107,7 +107,7 @@ class Overview:
     def hosts(self) -> HostList:
         """Return all hosts."""
         seen = self._client.hosts(LISTEN_FOR).values()
-        return HostList(tuple(HostLine(host.name, host.alive, host.age, host.status) for host in seen))
+        return HostList(tuple(HostLine(h.name, h.alive, h.age, h.status, h.state, h.processes) for h in seen))
 
 
 def _line(name: str, seen: ComponentSeen | None, architecture: Architecture | None) -> ComponentLine:

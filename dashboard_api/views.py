@@ -11,7 +11,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, ProcessStatus
+from bus_schema.messages.host import HostState, HostStatus, ProcessStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,12 +94,17 @@ class TopicList:
 
 @dataclass(frozen=True, slots=True)
 class HostLine:
-    """A host and its processes; ``age`` is the seconds since it last spoke."""
+    """A host and its processes; ``age`` is the seconds since it last spoke.
+
+    ``state`` is how the first host sees it, null for the first host itself.
+    """
 
     name: str
     alive: bool
     age: Seconds | None
     status: HostStatus | None
+    state: HostState | None = None
+    processes: tuple[ProcessStatus, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,25 +8,26 @@ import random
 import secrets
 import signal
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from types import FrameType
 
-from bus_schema.architecture import Architecture
+from bus_schema.architecture import ComponentSpec
 from regraft import rundir
 from regraft.bus import Bus
 from regraft.component import Component
-from regraft.host.host import Host
-from regraft.host.plan import HostPlan
+from regraft.host.home import Home
+from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.process import NoSuchClass, load_class
-from regraft.stack import Problem, Stack, StackError, time_source
+from regraft.security import Guard, as_reached
+from regraft.stack import Stack, time_source
 from regraft.stack.components import in_run_folder
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
 PUMP = 0.05
-LOCAL = "local"
+OPEN_TO_NOBODY = Guard()
 PORTS = range(10_000, 20_000)
 """TCP ports of hubs: below those that the kernel gives to outgoing connections."""
 
@@ -35,7 +36,7 @@ PORTS = range(10_000, 20_000)
 class Running:
     """A system that has been started: its host, the bus, and how to reach it."""
 
-    host: Host
+    host: Home
     bus: Bus
     info: rundir.RunInfo
     stopping: bool = False
@@ -59,27 +60,36 @@ def free_endpoint() -> str:
 
 
 def run_system(
-    stack: Stack, *, duration: float | None = None, step: Callable[[Running], None] = lambda _: None
+    stack: Stack,
+    *,
+    duration: float | None = None,
+    listen: str = "",
+    guard: Guard = OPEN_TO_NOBODY,
+    step: Callable[[Running], None] = lambda _: None,
 ) -> None:
     """Start ``stack`` and run it; ``step`` is called again and again, and ends the system with ``stop``.
+
+    Its hub listens at the endpoint ``listen``, empty for any free one on loopback; there other hosts join. ``guard``
+    says how a link beyond loopback is kept safe.
 
     SIGINT and SIGTERM end it too. When this returns, every process has ended.
 
     Raises:
-        StackError: the stack has components on other hosts.
         AlreadyRunning: a system of that name is running.
         NoSuchClass: a class cannot be prepared.
         NoRoom: the system's folder cannot be written.
         BusError: the hub cannot listen.
+        NotSecure: the hub would be open to strangers.
     """
-    _refuse_other_hosts(stack)
+    if listen:
+        guard.check(listen)
     system = stack.architecture.system
     held = rundir.lock(system)
     try:
-        _prepare_process(stack.architecture)
+        prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
         zygote = start_zygote()
         try:
-            _run(_plan(stack, duration), stack, zygote, step)
+            _run(_plan(stack, duration), _outside(listen, guard), stack, zygote, step)
         finally:
             zygote.close()
     finally:
@@ -87,29 +97,17 @@ def run_system(
         held.close()
 
 
-def _refuse_other_hosts(stack: Stack) -> None:
-    """Refuse what nobody would start: this version runs one machine."""
-    problems = []
-    for spec in stack.architecture.components.values():
-        if spec.host != LOCAL:
-            where = f"components.{spec.name}.host"
-            what = f"{spec.host!r}: this version starts components on {LOCAL!r} alone"
-            problems.append(Problem(str(stack.file), stack.lines.get(where), where, what))
-    if problems:
-        raise StackError(problems)
-
-
-def _prepare_process(architecture: Architecture) -> None:
-    """Import and prepare what the components' processes share, before the first of them is forked."""
-    for path, cls in _classes(architecture).items():
+def prepare_process(specs: Iterable[ComponentSpec]) -> None:
+    """Import and prepare what the components' processes share, before the first is forked; raises NoSuchClass."""
+    for path, cls in _classes(specs).items():
         try:
             cls.preload()
         except Exception as error:
             raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {error}") from error
 
 
-def _classes(architecture: Architecture) -> dict[str, type[Component]]:
-    paths = sorted({spec.cls for spec in architecture.components.values() if spec.cls})
+def _classes(specs: Iterable[ComponentSpec]) -> dict[str, type[Component]]:
+    paths = sorted({spec.cls for spec in specs if spec.cls})
     return {path: load_class(path) for path in paths}
 
 
@@ -131,11 +129,17 @@ def _plan(stack: Stack, duration: float | None) -> HostPlan:
     )
 
 
-def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running], None]) -> None:
+def _outside(listen: str, guard: Guard) -> Endpoints:
+    """Return where other hosts may join, beside the hub's own endpoint on loopback."""
+    return Endpoints((listen,), tls=guard.tls(LOCAL)) if listen else Endpoints()
+
+
+def _run(plan: HostPlan, outside: Endpoints, stack: Stack, zygote: Zygote, step: Callable[[Running], None]) -> None:
     connect = (plan.source_endpoint,) if plan.source else ()
-    bus = open_bus(Endpoints((plan.endpoint,), connect, router=True), in_step=plan.architecture.simulated)
+    endpoints = Endpoints((plan.endpoint, *outside.listen), connect, router=True, tls=outside.tls)
+    bus = open_bus(endpoints, in_step=plan.architecture.simulated)
     try:
-        host = Host(plan, bus, zygote)
+        host = Home(plan, bus, zygote)
         info = rundir.RunInfo(
             plan.architecture.system,
             plan.run,
@@ -143,9 +147,10 @@ def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running],
             plan.endpoint,
             str(stack.file),
             plan.architecture.simulated,
+            join=as_reached(next(iter(outside.listen), plan.endpoint)),
         )
         running = Running(host, bus, info)
-        _stop_on_signals(running)
+        stop_on_signals(running.stop)
         host.start()
         try:
             rundir.write_info(info)
@@ -158,9 +163,11 @@ def _run(plan: HostPlan, stack: Stack, zygote: Zygote, step: Callable[[Running],
         bus.close()
 
 
-def _stop_on_signals(running: Running) -> None:
-    def stop(signum: int, frame: FrameType | None) -> None:
-        running.stop()
+def stop_on_signals(stop: Callable[[], object]) -> None:
+    """Have SIGINT, SIGTERM and SIGHUP end what runs in this process in good order."""
+
+    def take(signum: int, frame: FrameType | None) -> None:
+        stop()
 
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, stop)
+        signal.signal(signum, take)

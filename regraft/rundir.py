@@ -32,7 +32,7 @@ class NoRoom(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """How to reach a running system."""
+    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that tells this."""
 
     system: str
     run: str
@@ -41,6 +41,8 @@ class RunInfo:
     stack: str
     simulated: bool
     gateway: str | None = None
+    join: str = ""
+    host: str = "local"
 
 
 def home() -> Path:

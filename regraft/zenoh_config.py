@@ -28,12 +28,25 @@ SHARED_MEMORY_POOL = 64 * MEGABYTE
 
 
 @dataclass(frozen=True, slots=True)
+class Tls:
+    """Files of mutual TLS: the authority that both ends trust, and this end's certificate and private key (PEM)."""
+
+    authority: str
+    certificate: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
 class Endpoints:
-    """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub."""
+    """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
+
+    ``tls`` is what ``tls/...`` endpoints need.
+    """
 
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
     router: bool = False
+    tls: Tls | None = None
 
 
 def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
@@ -57,10 +70,30 @@ def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
     }
     if endpoints.router:
         settings["connect/exit_on_failure"] = False
+    if endpoints.tls:
+        settings |= _tls_settings(endpoints.tls)
     made = zenoh.Config()
     for key, value in settings.items():
         made.insert_json5(key, json.dumps(value))
     return made
+
+
+def _tls_settings(tls: Tls) -> dict[str, object]:
+    link = "transport/link/tls"
+    return {
+        f"{link}/root_ca_certificate": tls.authority,
+        f"{link}/enable_mtls": True,
+        f"{link}/verify_name_on_connect": True,
+        f"{link}/listen_certificate": tls.certificate,
+        f"{link}/listen_private_key": tls.key,
+        f"{link}/connect_certificate": tls.certificate,
+        f"{link}/connect_private_key": tls.key,
+    }
+
+
+def address_of(endpoint: str) -> str:
+    """Return the address of an endpoint, without its protocol."""
+    return endpoint.partition("/")[2]
 
 
 def on_loopback(endpoint: str) -> bool:

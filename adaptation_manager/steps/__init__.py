@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from adaptation_manager.steps import add, connect, parameters, remove, swap, transition, unsupported
+from adaptation_manager.steps import add, connect, move, parameters, remove, swap, transition
 from adaptation_manager.steps.draft import Draft
 
 PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
@@ -19,7 +19,7 @@ PLANNERS: dict[str, Callable[[Draft, Any], None]] = {
     "add": add.plan,
     "remove": remove.plan,
     "swap": swap.plan,
-    "move": unsupported.plan,
+    "move": move.plan,
 }
-OF_PROCESSES = frozenset({"add", "remove"})
+OF_PROCESSES = frozenset({"add", "remove", "move"})
 """Changes whose component need not exist yet, or not speak the lifecycle."""

@@ -52,7 +52,8 @@ class ReachState:
 class RunProcess:
     """The component's process runs as ``spec`` says, in ``state`` (unconfigured or inactive), and is not restarted.
 
-    A program that is unmanaged just runs. ``resume`` is that of the addition.
+    A program that is unmanaged just runs. ``resume`` is that of the addition. ``leave_out`` incarnations are left to
+    runs on a lost host that nobody heard of.
     """
 
     action: ClassVar[str] = "run_process"
@@ -60,6 +61,7 @@ class RunProcess:
     spec: ComponentSpec
     state: State
     resume: bool = False
+    leave_out: Count = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,8 @@ class Draft:
     ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
     say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
     system: they come before all others. ``unclear`` are the components to be added that cannot be judged. ``begun`` has
-    the incarnation as which each living run was started.
+    the incarnation as which each living run was started. ``lost`` are the hosts that count as lost, ``absent`` has why
+    the others that are not there are not.
     """
 
     architecture: Architecture
@@ -35,6 +36,8 @@ class Draft:
     begun: dict[str, int] = field(default_factory=dict)
     swapped: set[str] = field(default_factory=set)
     violations: list[Violation] = field(default_factory=list)
+    lost: frozenset[str] = frozenset()
+    absent: dict[str, str] = field(default_factory=dict)
     before: dict[str, ComponentSpec] = field(init=False)
     _at_first: dict[str, ComponentView] = field(init=False)
 

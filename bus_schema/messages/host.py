@@ -13,13 +13,32 @@ from bus_schema.registry import message
 
 
 class ProcessState(Enum):
-    """How a component's process is: ``waiting`` until its backoff is over, ``quarantined`` until someone acts."""
+    """How a component's process is.
+
+    ``waiting`` until its backoff is over, or until its host joins; ``quarantined`` until someone acts; ``lost`` with
+    its host: nobody knows.
+    """
 
     STARTING = "starting"
     RUNNING = "running"
     WAITING = "waiting"
     STOPPED = "stopped"
     QUARANTINED = "quarantined"
+    LOST = "lost"
+
+
+class HostState(Enum):
+    """How a host is for the one that it joined.
+
+    ``absent`` until it joins, ``silent`` while it gives no sign of life, ``lost`` once it has been silent for so long
+    that its components may be started elsewhere, ``left`` after it has ended in good order.
+    """
+
+    ABSENT = "absent"
+    JOINED = "joined"
+    SILENT = "silent"
+    LOST = "lost"
+    LEFT = "left"
 
 
 @message("regraft/ProcessStatus")
@@ -41,13 +60,23 @@ class ProcessStatus:
     begun: Count = 0
 
 
+@message("regraft/OtherHost")
+@dataclass(frozen=True, slots=True)
+class OtherHost:
+    """A host as the one sees it that it joined. ``processes`` are those of a host that cannot tell of them itself."""
+
+    host: str
+    state: HostState
+    processes: tuple[ProcessStatus, ...] = ()
+
+
 @message("regraft/HostStatus")
 @dataclass(frozen=True, slots=True)
 class HostStatus:
     """A host and its processes: on every change, and every second.
 
     ``processes`` speak for their components, or would if they ran. ``beside`` are the others: successors that wait for
-    their turn, and incumbents that are frozen.
+    their turn, and incumbents that are frozen. ``others`` is told by the first host alone.
     """
 
     host: str
@@ -55,6 +84,7 @@ class HostStatus:
     pid: Count
     processes: tuple[ProcessStatus, ...]
     beside: tuple[ProcessStatus, ...] = ()
+    others: tuple[OtherHost, ...] = ()
 
 
 @message("regraft/UpdateSpecs")
@@ -105,13 +135,15 @@ class DescribedComponent:
 class StartComponent:
     """Start a component's process, also out of quarantine; ``incarnation`` None lets the host choose the next.
 
-    ``resume`` gives a new component the last checkpoint of the one of its name that was removed.
+    ``resume`` gives a new component the last checkpoint of the one of its name that was removed, or ran elsewhere.
+    ``leave_out`` numbers are left to runs that nobody may have heard of.
     """
 
     component: str
     incarnation: Count | None = None
     term: Count | None = None
     resume: bool = False
+    leave_out: Count = 0
 
 
 @message("regraft/StopComponent")

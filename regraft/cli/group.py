@@ -9,12 +9,15 @@ from typer.core import TyperGroup
 
 from bus_schema.errors import SchemaError
 from regraft.bus import BusError
+from regraft.certificates import CannotMake
 from regraft.cli.output import complain
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
+from regraft.joining import CannotJoin, NothingThere
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass
 from regraft.rundir import AlreadyRunning, NoRoom, NotRunning
 from regraft.runtime.calling import CallFailed
+from regraft.security import NotSecure
 from regraft.stack import StackError
 
 WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -44,8 +47,8 @@ class Failed(Exception):
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, ParameterError, SchemaError)),
-    (BAD_INPUT, (NoSuchComponent, NoSuchHost)),
-    (NOT_REACHABLE, (Unreachable, NotRunning, BusError, NoAnswer)),
+    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, CannotMake)),
+    (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )
 

@@ -1,145 +1,132 @@
-"""``regraft host``, ``logs`` and ``events``: what runs the components, and what they say."""
+"""``regraft host``: lists the hosts of a system, or is one more of them."""
 
 from __future__ import annotations
 
-import queue
-import time
+import logging
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from bus_schema import codec
-from bus_schema.keys import component_name, system_name
-from bus_schema.messages.health import Event
 from regraft import rundir
-from regraft.cli.display import event_line
-from regraft.cli.group import BadInput, Unreachable
-from regraft.cli.options import ComponentArgument, JsonOption, SystemOption, chosen_system
-from regraft.cli.output import say, show_json, show_table
-from regraft.cli.reach import reached
-
-LOOK_EVERY = 0.1
-MOST_BYTES = 1024 * 1024
-
-
-def host(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
-    """List the hosts and the processes that they run."""
-    with reached(ctx, system) as there:
-        hosts = there.client.hosts()
-    if as_json:
-        plain = [
-            {
-                "name": h.name,
-                "alive": h.alive,
-                "silent_s": h.age,
-                "status": codec.to_plain(h.status) if h.status else None,
-            }
-            for h in hosts.values()
-        ]
-        show_json({"hosts": plain})
-        return
-    rows = [
-        (h.name, p.component, p.state.value, p.pid or "", p.incarnation, p.restarts, p.last_end)
-        for h in hosts.values()
-        for p in (h.status.processes if h.status else ())
-    ]
-    show_table(("host", "component", "process", "pid", "run", "restarts", "last ended"), rows, empty="no hosts")
+from regraft.cli.group import NOT_REACHABLE, BadInput
+from regraft.cli.options import InsecureOption, JsonOption, SystemOption, TlsOption, chosen_system
+from regraft.cli.output import complain, say, show_json, show_table
+from regraft.cli.reach import Reached, reached
+from regraft.client.seen import HostSeen
+from regraft.joining import Joined, Wanted, run_guest
+from regraft.security import Guard
+from regraft.zenoh_config import Endpoints
 
 
-def logs(
+def host(
     ctx: typer.Context,
-    component: ComponentArgument,
-    follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")] = False,
-    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", min=1, max=10_000, help="How many.")] = 100,
-    system: SystemOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Print the end of a component's log ('host': the host's own), also of a system that has ended."""
-    component_name(component)
-    path = _log_file(ctx, system, component)
-    shown, position = tail(path, lines)
-    if as_json:
-        show_json({"component": component, "file": str(path), "lines": shown})
-        return
-    for line in shown:
-        say(line)
-    while follow:
-        more, position = grown(path, position)
-        for line in more:
-            say(line)
-        if not more:
-            time.sleep(LOOK_EVERY)
-
-
-def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path:
-    chosen = chosen_system(ctx, system)
-    name = system_name(chosen) if chosen is not None else rundir.find().system
-    folder = rundir.folder(name) / "logs"
-    if not folder.is_dir():
-        raise Unreachable(f"no system named {name!r} has run here")
-    path = folder / f"{component}.log"
-    if not path.exists():
-        there = ", ".join(sorted(found.stem for found in folder.glob("*.log"))) or "none"
-        raise BadInput(
-            f"{name} has no log of {component!r}; it has: {there} (what 'regraft run' starts logs to its terminal)"
-        )
-    return path
-
-
-def tail(path: Path, count: int) -> tuple[list[str], int]:
-    """Return the last lines of a file, and the position behind them."""
-    with path.open("rb") as log:
-        end = log.seek(0, 2)
-        log.seek(max(0, end - MOST_BYTES))
-        data = log.read(MOST_BYTES)
-    whole = data[: data.rfind(b"\n") + 1]
-    position = end - len(data) + len(whole)
-    return whole.decode(errors="replace").splitlines()[-count:], position
-
-
-def grown(path: Path, position: int) -> tuple[list[str], int]:
-    """Return the whole lines that a file has behind ``position``, and the position behind them.
-
-    A file that has become shorter was begun anew.
-    """
-    try:
-        with path.open("rb") as log:
-            end = log.seek(0, 2)
-            start = position if position <= end else 0
-            log.seek(start)
-            data = log.read(MOST_BYTES)
-    except FileNotFoundError:
-        return [], 0
-    whole = data[: data.rfind(b"\n") + 1] if len(data) < MOST_BYTES else data
-    return whole.decode(errors="replace").splitlines(), start + len(whole)
-
-
-def events(
-    ctx: typer.Context,
-    kind: Annotated[str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")] = "",
-    count: Annotated[int | None, typer.Option("--count", metavar="N", min=1, help="End after so many.")] = None,
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")
+    join: Annotated[
+        str | None,
+        typer.Option("--join", metavar="ENDPOINT", help="Be a host of the system that is there, until Ctrl-C."),
     ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", metavar="NAME", help="With --join: the name to be a host under.")
+    ] = None,
+    stack_folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--stack-folder",
+            metavar="FOLDER",
+            file_okay=False,
+            exists=True,
+            help="With --join: where the stack's files are on this machine; by default where they are on the first.",
+        ),
+    ] = None,
+    tls: TlsOption = None,
+    insecure: InsecureOption = False,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Print what happens, as it happens; as JSON, one document per line."""
-    waiting: queue.SimpleQueue[Event] = queue.SimpleQueue()
-    end = None if duration is None else time.monotonic() + duration
-    shown = 0
-    with reached(ctx, system) as there:
-        there.client.events(waiting.put)
-        while (count is None or shown < count) and (end is None or time.monotonic() < end):
-            try:
-                event = waiting.get(timeout=LOOK_EVERY)
-            except queue.Empty:
-                continue
-            if not event.kind.startswith(kind):
-                continue
-            shown += 1
-            if as_json:
-                show_json(event, compact=True)
-            else:
-                say(event_line(event, there.client.clock()))
+    """List the hosts and the processes that they run; or join a system as one more host."""
+    if join is None:
+        if name is not None or stack_folder is not None or tls is not None or insecure:
+            raise BadInput("--name, --stack-folder, --tls and --insecure belong to --join ENDPOINT")
+        with reached(ctx, system) as there:
+            _list(there, as_json)
+        return
+    if name is None:
+        raise BadInput("--join needs a --name to be a host under, such as --name edge")
+    guard = Guard(tls, insecure)
+    guard.check(join)
+    endpoints = Endpoints(connect=(join,), tls=guard.tls(name))
+    _be_host(Wanted(endpoints, name, chosen_system(ctx, system), stack_folder), as_json)
+
+
+# --- listing ---
+
+
+def _list(there: Reached, as_json: bool) -> None:
+    hosts = there.client.hosts().values()
+    if as_json:
+        show_json({"endpoint": there.info.join or there.info.endpoint, "hosts": [_plain(host) for host in hosts]})
+        return
+    say(f"other hosts join by: regraft host --join {there.info.join or there.info.endpoint} --name NAME")
+    rows: list[tuple[Any, ...]] = []
+    for h in hosts:
+        rows += [
+            (h.name, _state(h), p.component, p.state.value, p.pid or "", p.incarnation or "", p.restarts, p.last_end)
+            for p in h.processes
+        ]
+        if not h.processes:
+            rows.append((h.name, _state(h), "", "", "", "", "", ""))
+    headings = ("host", "state", "component", "process", "pid", "run", "restarts", "last ended")
+    show_table(headings, rows, empty="no hosts")
+
+
+def _state(host: HostSeen) -> str:
+    return host.state.value if host.state else "first"
+
+
+def _plain(host: HostSeen) -> dict[str, Any]:
+    return {
+        "name": host.name,
+        "alive": host.alive,
+        "state": _state(host),
+        "silent_s": host.age,
+        "processes": [codec.to_plain(process) for process in host.processes],
+        "status": codec.to_plain(host.status) if host.status else None,
+    }
+
+
+# --- joining ---
+
+
+def _be_host(wanted: Wanted, as_json: bool) -> None:
+    told = False
+
+    def step(joined: Joined) -> None:
+        nonlocal told
+        if not told:
+            told = True
+            _log_to_file(joined)
+            _say_joined(joined, as_json)
+
+    ended = run_guest(wanted, step)
+    if ended.orderly:
+        say(f"host {wanted.name} has ended: {ended.over}")
+    elif ended.over:
+        complain(f"host {wanted.name} has ended: {ended.over}")
+        raise typer.Exit(NOT_REACHABLE)
+
+
+def _say_joined(joined: Joined, as_json: bool) -> None:
+    components = sorted(joined.host.wards)
+    if as_json:
+        shown = {"system": joined.system, "host": joined.host.plan.name, "components": components}
+        show_json(shown, compact=True)
+        return
+    runs = f"; it runs {', '.join(components)}" if components else ""
+    say(f"host {joined.host.plan.name} has joined system {joined.system}{runs}; Ctrl-C ends it")
+
+
+def _log_to_file(joined: Joined) -> None:
+    folder = rundir.folder(f"{joined.system}@{joined.host.plan.name}") / "logs"
+    form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+    logging.basicConfig(filename=folder / "host.log", format=form, force=True)

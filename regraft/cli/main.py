@@ -7,13 +7,15 @@ from typing import Annotated
 import typer
 
 from regraft.cli.adapt import adapt, journal, undo
+from regraft.cli.certificates import certificates
 from regraft.cli.connect import connect
 from regraft.cli.doctor import doctor
 from regraft.cli.estimate import estimate
 from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
-from regraft.cli.host import events, host, logs
+from regraft.cli.host import host
 from regraft.cli.lifecycle import lifecycle
+from regraft.cli.logs import events, logs
 from regraft.cli.mode import mode
 from regraft.cli.param import param
 from regraft.cli.planner import planner
@@ -28,7 +30,7 @@ from regraft.cli.up import up
 
 COMMANDS = (
     *(up, down, ps, run, adapt, undo, journal, connect, remove, swap, move, mode),
-    *(estimate, host, logs, events, doctor, types),
+    *(estimate, host, logs, events, certificates, doctor, types),
 )
 GROUPS = {
     "param": param,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,6 +12,15 @@ SystemOption = Annotated[
     typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+TlsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--tls", metavar="FOLDER", file_okay=False, exists=True, help="Certificates for tls/... endpoints, both ways."
+    ),
+]
+InsecureOption = Annotated[
+    bool, typer.Option("--insecure", help="Take links beyond this machine that are neither encrypted nor checked.")
+]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
 TimeoutOption = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from bus_schema.architecture import Architecture
 from bus_schema.parameter_values import effective_parameter
 from regraft.cli.group import BadInput
+from regraft.host.plan import LOCAL
 
 
 def check_ports(architecture: Architecture) -> None:
@@ -27,7 +28,7 @@ def check_ports(architecture: Architecture) -> None:
 def listeners(architecture: Architecture) -> Iterator[tuple[str, str, int]]:
     """Yield component, address and port of whoever has such parameters; port 0, any free one, is left out."""
     for name, spec in sorted(architecture.components.items()):
-        if spec.description is None:
+        if spec.description is None or spec.host != LOCAL:
             continue
         address = effective_parameter(spec.description, spec.parameters, "address")
         port = effective_parameter(spec.description, spec.parameters, "port")

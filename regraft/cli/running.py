@@ -84,6 +84,8 @@ class Run:
         info = running.info
         logs = rundir.folder(info.system) / "logs"
         self._display.line(f"system {info.system} from {info.stack}; logs in {logs}; see 'regraft ps'")
+        if len(running.host.plan.architecture.hosts) > 1 or info.join != info.endpoint:
+            self._display.line(f"other hosts join by: regraft host --join {info.join} --name NAME")
 
     def _say_ending(self) -> None:
         if not self._stopping_shown:

@@ -11,7 +11,8 @@ from bus_schema.description import ANY_TYPE, PortDescription, ServiceDescription
 from bus_schema.suggestions import instead_of
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
-from regraft.client import NoSuchComponent
+from regraft.client import NoAnswer, NoSuchComponent
+from regraft.host.plan import LOCAL
 
 AT_ONCE = 0.0
 """Who is there is known at once; only what they tell of themselves has to be waited for."""
@@ -142,11 +143,21 @@ def topology(there: Reached) -> Topology:
     seen = client.components(AT_ONCE)
     hosted: dict[str, ComponentSpec] = {}
     topics: dict[str, TopicSpec] = {}
+    elsewhere: dict[str, ComponentSpec] = {}
     for host in client.hosts(AT_ONCE).values():
-        if host.alive:
+        if not host.alive:
+            continue
+        try:
             view = client.host_view(host.name)
-            hosted |= {spec.name: spec for spec in view.specs}
-            topics |= view.architecture.topics
+        except NoAnswer:
+            if host.name == LOCAL:
+                raise
+            continue  # it is lost, or on the way to that: the first host knows what it was to run
+        hosted |= {spec.name: spec for spec in view.specs}
+        topics |= view.architecture.topics
+        if host.name == LOCAL:
+            elsewhere = {name: spec for name, spec in view.architecture.components.items() if spec.host != LOCAL}
+    hosted = elsewhere | hosted
     unhosted = {}
     for name in seen.keys() - hosted.keys():
         spec = _spec_of(there, name)

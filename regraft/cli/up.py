@@ -13,12 +13,14 @@ from regraft import rundir
 from regraft.bus import BusError
 from regraft.cli.display import display
 from regraft.cli.group import FAILED, BadInput
-from regraft.cli.options import JsonOption, chosen_system
+from regraft.cli.options import InsecureOption, JsonOption, TlsOption, chosen_system
 from regraft.cli.output import say, show_json
 from regraft.cli.ports_free import check_ports
 from regraft.cli.running import Run
+from regraft.host.plan import LOCAL
 from regraft.launch import run_system
-from regraft.stack import Stack, apply_overrides, load, with_seed, with_speed, with_system
+from regraft.security import Guard
+from regraft.stack import Stack, apply_overrides, load, with_places, with_seed, with_speed, with_system
 
 STACK_FILE = "stack.yaml"
 
@@ -37,6 +39,10 @@ def up(
         list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
     ] = None,
+    places: Annotated[
+        list[str] | None,
+        typer.Option("--place", metavar="COMPONENT=HOST", help="Have a component run on a host; may be repeated."),
+    ] = None,
     speed: Annotated[Speed | None, typer.Option("--speed", help="The pace of simulated time.")] = None,
     duration: Annotated[
         float | None,
@@ -52,6 +58,12 @@ def up(
     system: Annotated[
         str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
     ] = None,
+    listen: Annotated[
+        str | None,
+        typer.Option("--listen", metavar="ENDPOINT", help="Where other hosts join, such as tcp/127.0.0.1:7447."),
+    ] = None,
+    tls: TlsOption = None,
+    insecure: InsecureOption = False,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the closing line.")] = False,
 ) -> None:
@@ -60,7 +72,11 @@ def up(
     Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
     quarantined or was never up within its time.
     """
-    wanted = _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system))
+    guard = Guard(tls, insecure)
+    if listen is not None:
+        guard.check(listen)
+        guard.tls(LOCAL)
+    wanted = with_places(_wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system)), places or [])
     # That it runs already is the better reason than that its gateway's port is in use.
     rundir.lock(wanted.name).close()
     check_ports(wanted.architecture)
@@ -68,7 +84,7 @@ def up(
     _log_to_file(wanted.name)
     run = Run(display(headless=headless, quiet=quiet or as_json), duration)
     try:
-        run_system(wanted, duration=duration, step=run.step)
+        run_system(wanted, duration=duration, listen=listen or "", guard=guard, step=run.step)
     except BusError as error:
         raise BadInput(str(error)) from None
     finally:

@@ -74,6 +74,7 @@ class Watch:
         self._bus = running.bus
         self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self.statuses: dict[str, ComponentStatus] = {}
+        self._elsewhere: dict[str, ProcessStatus] = {}
         keys = Keys(running.info.system)
         self._bus.subscribe(keys.status("*"), self._inbox.put)
         self._bus.subscribe(keys.event, self._inbox.put)
@@ -104,8 +105,8 @@ class Watch:
         return events
 
     def _take_status(self, status: ComponentStatus) -> None:
-        ward = self._running.host.wards.get(status.component)
-        if ward is not None and status.incarnation == ward.incarnation:
+        run = self._running.host.wards.get(status.component) or self._elsewhere.get(status.component)
+        if run is not None and status.incarnation == run.incarnation:
             self.statuses[status.component] = status
 
     # --- what is seen ---
@@ -124,12 +125,15 @@ class Watch:
         return self._battery.look(BatteryState) if self._battery else None
 
     def processes(self) -> tuple[ProcessStatus, ...]:
-        """Return the processes that the host has."""
-        return self._running.host.status().processes
+        """Return the processes that the hosts have."""
+        host = self._running.host
+        elsewhere = host.others.processes()
+        self._elsewhere = {process.component: process for process in elsewhere}
+        return (*host.status().processes, *(process for process in elsewhere if process.component not in host.wards))
 
     def readiness(self) -> Readiness:
         """Tell how far the system is on its way to the state that the stack wants."""
-        specs = self._running.host.plan.mine()
+        specs = self._running.host.plan.architecture.components
         waiting = {}
         for process in self.processes():
             spec = specs.get(process.component)

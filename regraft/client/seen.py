@@ -12,7 +12,7 @@ from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, ProcessStatus
+from bus_schema.messages.host import HostState, HostStatus, OtherHost, ProcessStatus
 from regraft.bus import Sample
 
 M = TypeVar("M")
@@ -44,12 +44,18 @@ class ComponentSeen:
 
 @dataclass(frozen=True, slots=True)
 class HostSeen:
-    """A host as seen from outside; ``age`` is the seconds since its last status."""
+    """A host as seen from outside; ``age`` is the seconds since its last status.
+
+    ``state`` is how the first host sees it, None for the first host itself. ``processes`` are those that it runs,
+    or was to run if it is not there.
+    """
 
     name: str
     alive: bool
     status: HostStatus | None
     age: float | None
+    state: HostState | None = None
+    processes: tuple[ProcessStatus, ...] = ()
 
 
 class Board:
@@ -119,9 +125,7 @@ class Board:
         with self._changed:
             now = time.monotonic()
             processes = {
-                process.component: (host, process)
-                for host, (status, _) in self._hosts.items()
-                for process in status.processes
+                process.component: (host, process) for host in self._names(set()) for process in self._processes(host)
             }
             names = sorted(alive | processes.keys())
             return {name: self._component(name, alive.get(name), processes.get(name), now) for name in names}
@@ -135,14 +139,32 @@ class Board:
         return ComponentSeen(name, run is not None, status, now - heard if status else None, host, running)
 
     def hosts(self, alive: set[str]) -> dict[str, HostSeen]:
-        """Return the hosts that are alive or were heard of, by name."""
+        """Return the hosts that are alive, were heard of, or that the stack names, by name."""
         with self._changed:
             now = time.monotonic()
             seen = {}
-            for name in sorted(alive | self._hosts.keys()):
+            others = self._others()
+            for name in self._names(alive):
                 status, heard = self._hosts.get(name, (None, now))
-                seen[name] = HostSeen(name, name in alive, status, now - heard if status else None)
+                age = now - heard if status else None
+                state = others[name].state if name in others else None
+                seen[name] = HostSeen(name, name in alive, status, age, state, self._processes(name))
             return seen
+
+    def _names(self, alive: set[str]) -> list[str]:
+        return sorted(alive | self._hosts.keys() | self._others().keys())
+
+    def _others(self) -> dict[str, OtherHost]:
+        """Return how the first host sees the others; called with the lock held."""
+        return {other.host: other for status, _ in self._hosts.values() for other in status.others}
+
+    def _processes(self, host: str) -> tuple[ProcessStatus, ...]:
+        """Return the processes that a host tells, or those that are told of a host that is not there."""
+        other = self._others().get(host)
+        if other is not None and other.state is not HostState.JOINED:
+            return other.processes
+        status, _ = self._hosts.get(host, (None, 0.0))
+        return status.processes if status else ()
 
 
 def _forget_oldest(heard: dict[K, V], most: int) -> None:

@@ -15,15 +15,12 @@ from bus_schema.envelope import Envelope
 from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import (
-    HostStatus,
-    ProcessState,
-    UpdateSpecs,
-)
+from bus_schema.messages.host import HostStatus, ProcessState, UpdateSpecs
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside
-from regraft.host.describing import Describer
+from regraft.host.describing import DESCRIBE, Describer
+from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.questions import Questions
 from regraft.host.restarts import RestartHistory
@@ -65,8 +62,8 @@ class Host:
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
-        self.past: dict[str, Ward] = {}
-        self._questions = Questions(self, Describer(zygote, plan.stack_folder, plan.folder))
+        self.past = PastRuns()
+        self.questions = Questions(self, Describer(zygote, plan.stack_folder, plan.folder))
 
     # --- life ---
 
@@ -79,7 +76,7 @@ class Host:
                 self._bus.subscribe(key, self.inbox.shelve)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"))
             ),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in self._questions.verbs),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, DESCRIBE)),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()
@@ -137,7 +134,7 @@ class Host:
             return
         query = self._bus.open_query(item)
         if query is not None:
-            self._questions.answer(query)
+            self.questions.answer(query)
         elif callable(item):
             item()
 
@@ -189,7 +186,7 @@ class Host:
             self._silence.forget(ward.run)
 
     def _zygote_reports(self, report: dict[str, Any]) -> None:
-        if self._questions.describer.takes(report):
+        if self.questions.describer.takes(report):
             return
         ward = self.beside.begun_as(report["name"], report["incarnation"])
         if ward is None:
@@ -249,7 +246,7 @@ class Host:
 
     def _forget(self, ward: Ward) -> None:
         del self.wards[ward.spec.name]
-        self.past[ward.spec.name] = ward
+        self.past.note(ward.spec.name, ward.incarnation, ward.checkpoint)
         self._silence.forget(ward.run)
         self._next_status = 0.0
         self._voice.event("component.removed", ward.spec.name, f"{ward.spec.name} was removed")
@@ -277,7 +274,7 @@ class Host:
         if now < self._next_look:
             return
         self._next_look = now + LOOK_EVERY
-        self._questions.describer.look(now)
+        self.questions.describer.look(now)
         source = self.wards.get(self.plan.source or "")
         hung = set(self._silence.hung(now, source.run if source else None))
         for ward in [ward for ward in self._all() if ward.run in hung]:
@@ -295,10 +292,10 @@ class Host:
     def _take_sample(self, sample: Sample) -> None:
         """Take a heartbeat or checkpoint; one of another incarnation speaks for the dead, or is forged."""
         name, kind = sample.key.split("/")[2:4]
-        if name not in self.wards and name not in self.beside.wards:
-            return
         try:
-            if kind == "checkpoint":
+            if name not in self.wards and name not in self.beside.wards:
+                self.past.take(name, kind, sample)
+            elif kind == "checkpoint":
                 ward = self.beside.called(name, Envelope.from_bytes(sample.attachment).incarnation)
                 if ward is not None:
                     ward.checkpoint = sample.payload
@@ -343,7 +340,7 @@ class Host:
     def _take_spec(self, spec: ComponentSpec) -> None:
         ward = self.wards.get(spec.name)
         if ward is None:
-            last = self.past[spec.name].incarnation if spec.name in self.past else 0
+            last = self.past.incarnation(spec.name)
             self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart), incarnation=last)
         else:
             ward.spec, ward.history.policy = spec.described_as(ward.spec), spec.restart

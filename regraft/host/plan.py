@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import UpdateSpecs
+from bus_schema.messages.joining import JoinedSystem
+
+LOCAL = "local"
+"""The name of a system's first host, which the others join."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +20,7 @@ class HostPlan:
 
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
     the components. ``folder`` is the system's folder (``regraft.rundir``), ``stack_folder`` where the stack file is
-    and programs run.
+    and programs run. ``paths`` has the folders that are elsewhere on this machine than on the first host, by theirs.
     """
 
     architecture: Architecture
@@ -27,12 +32,35 @@ class HostPlan:
     source_endpoint: str = ""
     seed: int = 0
     duration: float | None = None
-    name: str = "local"
+    name: str = LOCAL
+    paths: dict[str, str] = field(default_factory=dict)
+
+    def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
+        """Return parameters with paths as they are on this machine."""
+        return {name: self._found_here(value) for name, value in parameters.items()}
+
+    def _found_here(self, value: PlainValue) -> PlainValue:
+        if isinstance(value, str):
+            for there, here in self.paths.items():
+                if value == there or value.startswith(f"{there}/"):
+                    return here + value[len(there) :]
+        return value
 
     def updated(self, update: UpdateSpecs) -> HostPlan:
         """Return the plan with the architecture as an update says that it is to be; its revision stays the start's."""
         updated = update.applied_to(self.architecture)
         return replace(self, architecture=replace(updated, revision=self.architecture.revision))
+
+    def as_joined(self, joined: JoinedSystem) -> HostPlan:
+        """Return the plan with what the first host says; what concerns this machine stays."""
+        paths = {joined.stack_folder: str(self.stack_folder), joined.folder: str(self.folder)}
+        return replace(
+            self,
+            architecture=joined.architecture,
+            run=joined.run,
+            seed=joined.seed,
+            paths={there: here for there, here in paths.items() if there != here},
+        )
 
     def mine(self) -> dict[str, ComponentSpec]:
         """Return the specs of the components on this host."""

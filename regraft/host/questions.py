@@ -23,7 +23,7 @@ from bus_schema.messages.host import (
 from regraft.bus import Query
 from regraft.host.describing import DESCRIBE, Describer
 from regraft.host.logs import tail
-from regraft.host.voice import Fenced, UnknownComponent, refuse
+from regraft.host.voice import Fenced, Refused, UnknownComponent, refuse
 from regraft.host.ward import Ward
 
 if TYPE_CHECKING:
@@ -34,27 +34,22 @@ LARGEST_INCARNATION = 2**32 - 1
 
 
 class Questions:
-    """Answers the queries to one host."""
+    """Answers the queries to one host, by ``verbs``."""
 
     def __init__(self, host: Host, describer: Describer) -> None:
         """Nobody has asked yet."""
         self.describer = describer
         self._host = host
         self._log = logging.getLogger("host")
-        self._verbs: dict[str, Callable[[bytes], object]] = {
+        self.verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
             "specs": self._update,
-            "start": self._start_asked,
+            "start": self.start,
             "stop": self._stop_asked,
             "logs": self._logs,
             "succeed": self._start_successor,
             "speak": self._let_speak,
         }
-
-    @property
-    def verbs(self) -> tuple[str, ...]:
-        """All that can be asked."""
-        return (*self._verbs, DESCRIBE)
 
     def answer(self, query: Query) -> None:
         """Answer a query, or begin to."""
@@ -63,11 +58,13 @@ class Questions:
             if verb == DESCRIBE:
                 self.describer.ask(query)
                 return
-            if verb not in self._verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join(self.verbs)}")
-            query.reply(codec.encode(self._verbs[verb](query.payload)))
+            if verb not in self.verbs:
+                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self.verbs, DESCRIBE))}")
+            query.reply(codec.encode(self.verbs[verb](query.payload)))
         except Fenced as error:
             refuse(query, ControlCode.FENCED, str(error))
+        except Refused as error:
+            refuse(query, error.code, str(error))
         except (SchemaError, UnknownComponent) as error:
             refuse(query, ControlCode.MALFORMED, f"{verb}: {error}")
         except Exception as error:
@@ -91,7 +88,8 @@ class Questions:
         self._host.take_update(update)
         return self._host.status()
 
-    def _start_asked(self, payload: bytes) -> HostStatus:
+    def start(self, payload: bytes) -> HostStatus:
+        """Start a component, as somebody asks by StartComponent; raises BadMessage, Fenced, UnknownComponent."""
         asked = codec.decode(payload, StartComponent)
         if asked.incarnation is not None and asked.incarnation > LARGEST_INCARNATION:
             raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
@@ -101,8 +99,9 @@ class Questions:
             raise UnknownComponent(f"component {asked.component!r} is being removed")
         if not ward.has_process and ward.start_at is None:
             ward.history.pardon()
-            if asked.resume and ward.spec.name in self._host.past:
-                ward.checkpoint = self._host.past[ward.spec.name].checkpoint
+            if asked.resume:
+                ward.checkpoint = self._host.past.checkpoint(ward.spec.name)
+            ward.incarnation += asked.leave_out
             if asked.incarnation is not None:
                 ward.incarnation = max(ward.incarnation, asked.incarnation - 1)
             ward.start_at, ward.state = time.monotonic(), ProcessState.WAITING

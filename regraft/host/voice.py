@@ -24,6 +24,15 @@ class Fenced(Exception):
     """A change that does not come from the manager's current term."""
 
 
+class Refused(Exception):
+    """What was asked for is not done; the text says why."""
+
+    def __init__(self, text: str, code: ControlCode = ControlCode.REFUSED) -> None:
+        """Say it."""
+        self.code = code
+        super().__init__(text)
+
+
 class Voice:
     """Puts a host's status and events on the bus; one that cannot be put is only in the log."""
 

@@ -102,7 +102,7 @@ class Ward:
             name=self.spec.name,
             cls=self.spec.cls,
             incarnation=self.incarnation,
-            parameters=self.spec.parameters,
+            parameters=plan.found_here(self.spec.parameters),
             connections=self.spec.connections,
             services=self.spec.services,
             state=self.spec.state,

@@ -2,6 +2,7 @@
 
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
+from regraft.stack.places import with_places
 from regraft.stack.problems import Problem, StackError
 from regraft.stack.stack import Stack, time_source
 
@@ -12,6 +13,7 @@ __all__ = [
     "apply_overrides",
     "load",
     "time_source",
+    "with_places",
     "with_seed",
     "with_speed",
     "with_system",

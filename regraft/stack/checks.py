@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import violations
+from regraft.stack.hosts import FIRST
 from regraft.stack.stack import time_sources
 
 FIELD_IN_FILE = {"connections": "connect", "cls": "class", "name": "", "resources": "", "description": ""}
@@ -42,6 +43,9 @@ def field_in_file(violation: Violation) -> str:
 
 def _time_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     sources = time_sources(architecture)
+    for name in sources:
+        if architecture.components[name].host != FIRST:
+            yield f"components.{name}.host", f"makes simulated time go on: must be on the first host, {FIRST!r}"
     if architecture.simulated and not sources:
         yield "clock", "simulated time needs a component that makes it go on, such as a world; there is none"
     elif architecture.simulated and len(sources) > 1:

@@ -6,14 +6,13 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from bus_schema import keys
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.errors import BadKey
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in
 from regraft.stack.components import read_component, read_connections
 from regraft.stack.constraints import read_constraints
 from regraft.stack.document import read_document
+from regraft.stack.hosts import read_hosts
 from regraft.stack.modes import read_modes
 from regraft.stack.section import Section
 from regraft.stack.stack import Stack, time_sources
@@ -86,13 +85,15 @@ def _architecture(root: Section, folder: Path) -> Architecture:
     specs = {name: read_component(table, name, folder) for name in table.names()}
     # Topics come after the components: importing a class may make new message types known.
     topics = read_topics(root.section("topics"))
+    hosts, rules = read_hosts(root)
     architecture = Architecture(
         system=_system(root),
         revision=0,
         simulated=root.choice("clock", _Clock, _Clock.REAL) is _Clock.SIMULATED,
         components=_connected(table, specs, topics),
         topics=topics,
-        hosts=_hosts(root),
+        hosts=hosts,
+        host_rules=rules,
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
@@ -109,16 +110,6 @@ def _system(root: Section) -> str:
     if "system" not in root:
         root.wrong("system", "is missing: must name the system, such as 'frog'")
     return root.text("system", "unnamed")
-
-
-def _hosts(root: Section) -> tuple[str, ...]:
-    names = root.texts("hosts")
-    for index, name in enumerate(names):
-        try:
-            keys.system_name(name)
-        except BadKey as error:
-            root.wrong(f"hosts.{index}", str(error).replace("a system", "a host"))
-    return tuple(dict.fromkeys(("local", *names)))
 
 
 def _with_speed(root: Section, architecture: Architecture) -> Architecture:

@@ -20,7 +20,7 @@ from bus_schema.messages.quality import Quality
 from regraft.cli.closing import Closing
 from regraft.cli.display import event_line, status_line
 from regraft.cli.extensions import add_extensions
-from regraft.cli.host import grown, tail
+from regraft.cli.logs import grown, tail
 from regraft.cli.main import build
 from regraft.cli.managing import headline, violation_line
 from regraft.cli.output import plain_table

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.host.several import Site
 from tests.host.system import System
 
 Start = Callable[..., System]
@@ -37,3 +38,12 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     yield run
     for system in started:
         system.end()
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
+    """Return a site in a home of its own."""
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    made = Site(tmp_path)
+    yield made
+    made.close()

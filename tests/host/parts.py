@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from bus_schema.annotations import Count
 from bus_schema.registry import message
-from regraft import Component, Output, Parameter, every, service
+from regraft import Component, Input, Output, Parameter, every, service
 from tests.handover.parts import Sink, Totaller
 
 
@@ -144,3 +144,33 @@ class LameSink(Sink):
 
     def on_activate(self) -> None:
         raise RuntimeError("cannot get up")
+class Pulse(Component):
+    """Counts a thousand times a second."""
+
+    pulses = Output(Tick)
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    @every(hz=1000)
+    def beat(self) -> None:
+        self.count += 1
+        self.pulses.publish(Tick(self.count))
+
+
+class Listener(Component):
+    """Says how many pulses it has had, and how many came out of their order."""
+
+    pulses = Input(Tick)
+
+    def __init__(self) -> None:
+        self.heard = self.wrong = self.last = 0
+
+    @pulses.handler
+    def take(self, tick: Tick) -> None:
+        self.wrong += bool(self.last) and tick.count != self.last + 1
+        self.last = tick.count
+        self.heard += 1
+
+    def snapshot(self) -> dict[str, int]:
+        return {"heard": self.heard, "wrong": self.wrong}

@@ -36,6 +36,7 @@ class System:
                 cwd=ROOT,
             )
         self.events: list[Event] = []
+        self.info: rundir.RunInfo
         try:
             wait_until(self._is_up, "the system to be up", PATIENCE)
         except AssertionError:

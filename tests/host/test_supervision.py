@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
-from tests.host.conftest import HEAD, Start
+from tests.host.conftest import Start
 from tests.host.parts import Tick
-from tests.host.system import ROOT, System, children_of, exists, wait_gone
+from tests.host.system import System, children_of, exists, wait_gone
 from tests.kit.site import PATIENCE, wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
@@ -127,15 +124,6 @@ def test_a_system_whose_zygote_is_killed_ends_with_an_error_and_leaves_nothing(s
     os.kill(zygote, signal.SIGKILL)
     assert system.process.wait(PATIENCE) != 0
     wait_gone(pids)
-
-
-def test_a_component_on_another_host_is_refused_with_its_line(tmp_path: Path) -> None:
-    stack = tmp_path / "stack.yaml"
-    stack.write_text(HEAD.replace("components:", "hosts: [arm]\ncomponents:") + TICKER.replace("}", ", host: arm}"))
-    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless"]
-    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=30, check=False)
-    assert ended.returncode == 2
-    assert "stack.yaml:8: components.ticker.host: 'arm'" in ended.stderr
 
 
 def test_what_a_program_started_ends_with_it(start: Start) -> None:

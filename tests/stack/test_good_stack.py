@@ -114,12 +114,12 @@ def test_hosts_are_the_local_one_and_those_named(tmp_path: Path) -> None:
             tmp_path,
             changed(
                 ("seed: 1\n", "seed: 1\nhosts: [arm]\n"),
-                ("class: tests.stack.parts:World", "host: arm\n    class: tests.stack.parts:World"),
+                ("class: tests.stack.parts:Navigator", "host: arm\n    class: tests.stack.parts:Navigator"),
             ),
         )
     )
     assert stack.architecture.hosts == ("local", "arm")
-    assert stack.architecture.components["world"].host == "arm"
+    assert {spec.name for spec in stack.architecture.components.values() if spec.host == "arm"} == {"rescuer.navigator"}
 
 
 def test_imports_make_message_types_known(tmp_path: Path) -> None:

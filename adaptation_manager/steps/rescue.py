@@ -1,0 +1,44 @@
+"""``move`` of what was on a host that is lost: it is started elsewhere, from its last checkpoint if it has one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
+from adaptation_manager.steps.draft import Draft
+from bus_schema.adaptation import Move
+from bus_schema.architecture import ComponentSpec
+from bus_schema.lifecycle import State
+from bus_schema.suggestions import instead_of
+
+LEAVE_OUT = 1000
+"""Incarnations left to runs on the lost host that nobody heard of: more than it can have restarted meanwhile."""
+
+
+def is_rescue(draft: Draft, change: Move) -> bool:
+    """Tell whether there is nobody to move any more: the component's host is lost."""
+    return draft.spec(change.component).host in draft.lost
+
+
+def plan(draft: Draft, change: Move) -> None:
+    """Add the change to the draft."""
+    spec = draft.spec(change.component)
+    if change.host not in draft.architecture.hosts:
+        there_are = instead_of(change.host, draft.architecture.hosts)
+        draft.refuse(spec.name, "host", f"there is no host {change.host!r}; {there_are}")
+    elif change.host in draft.absent:
+        draft.refuse(spec.name, "host", draft.absent[change.host])
+    else:
+        _plan(draft, replace(spec, host=change.host))
+
+
+def _plan(draft: Draft, spec: ComponentSpec) -> None:
+    back = EndProcess(spec.name, spec.host)
+    inactive = spec.managed and spec.state is not State.UNCONFIGURED
+    state = State.INACTIVE if inactive else State.UNCONFIGURED
+    run = RunProcess(spec.name, spec, state, resume=True, leave_out=LEAVE_OUT)
+    started = PlannedStep(spec.name, f"start it on {spec.host}, from its last checkpoint", run, back)
+    (draft.preparing if spec.managed else draft.steps).append(started)
+    if spec.managed and spec.state is State.ACTIVE:
+        draft.steps.append(PlannedStep(spec.name, "connect and activate", TakePart(spec.name), back))
+    draft.update(spec)

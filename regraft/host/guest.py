@@ -1,0 +1,172 @@
+"""A host that has joined another: it runs what the architecture places on it, for as long as it belongs to the system.
+
+It proves that it is there by renewing its lease. Once that has run out, it is alone: what may then start elsewhere it
+ends at once, so that two runs of a component never act. When it is heard again, it asks anew what to run.
+"""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import replace
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.control import ControlCode, ControlError
+from bus_schema.messages.host import StartComponent
+from bus_schema.messages.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
+from regraft.bus import Answer, Bus, BusError
+from regraft.host.host import Host
+from regraft.host.others import now
+from regraft.host.plan import LOCAL, HostPlan
+from regraft.host.ward import Ward
+from regraft.host.zygote import Zygote
+
+RENEW_EVERY = 0.2
+ANSWER_WITHIN = 0.6
+"""Seconds for which an answer is waited for before the next attempt."""
+PATIENCE = 60.0
+"""Seconds without the first host after which a host gives up: it ends its components, and itself."""
+
+
+class Guest(Host):
+    """A joined host. ``over`` says why it has to end, empty while it has not to."""
+
+    def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str) -> None:
+        """It has just joined; nothing runs yet."""
+        super().__init__(plan, bus, zygote)
+        self.over = ""
+        self.orderly = False
+        self.term, self.revision = joined.term, joined.revision
+        self._instance = instance
+        self._lease = joined.lease
+        self._held_until = now() + joined.lease
+        self._lapsed = self._outside = False
+        self._asked_at = 0.0
+        self._waiting = False
+        self._cut: set[str] = set()
+        for run in joined.past:
+            self._take_past(run)
+
+    def _take_past(self, run: PastRun) -> None:
+        ward = self.wards.get(run.component)
+        self.past.note(run.component, run.incarnation, run.checkpoint)
+        if ward is not None and not ward.has_process and run.incarnation > ward.incarnation:
+            ward.incarnation = run.incarnation
+            ward.checkpoint = run.checkpoint or ward.checkpoint
+
+    def pump(self, timeout: float) -> None:
+        """See to the lease, then do as any host."""
+        self._see_to_lease()
+        super().pump(timeout)
+
+    def end(self) -> None:
+        """End every process, and say goodbye."""
+        super().end()
+        try:
+            self._bus.query(self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True)), ANSWER_WITHIN)
+        except BusError as error:
+            self._log.warning("%s", error)
+
+    # --- the lease ---
+
+    def _sign(self, *, leaving: bool = False) -> RenewLease:
+        return RenewLease(self.plan.name, self._instance, leaving)
+
+    def _see_to_lease(self) -> None:
+        present = now()
+        if present > self._held_until:
+            self._lapse()
+        if present > self._held_until + PATIENCE and not self.over:
+            self.over = f"the first host has not been heard of for {PATIENCE + self._lease:g} s"
+        due = present - self._asked_at > (ANSWER_WITHIN if self._waiting else RENEW_EVERY)
+        if due and not self.ended and not self.over:
+            self._asked_at, self._waiting = present, True
+            self._ask(present)
+
+    def _ask(self, sent: float) -> None:
+        # A lease that has run out is not renewed: much may have been decided meanwhile.
+        outside = self._outside or self._lapsed
+        asked = JoinHost(self.plan.name, self._instance) if outside else self._sign()
+        verb = "join" if outside else "renew"
+
+        def done(answers: list[Answer]) -> None:
+            self.inbox.put(lambda: self._told(answers, sent))
+
+        try:
+            self._bus.ask(self._keys.host(LOCAL, verb), codec.encode(asked), ANSWER_WITHIN, done)
+        except BusError as error:
+            self._log.warning("%s", error)
+
+    def _told(self, answers: list[Answer], sent: float) -> None:
+        if sent == self._asked_at:
+            self._waiting = False
+        if not answers or self.ended or self.over:
+            return
+        try:
+            if answers[0].error:
+                self._take_refusal(codec.decode(answers[0].payload, ControlError))
+            elif answers[0].key.endswith("/renew"):
+                self._take_lease(codec.decode(answers[0].payload, Lease), sent)
+            else:
+                self._take_system(codec.decode(answers[0].payload, JoinedSystem), sent)
+        except BadMessage as error:
+            self._log.warning("the first host: %s", error)
+
+    def _take_refusal(self, error: ControlError) -> None:
+        if error.code is ControlCode.REFUSED:
+            self.over = "; ".join(error.problems)
+
+    def _take_lease(self, lease: Lease, sent: float) -> None:
+        if lease.ending:
+            self.over, self.orderly = "the system ends", True
+        elif not lease.held:
+            self._outside = True
+        elif not self._lapsed:
+            self._held_until = sent + self._lease
+
+    def _lapse(self) -> None:
+        """Nobody can rely on this host any more: end what may be started elsewhere."""
+        if self._lapsed:
+            return
+        self._lapsed = True
+        rules = self.plan.architecture.rules(self.plan.name)
+        names = [name for name, ward in sorted(self.wards.items()) if ward.has_process or ward.start_at is not None]
+        what = f"ends {', '.join(names)}" if rules.move_to and names else "goes on alone"
+        self._voice.event("host.alone", self.plan.name, f"host {self.plan.name} hears nothing of the system: it {what}")
+        if rules.move_to:
+            for name in names:
+                self._cut_off(self.wards[name])
+                self._cut.add(name)
+
+    def _cut_off(self, ward: Ward) -> None:
+        """End a component's process at once; it has had no say in the matter."""
+        ward.why_killed = "its host was cut off"
+        self.ask_to_end(ward, 0.0)
+        if ward.pid:
+            self._zygote.signal(ward.pid, signal.SIGKILL)
+
+    # --- joining again ---
+
+    def _take_system(self, joined: JoinedSystem, sent: float) -> None:
+        if joined.run != self.plan.run:
+            self.over = "the system that this host had joined has ended"
+            return
+        self._held_until, self._lease = sent + joined.lease, joined.lease
+        self._lapsed = self._outside = False
+        self.term, self.revision = max(self.term, joined.term), joined.revision
+        self.plan = replace(self.plan, architecture=joined.architecture)
+        mine = self.plan.mine()
+        to_start = self._cut | (mine.keys() - self.wards.keys())
+        for name in sorted(self.wards.keys() - mine.keys()):
+            # It is placed elsewhere now, or nowhere: whatever runs here has no say any more.
+            self.wards[name].remove()
+            self._cut_off(self.wards[name])
+        for spec in mine.values():
+            self._take_spec(spec)
+        for run in joined.past:
+            self._take_past(run)
+        for name in sorted(to_start & mine.keys()):
+            self.questions.start(codec.encode(StartComponent(name, term=self.term)))
+        self._cut.clear()
+        self._voice.event("host.returned", self.plan.name, f"host {self.plan.name} is part of the system again")
+        self._next_status = 0.0

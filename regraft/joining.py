@@ -1,0 +1,173 @@
+"""Runs a host that joins the first host of a system, which may be on another machine; leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from bus_schema import codec
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys, system_name
+from bus_schema.messages.control import ControlCode, ControlError
+from bus_schema.messages.joining import JoinedSystem, JoinHost
+from regraft import rundir
+from regraft.bus import Answer, Bus, BusError
+from regraft.host.asking import asked_by_a_child
+from regraft.host.guest import Guest
+from regraft.host.plan import HostPlan
+from regraft.host.zygote import Zygote, start_zygote
+from regraft.launch import PUMP, free_endpoint, prepare_process, stop_on_signals
+from regraft.security import explained
+from regraft.stack.classes import look_in
+from regraft.zenoh_bus import open_bus
+from regraft.zenoh_config import Endpoints
+
+ANSWER_WITHIN = 3.0
+LINK_WITHIN = 10.0
+"""Seconds that the link between the hubs may take to come up."""
+WAIT_FOR_LOSS = 30.0
+"""Seconds that a name is waited for whose last host may still run."""
+TRY_AGAIN_AFTER = 0.1
+
+
+class CannotJoin(Exception):
+    """The system does not take the host in; the text says why and what would be right."""
+
+
+class NothingThere(Exception):
+    """Nobody answers at the endpoint, or not any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Whom to join, as what. ``system`` None takes the one that is there; ``stack_folder`` None looks for it."""
+
+    endpoints: Endpoints
+    name: str
+    system: str | None = None
+    stack_folder: Path | None = None
+
+
+@dataclass(slots=True)
+class Joined:
+    """A host that has joined, and how it is to be ended."""
+
+    host: Guest
+    bus: Bus
+    system: str
+    endpoint: str
+    stopping: bool = False
+
+    def stop(self) -> None:
+        """Have it leave."""
+        self.stopping = True
+
+
+def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -> Guest:
+    """Join, and run until SIGINT, SIGTERM or the system's end; returns the host, whose processes have all ended.
+
+    Raises:
+        BusError: nobody listens there.
+        NothingThere: nobody answers there.
+        CannotJoin: the first host refuses.
+        AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
+        NoSuchClass: a class of the host's components cannot be had here.
+    """
+    try:
+        first = _look(wanted)
+    except BusError as error:
+        raise explained(error, wanted.endpoints.connect[0], wanted.endpoints.tls) from None
+    system = first.architecture.system
+    stack_folder = wanted.stack_folder or _stack_folder(first)
+    look_in(stack_folder)
+    folder = rundir.folder(f"{system}@{wanted.name}")
+    held = rundir.lock(folder.name)
+    try:
+        mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
+        prepare_process(mine.values())
+        zygote = start_zygote()
+        try:
+            plan = HostPlan(first.architecture, folder, stack_folder, first.run, free_endpoint(), name=wanted.name)
+            return _run(wanted, plan, zygote, step)
+        finally:
+            zygote.close()
+    finally:
+        held.close()
+
+
+def _look(wanted: Wanted) -> JoinedSystem:
+    """Ask what there is, without joining yet: a while may pass until all is imported."""
+    key = Keys(system_name(wanted.system) if wanted.system else "*").host("*", "join")
+    payload = codec.encode(JoinHost(wanted.name, ""))
+    deadline = time.monotonic() + WAIT_FOR_LOSS
+    while True:
+        answer = asked_by_a_child(wanted.endpoints, key, payload, ANSWER_WITHIN)
+        if answer is None:
+            where = ", ".join(wanted.endpoints.connect)
+            named = f" named {wanted.system!r}" if wanted.system else ""
+            raise NothingThere(f"no system{named} that can be joined answers at {where}")
+        joined = _read(answer)
+        if isinstance(joined, JoinedSystem):
+            return joined
+        if time.monotonic() > deadline:
+            raise CannotJoin(joined)
+        time.sleep(TRY_AGAIN_AFTER)
+
+
+def _read(answer: Answer) -> JoinedSystem | str:
+    """Return what the first host says, or why one has to wait; raises CannotJoin."""
+    try:
+        if not answer.error:
+            return codec.decode(answer.payload, JoinedSystem)
+        refusal = codec.decode(answer.payload, ControlError)
+    except BadMessage as error:
+        raise CannotJoin(f"its answer cannot be read, it may be of another version of Regraft: {error}") from None
+    if refusal.code is ControlCode.TIMED_OUT:
+        return "; ".join(refusal.problems)
+    raise CannotJoin("; ".join(refusal.problems))
+
+
+def _stack_folder(first: JoinedSystem) -> Path:
+    there = Path(first.stack_folder)
+    return there if there.is_dir() else Path.cwd()
+
+
+def _run(wanted: Wanted, plan: HostPlan, zygote: Zygote, step: Callable[[Joined], None]) -> Guest:
+    architecture = plan.architecture
+    endpoints = replace(wanted.endpoints, listen=(plan.endpoint,), router=True)
+    bus = open_bus(endpoints, in_step=architecture.simulated)
+    try:
+        instance = secrets.token_hex(8)
+        first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()))
+        host = Guest(plan.as_joined(first), bus, zygote, first, instance)
+        joined = Joined(host, bus, architecture.system, plan.endpoint)
+        stop_on_signals(joined.stop)
+        host.start()
+        try:
+            while not (joined.stopping or host.ended or host.over):
+                host.pump(PUMP)
+                step(joined)
+            if host.ended:
+                host.over = "the process that starts the others is gone"
+        finally:
+            host.end()
+        return host
+    finally:
+        bus.close()
+
+
+def _join(bus: Bus, system: str, asked: JoinHost) -> JoinedSystem:
+    """Join for good, as soon as the link between the hubs is there."""
+    key, deadline = Keys(system).host("local", "join"), time.monotonic() + LINK_WITHIN
+    while True:
+        answers = bus.query(key, codec.encode(asked), ANSWER_WITHIN)
+        joined = _read(answers[0]) if answers else "the first host does not answer any more"
+        if isinstance(joined, JoinedSystem):
+            return joined
+        if time.monotonic() > deadline:
+            raise NothingThere(joined)
+        time.sleep(TRY_AGAIN_AFTER)

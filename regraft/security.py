@@ -1,0 +1,113 @@
+"""What keeps strangers off a system's bus: loopback only, unless both ends of a link prove who they are.
+
+Mutual TLS: both ends show a certificate that the lab's own authority (``ca.pem``) has signed. A folder holds them:
+``ca.pem``, and for each host ``NAME.pem`` and ``NAME.key``; ``regraft certificates`` makes one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import ssl
+from dataclasses import dataclass
+from pathlib import Path
+
+from regraft.bus import BusError
+from regraft.zenoh_config import Tls, address_of, on_loopback
+
+LOOK_WITHIN = 2.0
+PROTOCOLS = ("tcp", "tls", "unixsock-stream")
+
+
+class NotSecure(Exception):
+    """A link that strangers could use, or that cannot be made safe; the text says what would be right."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """How links beyond this machine are to be kept safe: by certificates, or knowingly not at all."""
+
+    folder: Path | None = None
+    insecure: bool = False
+
+    def tls(self, name: str) -> Tls | None:
+        """Return the certificates of a host; raises NotSecure if the folder has none for it."""
+        if self.folder is None:
+            return None
+        files = [self.folder / file for file in ("ca.pem", f"{name}.pem", f"{name}.key")]
+        missing = ", ".join(file.name for file in files if not file.is_file())
+        if missing:
+            made = f"regraft certificates {self.folder} {name}"
+            raise NotSecure(f"{self.folder} has no {missing}, which host {name!r} needs: make it with '{made}'")
+        return Tls(*(str(file.resolve()) for file in files))
+
+    def check(self, endpoint: str) -> None:
+        """Raise NotSecure if a link by an endpoint would not be safe, or if it is no endpoint."""
+        try:
+            inside = on_loopback(endpoint)
+        except BusError as error:
+            raise NotSecure(str(error)) from None
+        protocol = endpoint.partition("/")[0]
+        if protocol not in PROTOCOLS:
+            raise NotSecure(f"{endpoint}: {protocol!r} is not supported: must be one of {', '.join(PROTOCOLS)}")
+        if protocol == "tls" and self.folder is None:
+            raise NotSecure(f"{endpoint} needs certificates: name their folder with --tls FOLDER")
+        if protocol == "tcp" and self.folder is not None:
+            raise NotSecure(
+                f"{endpoint} is not encrypted, so --tls has no effect: did you mean tls/{address_of(endpoint)}?"
+            )
+        if not inside and protocol != "tls" and not self.insecure:
+            raise NotSecure(
+                f"{endpoint} is open to the network: whoever reaches it can command the robot. Use "
+                f"tls/{address_of(endpoint)} with --tls FOLDER, or --insecure in a network where everybody is trusted"
+            )
+
+
+def as_reached(endpoint: str) -> str:
+    """Return an endpoint as other machines reach it: one that listens everywhere is reached by this one's name."""
+    protocol, _, address = endpoint.partition("/")
+    host, _, port = address.rpartition(":")
+    return f"{protocol}/{socket.gethostname()}:{port}" if host in ("0.0.0.0", "[::]") else endpoint
+
+
+def why_unreachable(endpoint: str, tls: Tls | None) -> str:
+    """Return in words why there is no link to an endpoint, as far as can be told from here; empty if it cannot."""
+    protocol, _, address = endpoint.partition("/")
+    host, _, port = address.rpartition(":")
+    if protocol not in ("tcp", "tls") or not port.isdecimal():
+        return ""
+    try:
+        link = socket.create_connection((host.strip("[]"), int(port)), LOOK_WITHIN)
+    except OSError as error:
+        return f"nobody listens there ({error.strerror or error})"
+    with link:
+        if protocol == "tcp":
+            return "somebody listens there, but does not speak plain Zenoh: is it a tls/ endpoint, or another program?"
+        return _why_no_handshake(link, host, tls) if tls else ""
+
+
+def _why_no_handshake(link: socket.socket, host: str, tls: Tls) -> str:
+    try:
+        context = ssl.create_default_context(cafile=tls.authority)
+        context.load_cert_chain(tls.certificate, tls.key)
+    except (OSError, ssl.SSLError) as error:
+        return f"our own certificate {tls.certificate} cannot be used: {error}"
+    try:
+        with context.wrap_socket(link, server_hostname=host.strip("[]")) as safe, contextlib.suppress(TimeoutError):
+            safe.settimeout(LOOK_WITHIN)
+            safe.recv(1)
+    except ssl.SSLCertVerificationError as error:
+        return f"its certificate is not one that {tls.authority} vouches for: {error.verify_message}"
+    except ssl.SSLError as error:
+        if "ALERT" in (error.reason or ""):
+            return f"it does not accept our certificate {tls.certificate}: is it of the same authority?"
+        return "somebody listens there, but does not speak TLS: is it a tcp/ endpoint?"
+    except OSError:
+        return f"it does not accept our certificate {tls.certificate}: is it of the same authority?"
+    return ""
+
+
+def explained(error: BusError, endpoint: str, tls: Tls | None) -> BusError:
+    """Return an error of the bus with the reason, where it can be told."""
+    why = why_unreachable(endpoint, tls)
+    return BusError(f"cannot reach {endpoint}: {why}") if why else error

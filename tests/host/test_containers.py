@@ -1,0 +1,132 @@
+"""The containers: all that they are made of is there, what they run is right, and an engine runs it if there is one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import typer
+import yaml
+
+from tests.cli.app import whole
+from tests.host.system import ROOT
+
+COMPOSE = ROOT / "docker" / "compose.yaml"
+DOCKERFILE = ROOT / "docker" / "Dockerfile"
+SERVICE_FIELDS = {
+    "image",
+    "build",
+    "command",
+    "depends_on",
+    "init",
+    "network_mode",
+    "ports",
+    "restart",
+    "shm_size",
+    "ulimits",
+    "volumes",
+}
+BUILD_WITHIN, UP_WITHIN = 1200.0, 120.0
+
+
+def _services() -> dict[str, dict[str, Any]]:
+    services: dict[str, dict[str, Any]] = yaml.safe_load(COMPOSE.read_text())["services"]
+    return services
+
+
+def test_what_the_image_is_made_of_is_there() -> None:
+    copied = [line.split()[1:-1] for line in DOCKERFILE.read_text().splitlines() if line.startswith("COPY ")]
+    ignored = (ROOT / "docker" / "Dockerfile.dockerignore").read_text().splitlines()
+    taken = {line.removeprefix("!") for line in ignored if line.startswith("!")}
+    for name in (name for names in copied for name in names):
+        assert (ROOT / name).exists()
+        assert name in taken
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"tests", "benchmarks"}
+    assert packages <= {name for names in copied for name in names}
+
+
+@pytest.mark.parametrize("name", sorted(_services()))
+def test_every_service_is_well_formed_and_its_command_exists(name: str) -> None:
+    service = _services()[name]
+    assert service.keys() <= SERVICE_FIELDS
+    assert set(service.get("depends_on", {})) <= _services().keys()
+    command: Any = typer.main.get_command(whole())
+    word, *arguments = service["command"]
+    options = {option for parameter in command.commands[word].params for option in parameter.opts}
+    assert {argument for argument in arguments if argument.startswith("--")} <= options
+
+
+def test_the_hosts_have_the_names_that_components_are_placed_on_and_certificates_are_made_for() -> None:
+    services = _services()
+    robot = services["robot"]["command"]
+    placed = {robot[i + 1].partition("=")[2] for i, word in enumerate(robot) if word == "--place"}
+    joining = [service["command"] for service in services.values() if "--join" in service["command"]]
+    names = {command[command.index("--name") + 1] for command in joining}
+    assert placed == names
+    assert names | {"local"} <= set(services["certificates"]["command"])
+
+
+# --- with an engine ---
+
+
+def _engine() -> list[str] | str:
+    """Return the command that runs compose files, or why there is none."""
+    why = []
+    for engine in ("docker", "podman"):
+        if shutil.which(engine) is None:
+            why.append(f"{engine} is not installed")
+            continue
+        for words in ([engine, "info"], [engine, "compose", "version"]):
+            done = subprocess.run(words, capture_output=True, text=True, timeout=30, check=False)
+            if done.returncode:
+                said = (done.stderr or done.stdout).strip().splitlines() or ["no reason given"]
+                why.append(f"'{' '.join(words)}' fails: {said[0]}")
+                break
+        else:
+            return [engine, "compose", "--file", str(COMPOSE)]
+    return "; ".join(why)
+
+
+@pytest.fixture
+def compose() -> Iterator[list[str]]:
+    """Run the containers until the test has ended."""
+    engine = _engine()
+    if isinstance(engine, str):
+        pytest.skip(f"no container engine: {engine}")
+    subprocess.run([*engine, "up", "--build", "--detach"], check=True, timeout=BUILD_WITHIN)
+    yield engine
+    subprocess.run([*engine, "down", "--volumes"], check=False, timeout=120)
+
+
+def _regraft(compose: list[str], *arguments: str) -> Any:
+    command = [*compose, "exec", "-T", "robot", "regraft", *arguments, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return json.loads(done.stdout) if done.returncode == 0 else None
+
+
+def _wait_on(compose: list[str], component: str, host: str) -> None:
+    deadline = time.monotonic() + UP_WITHIN
+    found: dict[str, Any] = {}
+    while time.monotonic() < deadline:
+        shown = _regraft(compose, "ps")
+        components = shown["systems"][0]["components"] if shown and shown["systems"] else []
+        found = {c["name"]: (c["host"], c["state"], c["alive"]) for c in components}
+        if found.get(component) == (host, "active", True):
+            return
+    raise AssertionError(f"{component} is not active on {host}: {found}")
+
+
+@pytest.mark.evidence
+@pytest.mark.timeout(1800)
+def test_the_detector_moves_between_containers(compose: list[str]) -> None:
+    _wait_on(compose, "gateway", "desk")
+    _wait_on(compose, "detector", "edge")
+    for host in ("local", "edge"):
+        body = json.dumps({"changes": [{"change": "move", "component": "detector", "host": host}]})
+        subprocess.run([*compose, "exec", "-T", "robot", "regraft", "adapt", "-"], input=body, text=True, check=True)
+        _wait_on(compose, "detector", host)

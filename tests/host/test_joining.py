@@ -1,0 +1,322 @@
+"""What several hosts of one system promise, tried on real processes joined by real links."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from bus_schema.adaptation import Add, Move, Outcome
+from bus_schema.architecture import ComponentSpec, TopicSpec
+from bus_schema.messages.control import Snapshot
+from bus_schema.messages.host import HostState, ProcessState
+from tests.host.guests import Guest, Link, go_on, state_of, stop, wait_state
+from tests.host.several import MOVE, TICKER, WAIT, Site
+from tests.host.system import ROOT, children_of, exists, wait_gone
+from tests.kit.site import PATIENCE, wait_until
+
+
+def _state(site: Site, name: str) -> dict[str, int]:
+    snapshot = site.system.client.control(name, "state")
+    assert isinstance(snapshot, Snapshot)
+    state: dict[str, int] = snapshot.state
+    return state
+
+
+# --- joining ---
+
+
+def test_components_of_a_host_that_has_not_joined_wait_and_start_when_it_does(site: Site) -> None:
+    system = site.up()
+    wait_until(lambda: "ticker" in system.client.components(), "the ticker to be known")
+    waiting = system.client.components()["ticker"]
+    assert waiting.process is not None
+    assert (waiting.host, waiting.process.state, waiting.process.last_end) == (
+        "edge",
+        ProcessState.WAITING,
+        "its host has not joined",
+    )
+    assert state_of(system, "edge") is HostState.ABSENT
+    guest = site.join()
+    site.wait_active("ticker")
+    assert site.pid("ticker") in children_of(guest.process.pid)
+    assert system.said("host.joined", "edge")
+    wait_until(lambda: "all 2 components active" in system.log.read_text(), "the start to be complete")
+    assert any("ticker begins at 0" in line for line in system.client.logs("ticker"))
+
+
+def test_a_host_that_leaves_takes_its_components_along_in_order_and_another_may_take_its_place(site: Site) -> None:
+    system = site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    wait_until(lambda: _state(site, "ticker")["count"] > 20, "some ticks")
+    count, pids = _state(site, "ticker")["count"], children_of(guest.process.pid)
+    assert guest.end() == 0
+    wait_gone(pids)
+    wait_state(system, "edge", HostState.LEFT)
+    assert system.said("host.left", "edge")
+    assert not system.said("host.lost", "edge")
+    site.join()
+    assert site.wait_active("ticker", first) > first
+    assert _state(site, "ticker")["count"] > count - 10, "it goes on from its last checkpoint"
+
+
+def test_the_end_of_the_system_is_the_end_of_its_hosts(site: Site) -> None:
+    system = site.up()
+    guest = site.join()
+    site.wait_active("ticker")
+    pids = children_of(guest.process.pid)
+    assert system.end() == 0
+    assert guest.process.wait(PATIENCE) == 0
+    assert "the system ends" in guest.log.read_text()
+    wait_gone(pids)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("--join", "ENDPOINT", "--name", "local"), 2, "is the name of a system's first host"),
+        (("--join", "ENDPOINT", "--name", "two words"), 2, "cannot name a system"),
+        (("--join", "ENDPOINT", "--name", "edge"), 2, "a host 'edge' has joined already"),
+        (("--join", "ENDPOINT", "--name", "arm", "--system", "other"), 3, "no system named 'other'"),
+        (("--join", "tcp/127.0.0.1:9", "--name", "arm"), 3, "cannot reach tcp/127.0.0.1:9"),
+        (("--join", "ENDPOINT"), 2, "--join needs a --name"),
+        (("--name", "arm"), 2, "belong to --join"),
+        (("--join", "nonsense", "--name", "arm"), 2, "is no endpoint"),
+    ],
+)
+def test_who_cannot_join_is_told_why(site: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
+    system = site.up()
+    site.join()
+    command = [word.replace("ENDPOINT", system.info.endpoint) for word in arguments]
+    done = subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "host", *command],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert text in done.stderr
+    assert done.returncode == code
+
+
+def test_a_class_that_the_other_machine_has_not_got_is_said_when_it_joins(site: Site) -> None:
+    (site.folder / "here_only.py").write_text("from regraft import Component\n\n\nclass Here(Component):\n    pass\n")
+    site.up("  here: {class: 'here_only:Here', host: edge}\n")
+    elsewhere = site.folder / "elsewhere"
+    elsewhere.mkdir()
+    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
+    assert guest.process.wait(PATIENCE) == 2
+    assert "cannot import 'here_only'" in guest.log.read_text()
+
+
+# --- adapting over hosts ---
+
+
+def test_what_is_added_to_another_host_runs_there_and_values_set_there_outlive_it(site: Site) -> None:
+    site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    second = ComponentSpec(cls="tests.host.parts:Ticker", host="edge", connections={"ticks": "more"})
+    assert site.adapt(Add("second", second, (TopicSpec("more", "host_tests/Tick"),))).outcome is Outcome.APPLIED
+    assert site.pid("second") in children_of(guest.process.pid)
+    done = subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "param", "set", "ticker", "step", "7"], cwd=ROOT, check=False
+    )
+    assert done.returncode == 0
+    guest.process.kill()
+    wait_state(site.system, "edge", HostState.LOST)
+    site.join()
+    site.wait_active("ticker", first)
+    assert site.system.client.view("ticker").parameters["step"] == 7
+    assert site.wait_active("second")
+
+
+def test_a_host_that_the_stack_does_not_name_can_join_and_be_used(site: Site) -> None:
+    site.up()
+    refused = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="helper")))
+    assert refused.outcome is Outcome.REJECTED
+    assert "there is no host 'helper'" in refused.violations[0].problem
+    absent = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="arm")))
+    assert "host 'arm' has not joined" in absent.violations[0].problem
+    guest = site.join("helper")
+    report = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="helper")))
+    assert report.outcome is Outcome.APPLIED, report
+    assert site.pid("second") in children_of(guest.process.pid)
+
+
+def test_a_thousand_messages_a_second_cross_three_hubs_in_order_and_without_loss(site: Site) -> None:
+    pulse = "  pulse: {class: 'tests.host.parts:Pulse', host: edge}\n"
+    site.up(pulse + "  listener: {class: 'tests.host.parts:Listener', host: arm}\n")
+    site.join("arm")
+    site.wait_active("listener")
+    site.join("edge")
+    site.wait_active("pulse")
+    wait_until(lambda: _state(site, "listener")["heard"] > 3000, "three thousand pulses")
+    assert _state(site, "listener")["wrong"] == 0
+    status = site.system.client.components()["listener"].status
+    assert status is not None
+    assert status.lost == 0
+
+
+# --- losing a host ---
+
+
+def test_a_lost_host_is_seen_and_its_components_are_reported(site: Site) -> None:
+    system = site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    pids = children_of(guest.process.pid)
+    guest.process.kill()
+    wait_gone(pids)
+    wait_state(system, "edge", HostState.LOST)
+    seen = system.client.components()["ticker"]
+    assert not seen.alive
+    assert seen.process is not None
+    assert (seen.process.state, seen.process.last_end) == (ProcessState.LOST, "its host is lost")
+    assert "and with it ticker" in system.said("host.silent", "edge")[0].text
+    assert "wait for its return" in system.said("host.lost", "edge")[0].text
+    refused = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="edge")))
+    assert "host 'edge' is lost" in refused.violations[0].problem
+    site.join()
+    assert site.wait_active("ticker", first) > first + 1
+
+
+def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Site) -> None:
+    system = site.up(hosts=MOVE)
+    guest = site.join()
+    first = site.wait_active("ticker")
+    wait_until(lambda: _state(site, "ticker")["count"] > 50, "some ticks")
+    before = _state(site, "ticker")["count"]
+    guest.process.kill()
+    assert site.wait_active("ticker", first) > first + 1
+    assert site.host_of("ticker") == "local"
+    assert _state(site, "ticker")["count"] >= before - 10, "it goes on from its last checkpoint"
+    wait_until(lambda: site.journal()[0].request.reason == "host 'edge' is lost", "the line of the journal")
+    line = site.journal()[0]
+    assert line.outcome is Outcome.APPLIED_STATE_LOST
+    assert line.request.changes == (Move("ticker", "local"),)
+
+    os.kill(site.pid("ticker"), signal.SIGKILL)
+    site.wait_active("ticker", first + 1001)
+    site.join()
+    wait_until(lambda: state_of(system, "edge") is HostState.JOINED, "edge to be back")
+    assert site.host_of("ticker") == "local", "it stays where it is now"
+
+
+def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site) -> None:
+    site.up()
+    guest = site.join()
+    first = site.wait_active("ticker")
+    guest.process.kill()
+    wait_state(site.system, "edge", HostState.LOST)
+    report = site.adapt(Move("ticker", "local"))
+    assert report.outcome is Outcome.APPLIED_STATE_LOST, report
+    assert site.wait_active("ticker", first) > first
+    assert site.host_of("ticker") == "local"
+
+
+def test_a_host_that_is_lost_again_loses_its_components_again(site: Site) -> None:
+    system = site.up(TICKER + "  moody: {class: 'tests.host.parts:Moody'}\n", MOVE)
+    for loss in (1, 2):
+        guest = site.join()
+        if loss == 2:
+            second = ComponentSpec(cls="tests.host.parts:Ticker", host="edge", connections={"ticks": "more"})
+            assert site.adapt(Add("second", second, (TopicSpec("more", "host_tests/Tick"),))).outcome is Outcome.APPLIED
+        name = "ticker" if loss == 1 else "second"
+        first = site.wait_active(name)
+        guest.process.kill()
+        site.wait_active(name, first)
+        assert site.host_of(name) == "local"
+    assert len(system.said("host.lost", "edge")) == 2
+
+
+# --- partitions ---
+
+
+def _joined_over_a_link(site: Site, hosts: str) -> tuple[Guest, Link]:
+    site.up(hosts=hosts)
+    link = site.link()
+    guest = site.join("edge", link.endpoint)
+    site.wait_active("ticker")
+    return guest, link
+
+
+def test_a_partition_ends_what_may_start_elsewhere_before_it_does(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, MOVE)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_until(lambda: not exists(pid) or site.host_of("ticker") == "local", "the cut to be noticed")
+    assert not exists(pid), "the old run has ended before there is a new one"
+    second = site.wait_active("ticker", first)
+    assert site.host_of("ticker") == "local"
+    assert exists(guest.process.pid)
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    wait_until(lambda: not children_without_zygote(guest), "nothing to run on edge")
+    assert site.wait_active("ticker") == second, "whoever acts goes on acting"
+    wait_until(lambda: site.process("ticker", "edge") is None, "edge to have forgotten it")
+
+
+def children_without_zygote(guest: Guest) -> list[int]:
+    """Return the component processes of a host."""
+    zygote = next(iter(children_of(guest.process.pid)), 0)
+    return [pid for pid in children_of(zygote) if exists(pid)] if zygote else []
+
+
+def test_a_partition_leaves_components_alone_that_wait_for_their_host(site: Site) -> None:
+    _, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    assert exists(pid)
+    link.heal()
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == first
+    assert site.pid("ticker") == pid, "the same run goes on"
+    assert site.system.said("host.returned", "edge")
+
+
+def test_who_was_moved_by_hand_during_a_partition_is_ended_at_once_when_it_heals(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    assert site.adapt(Move("ticker", "local")).outcome is Outcome.APPLIED_STATE_LOST
+    second = site.wait_active("ticker", first)
+    assert exists(pid), "nobody can tell it yet"
+    link.heal()
+    wait_gone([pid])
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert not children_without_zygote(guest)
+    assert site.wait_active("ticker") == second
+
+
+def test_a_host_that_was_frozen_ends_what_has_started_elsewhere(site: Site) -> None:
+    system = site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    stop(guest.process.pid)
+    second = site.wait_active("ticker", first)
+    go_on(guest.process.pid)
+    wait_gone([pid])
+    wait_state(system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == second
+
+
+def test_a_host_whose_place_was_taken_ends(site: Site) -> None:
+    guest, link = _joined_over_a_link(site, WAIT)
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    link.cut()
+    wait_state(site.system, "edge", HostState.LOST)
+    os.environ["REGRAFT_HOME"] += "-2"
+    site.join()
+    assert site.wait_active("ticker", first) > first
+    link.heal()
+    assert guest.process.wait(PATIENCE) == 3
+    wait_gone([pid])
+    assert "has joined already" in guest.log.read_text()

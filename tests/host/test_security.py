@@ -1,0 +1,119 @@
+"""Hosts beyond this machine: only over links that both ends prove themselves on, or knowingly without."""
+
+from __future__ import annotations
+
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from regraft.certificates import CannotMake, make
+from regraft.security import Guard, NotSecure
+from tests.host.several import TICKER, WAIT, Site
+from tests.host.system import ROOT, children_of
+from tests.kit.site import PATIENCE
+from tests.ports import free_port
+
+
+def _host(*arguments: str) -> tuple[int, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "host", *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return done.returncode, done.stderr
+
+
+def _labs(folder: Path) -> tuple[Path, Path, Path]:
+    """Return a lab, another one, and one that trusts the first but has the other's certificates."""
+    right, other, mixed = folder / "right", folder / "other", folder / "mixed"
+    make(right, ["local", "edge"])
+    make(other, ["local", "edge"])
+    mixed.mkdir()
+    (mixed / "ca.pem").write_bytes((right / "ca.pem").read_bytes())
+    for file in ("edge.pem", "edge.key"):
+        (mixed / file).write_bytes((other / file).read_bytes())
+    return right, other, mixed
+
+
+def test_a_host_joins_over_tls_with_the_right_certificate_and_with_no_other(site: Site) -> None:
+    right, other, mixed = _labs(site.folder)
+    port = free_port()
+    system = site.up(TICKER, WAIT, "--listen", f"tls/0.0.0.0:{port}", "--tls", str(right))
+    endpoint = f"tls/127.0.0.1:{port}"
+    for options, code, text in (
+        ((endpoint,), 2, "needs certificates"),
+        ((endpoint, "--tls", str(other)), 3, "its certificate is not one that"),
+        ((endpoint, "--tls", str(mixed)), 3, "it does not accept our certificate"),
+        ((f"tcp/127.0.0.1:{port}",), 3, "does not speak plain Zenoh"),
+    ):
+        returned, said = _host("--name", "edge", "--join", *options)
+        assert text in said
+        assert returned == code
+    guest = site.join("edge", endpoint, "--tls", str(right))
+    site.wait_active("ticker")
+    assert site.pid("ticker") in children_of(guest.process.pid)
+    assert system.info.endpoint.startswith("tcp/127.0.0.1:"), "its own components need no certificate"
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "guard", "text"),
+    [
+        ("tcp/0.0.0.0:7447", Guard(), "--insecure"),
+        ("tcp/192.0.2.7:7447", Guard(), "tls/192.0.2.7:7447 with --tls FOLDER"),
+        ("tcp/robot:7447", Guard(), "--insecure"),
+        ("tls/0.0.0.0:7447", Guard(), "needs certificates"),
+        ("tcp/127.0.0.1:7447", Guard(Path("/lab")), "did you mean tls/127.0.0.1:7447"),
+        ("udp/192.0.2.7:7447", Guard(), "'udp' is not supported"),
+        ("7447", Guard(), "is no endpoint"),
+    ],
+)
+def test_an_open_door_is_refused_with_what_would_be_right(endpoint: str, guard: Guard, text: str) -> None:
+    with pytest.raises(NotSecure, match=text):
+        guard.check(endpoint)
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "guard"),
+    [
+        ("tcp/127.0.0.1:7447", Guard()),
+        ("tcp/[::1]:7447", Guard()),
+        ("unixsock-stream//tmp/hub", Guard()),
+        ("tcp/0.0.0.0:7447", Guard(insecure=True)),
+        ("tls/0.0.0.0:7447", Guard(Path("/lab"))),
+    ],
+)
+def test_what_is_safe_or_wanted_is_taken(endpoint: str, guard: Guard) -> None:
+    guard.check(endpoint)
+
+
+def test_up_refuses_to_listen_to_everybody(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "regraft.cli", "up", "stacks/frog", "--headless", "--listen", "tcp/0.0.0.0:7447"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert done.returncode == 2
+    assert "whoever reaches it can command the robot" in done.stderr
+
+
+def test_keys_are_readable_by_their_owner_alone_and_the_authority_is_kept(tmp_path: Path) -> None:
+    make(tmp_path / "lab", ["local"])
+    authority = (tmp_path / "lab" / "ca.pem").read_bytes()
+    make(tmp_path / "lab", ["edge"], ["192.0.2.7", "robot.example"])
+    assert (tmp_path / "lab" / "ca.pem").read_bytes() == authority
+    for key in (tmp_path / "lab").glob("*.key"):
+        assert stat.S_IMODE(key.stat().st_mode) == 0o600
+    with pytest.raises(CannotMake, match="authority"):
+        make(tmp_path / "lab", ["ca"])
+    (tmp_path / "lab" / "ca.key").unlink()
+    with pytest.raises(CannotMake, match="but not both"):
+        make(tmp_path / "lab", ["arm"])
+
+
+def test_a_host_without_a_certificate_in_the_folder_is_told_how_to_make_one(tmp_path: Path) -> None:
+    make(tmp_path, ["local"])
+    with pytest.raises(NotSecure, match=f"edge.pem, edge.key.*regraft certificates {tmp_path} edge"):
+        Guard(tmp_path).tls("edge")
