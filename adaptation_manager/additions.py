@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from adaptation_manager.controls import ControlFailed
 from adaptation_manager.hosts import Hosts
-from bus_schema.adaptation import Add, Change, Swap, Violation
+from bus_schema.adaptation import AdaptationRequest, Add, Swap, Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import DescribedComponent
 from bus_schema.suggestions import instead_of
@@ -17,12 +16,12 @@ PATH = "path"
 
 
 async def described_additions(
-    changes: Sequence[Change], architecture: Architecture, hosts: Hosts
+    request: AdaptationRequest, architecture: Architecture, hosts: Hosts
 ) -> tuple[dict[int, DescribedComponent], list[Violation]]:
     """Return each component to be started as its host describes it, by its change's index, and all that is wrong."""
     described: dict[int, DescribedComponent] = {}
     found: list[Violation] = []
-    for index, change in enumerate(changes):
+    for index, change in enumerate(request.changes):
         if isinstance(change, Add):
             wanted: ComponentSpec | None = replace(change.spec, name=change.component)
         else:
@@ -34,7 +33,7 @@ async def described_additions(
             described[index] = DescribedComponent(wanted)
         elif not violations:
             try:
-                described[index] = await hosts.describe(wanted)
+                described[index] = await hosts.describe(wanted, request.context)
             except ControlFailed as error:
                 violations = [Violation(None, "", "cls" if wanted.cls else "command", str(error))]
             else:

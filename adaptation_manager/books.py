@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from adaptation_manager.durations import REMEMBERED, Durations
 from adaptation_manager.journal import Journal, JournalCorrupt, JournalError, set_aside
+from adaptation_manager.plan import Plan
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
 from bus_schema.architecture import Architecture
 from bus_schema.messages.host import HostView
@@ -18,9 +20,12 @@ class Books:
         """Keep the journal at ``path``; ``tell(kind, text)`` makes events."""
         self.path = path
         self.architecture: Architecture | None = None
+        self.unconfirmed: Architecture | None = None
         self.journal: Journal | None = None
         self._tell = tell
         self._number = 0
+        self._withdrawn = 0
+        self._durations: Durations | None = None
         self._unwritten: list[AdaptationReport] = []
         self._closed_because = "it has not been opened"
 
@@ -51,6 +56,7 @@ class Books:
             else:
                 journal.start_run(run, _start(self.architecture, now), self.architecture)
             self._number = max(self._number, journal.last_number())
+            self._withdrawn = max(self._withdrawn, journal.last_withdrawn())
             term = journal.next_term(term)
         except JournalError:
             journal.close()
@@ -80,6 +86,15 @@ class Books:
             del self._unwritten[0]
         return self.journal
 
+    def durations(self) -> Durations:
+        """Return how long the steps of past adaptations took; raises JournalError."""
+        if self._durations is None:
+            durations = Durations()
+            for report, planned in self.ready().past(REMEMBERED):
+                durations.learn(report, planned, self.current())
+            self._durations = durations
+        return self._durations
+
     # --- lines ---
 
     def next_number(self) -> int:
@@ -87,13 +102,32 @@ class Books:
         self._number += 1
         return self._number
 
-    def applied(self, report: AdaptationReport, architecture: Architecture) -> None:
+    def next_revision(self) -> int:
+        """Return the revision that follows; one that was told of and then undone is not given again."""
+        assert self.architecture is not None
+        return max(self.architecture.revision, self._withdrawn) + 1
+
+    def current(self) -> Architecture:
+        """Return the architecture as it should be now, also one that is not final yet."""
+        assert self.architecture is not None
+        return self.unconfirmed or self.architecture
+
+    def confirming(self, report: AdaptationReport, architecture: Architecture) -> None:
+        """Note that an adaptation is to be confirmed: its architecture is told, but not final. Raises JournalError."""
+        self.ready().confirming(report)
+        self.unconfirmed = replace(architecture, unconfirmed=report.id)
+        self._withdrawn = architecture.revision
+
+    def applied(self, report: AdaptationReport, plan: Plan) -> None:
         """Close an applied adaptation, whose architecture holds from here on; raises JournalError."""
         self.ready().end(report)
-        self.architecture = architecture
+        self.architecture, self.unconfirmed = plan.after, None
+        if self._durations is not None:
+            self._durations.learn(report, plan.steps, plan.after)
 
     def ended(self, report: AdaptationReport) -> None:
         """Close an adaptation that was begun and changed nothing; written later if it cannot be now."""
+        self.unconfirmed = None
         self._unwritten.append(report)
         self._attempt(self.ready)
 

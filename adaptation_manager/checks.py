@@ -52,7 +52,7 @@ async def _check_changes(
 ) -> tuple[list[Violation], Plan]:
     found = _contradictions(request.changes)
     live, silent = await _read(request, architecture, controls, hosts)
-    described, unclear = await described_additions(request.changes, architecture, hosts)
+    described, unclear = await described_additions(request, architecture, hosts)
     found += [*silent, *unclear]
     begun = {name: process.begun for name, process in controls.processes.items()}
     draft = Draft(architecture, live, manager, described, begun=begun, lost=hosts.lost, absent=hosts.absent())
@@ -66,7 +66,11 @@ async def _check_changes(
         one for one in of_result if not draft.unclear or not one.field.startswith(("connections.", "constraints."))
     ]
     after = replace(draft.architecture, revision=architecture.revision + 1)
-    return found, Plan(architecture, after, (*draft.preparing, *draft.steps))
+    return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
+
+
+def _estimated(draft: Draft) -> dict[str, dict[str, float]]:
+    return {described.spec.name: described.estimated for described in draft.described.values() if described.estimated}
 
 
 def _plan(draft: Draft, change: Change) -> None:
@@ -89,6 +93,8 @@ def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[
     if request.revision is not None and request.revision != architecture.revision:
         problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
         found.append(Violation(None, "", "revision", problem))
+    if request.watch and not request.confirm:
+        found.append(Violation(None, "", "watch", "is of no use without 'confirm', the seconds to watch for"))
     if not request.changes:
         found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
     return found

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from adaptation_manager.controls import BESIDE, ControlFailed, NoAnswer, refusal
 from bus_schema import codec
+from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
@@ -202,11 +203,11 @@ class Hosts:
             }
         )
 
-    async def describe(self, spec: ComponentSpec) -> DescribedComponent:
-        """Ask a component's host what the component would be; raises ControlFailed."""
+    async def describe(self, spec: ComponentSpec, context: dict[str, PlainValue]) -> DescribedComponent:
+        """Ask a component's host what the component would be, and give in ``context``; raises ControlFailed."""
         if not self.is_there(spec.host):
             raise NoAnswer(self.why_not_there(spec.host))
-        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_WITHIN)
+        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec, context)), DESCRIBED_WITHIN)
         return _read(spec.host, "describe", await asked, DescribedComponent)
 
     async def start(self, component: str, host: str, resume: bool, leave_out: int = 0) -> dict[str, ProcessStatus]:

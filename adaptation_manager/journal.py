@@ -143,14 +143,27 @@ class Journal:
             JournalError: it cannot be written, or a manager with a later term keeps this journal by now.
         """
         with self._transaction() as database:
-            (term,) = database.execute("SELECT term FROM reign").fetchone()
-            if term > self.term:
-                raise JournalError(f"the journal is kept under term {term} by now, this manager's is {self.term}")
+            self._check_term()
             self._insert(self.run, report, plan.changes())
             for step, planned in enumerate(plan.steps, start=1):
                 state = StepState.STARTED if step == 1 else StepState.PLANNED
                 row = (self.run, int(report.id), step, state.value, codec.encode(planned))
                 database.execute("INSERT INTO steps VALUES (?, ?, ?, ?, ?)", row)
+
+    def confirming(self, report: AdaptationReport) -> None:
+        """Note that an adaptation was carried out, and is to be confirmed: until it is, it stays open."""
+        number = int(report.id)
+        with self._transaction() as database:
+            self._note(number, {step.number: step.state for step in report.steps})
+            database.execute(
+                "UPDATE adaptations SET outcome = ?, report = ? WHERE run = ? AND number = ?",
+                (report.outcome.value, codec.encode(report), self.run, number),
+            )
+
+    def _check_term(self) -> None:
+        (term,) = self._database.execute("SELECT term FROM reign").fetchone()
+        if term > self.term:
+            raise JournalError(f"the journal is kept under term {term} by now, this manager's is {self.term}")
 
     def record(self, report: AdaptationReport) -> None:
         """Write an adaptation that ended before it began: rejected, or cancelled while it waited."""
@@ -182,22 +195,25 @@ class Journal:
         self._database.executemany("UPDATE steps SET state = ? WHERE run = ? AND number = ? AND step = ?", rows)
 
     def end(self, report: AdaptationReport) -> None:
-        """Close an adaptation; if it was applied, its architecture holds from here on."""
+        """Close an open adaptation; if it was applied, its architecture holds from here on.
+
+        Of one that was told of and then undone, the revision is kept that it had: it is not given again. Raises as
+        ``begin`` does: what a manager with a later term has found open is that one's to close.
+        """
         number = int(report.id)
         with self._transaction() as database:
+            self._check_term()
             self._note(number, {step.number: step.state for step in report.steps})
+            (outcome, following) = database.execute(
+                "SELECT outcome, following FROM adaptations WHERE run = ? AND number = ?", (self.run, number)
+            ).fetchone()
+            if _revision(report) is None:
+                told = codec.decode(following, UpdateSpecs).revision if outcome == Outcome.CONFIRMING.value else 0
+                following = codec.encode(UpdateSpecs(max(told, report.revision_after)))
             database.execute(
-                "UPDATE adaptations SET outcome = ?, revision = ?, report = ?, following = "
-                "CASE WHEN ? THEN following ELSE ? END WHERE run = ? AND number = ?",
-                (
-                    report.outcome.value,
-                    _revision(report),
-                    codec.encode(report),
-                    _revision(report) is not None,
-                    codec.encode(UpdateSpecs(report.revision_after)),
-                    self.run,
-                    number,
-                ),
+                "UPDATE adaptations SET outcome = ?, revision = ?, report = ?, following = ? "
+                "WHERE run = ? AND number = ?",
+                (report.outcome.value, _revision(report), codec.encode(report), following, self.run, number),
             )
 
     # --- reading ---
@@ -209,6 +225,17 @@ class Journal:
                 "SELECT coalesce(max(number), 0) FROM adaptations WHERE run = ?", (self.run,)
             ).fetchone()
         return int(last)
+
+    def last_withdrawn(self) -> int:
+        """Return the highest revision that was told of after the current one, and undone or about to be; 0 if none."""
+        with self._told("cannot be read"):
+            rows = self._database.execute(
+                "SELECT following FROM adaptations WHERE run = ? "
+                "AND outcome IN ('confirming', 'rolled_back', 'cancelled', 'stuck') AND number > "
+                "(SELECT max(number) FROM adaptations WHERE run = ? AND revision IS NOT NULL)",
+                (self.run, self.run),
+            ).fetchall()
+        return max((codec.decode(following, UpdateSpecs).revision for (following,) in rows), default=0)
 
     def _reports(self, where: str, *values: object) -> list[AdaptationReport]:
         with self._told("cannot be read"):
@@ -234,10 +261,27 @@ class Journal:
         """Return the applied lines after ``number``, newest first."""
         return self._reports("number > ? AND revision IS NOT NULL ORDER BY number DESC", number)
 
+    def past(self, limit: int) -> list[tuple[AdaptationReport, tuple[PlannedStep, ...]]]:
+        """Return up to ``limit`` applied lines with their steps, oldest first; lines of this run are preferred."""
+        with self._told("cannot be read"):
+            rows = self._database.execute(
+                "SELECT run, number, report FROM adaptations WHERE revision IS NOT NULL AND number > 1 "
+                "ORDER BY run = ? DESC, number DESC LIMIT ?",
+                (self.run, limit),
+            ).fetchall()
+            found = []
+            for run, number, report in reversed(rows):
+                steps = self._database.execute(
+                    "SELECT plan FROM steps WHERE run = ? AND number = ? ORDER BY step", (run, number)
+                ).fetchall()
+                planned = tuple(codec.decode(plan, PlannedStep) for (plan,) in steps)
+                found.append((codec.decode(report, AdaptationReport), planned))
+        return found
+
     def open_lines(self) -> list[OpenLine]:
         """Return the adaptations that were begun and not ended, newest first."""
         lines = []
-        for report in self._reports("outcome = 'pending' ORDER BY number DESC"):
+        for report in self._reports("outcome IN ('pending', 'confirming') ORDER BY number DESC"):
             with self._told("cannot be read"):
                 place = (self.run, int(report.id))
                 (specs,) = self._database.execute(

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from adaptation_manager.phases import Phases
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Violation
 from regraft.runtime.tasks import Waiting
 
@@ -15,15 +16,20 @@ Prepare = Callable[[AdaptationRequest], tuple[AdaptationRequest, tuple[Violation
 
 @dataclass(eq=False, slots=True)
 class Entry:
-    """One adaptation in line or under way. ``number`` is 0 while it has none.
+    """One adaptation in line or under way, asked for by ``source``. ``number`` is 0 while it has none.
 
-    ``prepare`` completes the request when its turn comes: an undo knows its changes only then.
+    ``prepare`` completes the request when its turn comes: an undo knows its changes only then. ``shown`` is how it
+    stands once there is more to say than that it waits; ``confirmed`` if somebody wants it to be final at once.
     """
 
     number: int
     request: AdaptationRequest
     prepare: Prepare | None = None
+    source: str = ""
     cancelled: bool = False
+    confirmed: bool = False
+    shown: AdaptationReport | None = None
+    phases: Phases = field(default_factory=Phases)
     began: float = 0.0
     report: AdaptationReport | None = None
     _waiters: list[Waiting[AdaptationReport]] = field(default_factory=list)

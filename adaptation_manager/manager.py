@@ -8,25 +8,29 @@ from dataclasses import replace
 from typing import TypeVar
 
 from adaptation_manager.books import Books
+from adaptation_manager.carrying import Carrying, confirm
 from adaptation_manager.checks import check
-from adaptation_manager.concluding import clear_up, conclude
+from adaptation_manager.concluding import clear_up
 from adaptation_manager.controls import BESIDE, ControlFailed, Controls
+from adaptation_manager.estimating import estimated
+from adaptation_manager.gate import Gate
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.journal import Journal, JournalCorrupt, JournalError
 from adaptation_manager.line import Entry, Line, Prepare
-from adaptation_manager.modes import unfolded
+from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
 from adaptation_manager.recovery import recover
-from adaptation_manager.reports import EVENTS, pending, summary
+from adaptation_manager.reports import pending
 from adaptation_manager.site import Bounds, Site
-from adaptation_manager.transaction import Transaction
-from adaptation_manager.undoing import conflicts, inverse
+from adaptation_manager.telling import Telling
+from adaptation_manager.throttle import TURN, Throttle
+from adaptation_manager.undoing import undo_of
+from adaptation_manager.watching import Watch
 from bus_schema.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Outcome,
-    StepReport,
-    StepState,
+    Phase,
     Violation,
 )
 from bus_schema.architecture import Architecture
@@ -35,16 +39,18 @@ from bus_schema.messages.control import ControlCode
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
+    ConfirmAdaptation,
     JournalPage,
     JournalRequest,
     UndoAdaptation,
 )
 from regraft import Component, Output, Parameter, RequestRefused, service
 from regraft.runtime.exclusive import Exclusive
-from regraft.runtime.tasks import Waiting
 
 T = TypeVar("T")
 
+OPEN = (Outcome.PENDING, Outcome.CONFIRMING)
+APPLIED = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
 ASK_HOSTS_AGAIN_AFTER = 0.5
 """Seconds between two attempts at finding the hosts."""
 
@@ -60,6 +66,11 @@ class AdaptationManager(Component):
 
     journal = Parameter("", "the journal's file; empty keeps it in memory", unit="path", read_only=True)
     queue_limit = Parameter(32, "adaptations that may wait for their turn", minimum=1, maximum=1000)
+    source_limit = Parameter(8, "of these, how many may be of one source", minimum=1, maximum=1000)
+    rate_limit = Parameter(
+        50.0, "adaptations that one source may ask for, on average", minimum=0.1, maximum=1e6, unit="Hz"
+    )
+    burst = Parameter(200, "adaptations that one source may ask for at once", minimum=1, maximum=1_000_000)
     answer_within = Parameter(
         2.0, "time that a component or host may take to answer", minimum=0.05, maximum=60.0, unit="s"
     )
@@ -77,10 +88,12 @@ class AdaptationManager(Component):
     def on_activate(self) -> None:
         """Take over: from the hosts, from the journal, and from any older manager."""
         self._line = Line()
-        self._gate: list[Waiting[None]] | None = []
+        self._throttle = Throttle()
+        self._gate = Gate()
         self._books = Books(self.journal, self.kit.event)
         self._hosts = Hosts(self.kit, self.answer_within)
         self._controls = Controls(self.kit, self.answer_within)
+        self._telling = Telling(self.kit, self.adaptations, self.architecture, self._current)
         self._all_ended = True
         self.kit.spawn(self._work(), "adaptations")
 
@@ -94,7 +107,7 @@ class AdaptationManager(Component):
     @service("adaptation_manager/adapt")
     async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
         """Carry out an adaptation; answers with what became of it, or at once if ``wait`` is False."""
-        await self._opened()
+        await self._gate.passed(self.queue_limit)
         if request.key and not request.dry_run:
             known = self._same_key(request)
             if isinstance(known, AdaptationReport):
@@ -106,20 +119,23 @@ class AdaptationManager(Component):
     @service("adaptation_manager/undo")
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
         """Undo an applied adaptation by a new one."""
-        await self._opened()
+        await self._gate.passed(self.queue_limit)
         undone = self._line_of(wanted.id)
-        if undone is None or undone.outcome is Outcome.PENDING:
-            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}")
+        if undone is None or undone.outcome in OPEN:
+            more = " yet: it is being confirmed; cancel it" if undone and undone.outcome is not Outcome.PENDING else ""
+            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}")
         if not undone.request.changes:
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone")
         request = AdaptationRequest((), wanted.reason or f"undo {undone.id}", wanted.who, undoes=undone.id)
-        return await self._stand_in_line(request, lambda r: self._undo_of(undone, r)).ended()
+        return await self._stand_in_line(
+            request, lambda r: undo_of(undone, r, self._journal(), self._current())
+        ).ended()
 
     @service("adaptation_manager/cancel")
     async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
         """Cancel an adaptation that waits or is under way; answers with how it ended."""
-        await self._opened()
-        entry = next((e for e in self._line.entries() if e.number and str(e.number) == wanted.id), None)
+        await self._gate.passed(self.queue_limit)
+        entry = self._entry(wanted.id)
         if entry is None:
             ended = self._line_of(wanted.id)
             if ended is None:
@@ -133,10 +149,27 @@ class AdaptationManager(Component):
             self._finish(entry, report)
         return await entry.ended()
 
+    @service("adaptation_manager/confirm")
+    async def confirm(self, wanted: ConfirmAdaptation) -> AdaptationReport:
+        """Make an adaptation that is being confirmed final at once; answers with how it ended."""
+        await self._gate.passed(self.queue_limit)
+        entry = self._entry(wanted.id)
+        if entry is None:
+            ended = self._line_of(wanted.id)
+            if ended is None:
+                raise RequestRefused(f"there is no adaptation {wanted.id!r}")
+            if ended.outcome not in APPLIED:
+                raise RequestRefused(f"adaptation {wanted.id!r} has ended as {ended.outcome.value}")
+            return ended
+        if self._pending(entry).outcome is not Outcome.CONFIRMING:
+            raise RequestRefused(f"adaptation {wanted.id!r} is not being confirmed: it waits or is under way")
+        entry.confirmed = True
+        return await entry.ended()
+
     @service("adaptation_manager/journal")
     async def lines(self, wanted: JournalRequest) -> JournalPage:
         """Return lines of this run's journal, newest first."""
-        await self._opened()
+        await self._gate.passed(self.queue_limit)
         if wanted.id:
             line = self._line_of(wanted.id)
             return JournalPage((line,) if line else ())
@@ -148,7 +181,7 @@ class AdaptationManager(Component):
     @service("adaptation_manager/architecture")
     async def architecture_at(self, wanted: ArchitectureRequest) -> Architecture:
         """Return the architecture, now or at an earlier revision of this run."""
-        await self._opened()
+        await self._gate.passed(self.queue_limit)
         current = self._current()
         if wanted.revision in (None, current.revision):
             return current
@@ -159,18 +192,8 @@ class AdaptationManager(Component):
 
     # --- asking for a turn ---
 
-    async def _opened(self) -> None:
-        """Wait until the manager has taken over."""
-        if self._gate is not None:
-            if len(self._gate) >= self.queue_limit:
-                raise RequestRefused("the adaptation manager has not taken over yet, and many wait for it already")
-            waiting: Waiting[None] = Waiting()
-            self._gate.append(waiting)
-            await waiting
-
     def _current(self) -> Architecture:
-        assert self._books.architecture is not None
-        return self._books.architecture
+        return self._books.current()
 
     def _read(self, read: Callable[[Journal], T]) -> T:
         try:
@@ -178,8 +201,11 @@ class AdaptationManager(Component):
         except JournalError as error:
             raise RequestRefused(str(error)) from None
 
+    def _entry(self, given: str) -> Entry | None:
+        return next((e for e in self._line.entries() if e.number and str(e.number) == given), None)
+
     def _line_of(self, given: str) -> AdaptationReport | None:
-        entry = next((e for e in self._line.entries() if e.number and str(e.number) == given), None)
+        entry = self._entry(given)
         if entry is not None:
             return self._pending(entry)
         return self._read(lambda j: j.report(int(given))) if given.isdecimal() and len(given) < 19 else None
@@ -194,10 +220,21 @@ class AdaptationManager(Component):
         return known
 
     def _stand_in_line(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
-        if len(self._line.waiting) >= self.queue_limit:
-            raise RequestRefused(f"the queue is full: {len(self._line.waiting)} adaptations wait already")
+        waiting = self._line.waiting
+        if len(waiting) >= self.queue_limit:
+            why = f"the queue is full: {len(waiting)} adaptations wait already"
+            raise RequestRefused(why, retry_after=TURN * self.source_limit)
+        source = self.kit.asked_by
+        self._throttle.admit(
+            source,
+            (entry.source for entry in waiting),
+            self.kit.now(),
+            rate=self.rate_limit,
+            burst=self.burst,
+            most_waiting=self.source_limit,
+        )
         numbered = not request.dry_run and self._books.journal is not None
-        entry = Entry(self._books.next_number() if numbered else 0, request, prepare)
+        entry = Entry(self._books.next_number() if numbered else 0, request, prepare, source)
         self._line.join(entry)
         return entry
 
@@ -210,11 +247,11 @@ class AdaptationManager(Component):
     # --- working ---
 
     async def _work(self) -> None:
-        while self._gate is not None:
+        while not self._gate.is_open:
             try:
                 async with self.kit.exclusive() as slot:
                     await self._take_over(slot)
-                self._open_gate()
+                self._gate.open()
             except ControlFailed as error:
                 self.kit.say(f"waiting for the hosts: {error}")
                 await self.kit.sleep(ASK_HOSTS_AGAIN_AFTER)
@@ -225,12 +262,9 @@ class AdaptationManager(Component):
         while True:
             entry = await self._line.next()
             async with self.kit.exclusive() as slot:
-                self._finish(entry, await self._turn(entry, slot))
-
-    def _open_gate(self) -> None:
-        waiters, self._gate = self._gate or [], None
-        for waiting in waiters:
-            waiting.resolve(None)
+                carrying = await self._turn(entry, slot)
+            if carrying is not None:
+                await self._confirm(carrying)
 
     async def _take_over(self, slot: Exclusive) -> None:
         """Learn the architecture, begin a reign, undo what was left half-way. Raises ControlFailed.
@@ -243,7 +277,7 @@ class AdaptationManager(Component):
             self._hosts.term = self._controls.term = term
             await self._claim()
             for report in await recover(self._journal(), self._current(), lambda b, a: self._site(slot, b, a)):
-                self._tell(report)
+                self._telling.ended(report)
             await self._end_strangers(slot)
         except JournalError as error:
             self._books.close()
@@ -251,7 +285,7 @@ class AdaptationManager(Component):
             self.kit.say(str(error))
         else:
             self.kit.say(f"revision {self._current().revision}, term {term}")
-        if self._gate is not None:
+        if not self._gate.is_open:
             self.architecture.publish(self._current())
 
     async def _claim(self) -> None:
@@ -277,8 +311,20 @@ class AdaptationManager(Component):
         bounds = Bounds(self.answer_within, self.bind_within, self.undo_within, self.start_within)
         return Site(self.kit, self._controls, self._hosts, bounds, slot.touch, before, after, after.revision)
 
-    async def _turn(self, entry: Entry, slot: Exclusive) -> AdaptationReport:
+    async def _turn(self, entry: Entry, slot: Exclusive) -> Carrying | None:
+        """Carry an entry out; returns it if it has not ended, because it has to be confirmed."""
         entry.began = time.monotonic()
+        entry.phases.enter(Phase.CHECK)
+        done = await self._checked_and_done(entry, slot)
+        if isinstance(done, Carrying):
+            if done.report.outcome is Outcome.CONFIRMING:
+                return done
+            self._all_ended = done.all_ended
+            done = done.report
+        self._finish(entry, done)
+        return None
+
+    async def _checked_and_done(self, entry: Entry, slot: Exclusive) -> AdaptationReport | Carrying:
         try:
             return await self._adapt(entry, slot)
         except (ControlFailed, JournalError) as error:
@@ -290,7 +336,7 @@ class AdaptationManager(Component):
             problem = f"the adaptation manager failed to check it: {type(error).__name__}: {error}"
             return self._rejected(entry, (Violation(None, "", "", problem),))
 
-    async def _adapt(self, entry: Entry, slot: Exclusive) -> AdaptationReport:
+    async def _adapt(self, entry: Entry, slot: Exclusive) -> AdaptationReport | Carrying:
         """Check, then carry out. Whatever it raises was raised before anything was touched."""
         if self._books.journal is None:
             await self._take_over(slot)
@@ -306,90 +352,48 @@ class AdaptationManager(Component):
         plan = Plan(current, current)
         if not found:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self.kit.name)
+            plan = plan.as_revision(self._books.next_revision())
+        site = self._site(slot, plan.before, plan.after)
+        named = frozenset(change.component for _, change in expanded(entry.request.changes, current)[0])
+        watch = Watch(site, plan, entry.request.watch, named) if entry.request.confirm else None
+        if watch is not None and not found:
+            found = tuple(await watch.begin())
         if found:
             return self._rejected(entry, found)
-        report = replace(self._pending(entry), steps=tuple(plan.reports()))
+        entry.phases.leave()
+        report = replace(self._pending(entry), steps=tuple(plan.reports()), phases=tuple(entry.phases.ended))
         if entry.request.dry_run:
-            return replace(report, revision_after=plan.after.revision, architecture=plan.after)
-        return await self._carry_out(entry, report, plan, slot)
+            estimate = await estimated(plan, site, self._books.durations(), entry.request.context)
+            return replace(report, revision_after=plan.after.revision, architecture=plan.after, estimate=estimate)
+        carrying = Carrying(entry, report, plan, site, self._books, watch)
+        await carrying.begin()
+        return carrying
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
-        report = replace(self._pending(entry), outcome=Outcome.REJECTED, violations=found, duration=entry.lasted())
+        entry.phases.leave()
+        report = replace(
+            self._pending(entry),
+            outcome=Outcome.REJECTED,
+            violations=found,
+            duration=entry.lasted(),
+            phases=tuple(entry.phases.ended),
+        )
         if entry.number:
             self._books.never_began(report)
         return report
 
-    async def _carry_out(self, entry: Entry, report: AdaptationReport, plan: Plan, slot: Exclusive) -> AdaptationReport:
-        journal = self._journal()
-        journal.begin(replace(report, revision_after=plan.after.revision), plan)
+    async def _confirm(self, carrying: Carrying) -> None:
+        """Watch an adaptation until it is final or undone; whoever else wants something waits."""
 
-        def commit(steps: list[StepReport]) -> None:
-            nonlocal report
-            applied = replace(
-                report,
-                outcome=site.outcome,
-                revision_after=plan.after.revision,
-                steps=tuple(steps),
-                error=site.loss,
-                duration=entry.lasted(),
-            )
-            self._books.applied(applied, plan.after)
-            report = applied
+        def finish(report: AdaptationReport) -> None:
+            self._all_ended = carrying.all_ended
+            self._finish(carrying.entry, report)
 
-        def note(states: dict[int, StepState]) -> None:
-            journal.progress(entry.number, states)
-
-        site = self._site(slot, plan.before, plan.after)
-        transaction = Transaction(plan, site, note, commit, lambda: entry.cancelled)
-        outcome = await transaction.run()
-        if outcome is site.outcome:
-            self._all_ended = await conclude(site, plan, self.kit.event)
-        if outcome is Outcome.REJECTED:
-            report = replace(report, violations=(Violation(None, "", "", transaction.error),))
-        if outcome is not site.outcome:
-            report = replace(
-                report,
-                outcome=outcome,
-                steps=tuple(transaction.steps),
-                error=transaction.error,
-                duration=entry.lasted(),
-            )
-            self._books.ended(report)
-        return report
-
-    def _undo_of(
-        self, undone: AdaptationReport, request: AdaptationRequest
-    ) -> tuple[AdaptationRequest, tuple[Violation, ...]]:
-        journal = self._journal()
-        if undone.outcome not in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
-            problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
-            return request, (Violation(None, "", "undoes", problem),)
-        before, behind = (
-            journal.architecture(undone.revision_before),
-            journal.architecture(undone.revision_after),
-        )
-        assert before is not None
-        assert behind is not None
-        undone = unfolded(undone, before)
-        complete = replace(request, changes=inverse(undone.request.changes, before))
-        later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
-        return complete, tuple(conflicts(undone, behind, self._current(), later))
-
-    # --- telling ---
+        self._telling.architecture()
+        await confirm(carrying, finish)
 
     def _finish(self, entry: Entry, report: AdaptationReport) -> None:
         """Answer whoever waits first, then tell everybody else."""
         entry.end(report)
         if not entry.request.dry_run:
-            self.kit.spawn(self._tell_all(report), "telling")
-
-    async def _tell_all(self, report: AdaptationReport) -> None:
-        self._tell(report)
-        if report.revision_after != report.revision_before and self.architecture.wanted:
-            self.architecture.publish(self._current())
-
-    def _tell(self, report: AdaptationReport) -> None:
-        if self.adaptations.wanted:
-            self.adaptations.publish(report)
-        self.kit.event(EVENTS[report.outcome], summary(report), id=report.id, revision=report.revision_after)
-        self.kit.say(f"revision {self._current().revision}; last: {summary(report)}")
+            self._telling.soon(report)

@@ -9,6 +9,7 @@ from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, EnterMode, Violation
 from bus_schema.architecture import Architecture
 from bus_schema.errors import BadMessage
+from bus_schema.modes import as_needed
 from bus_schema.suggestions import instead_of
 
 
@@ -38,7 +39,8 @@ def expanded(changes: Sequence[Change], architecture: Architecture) -> tuple[lis
             found.append((index, change))
             continue
         try:
-            found += [(index, meant) for meant in changes_of(change.mode, architecture)]
+            meant = as_needed(changes_of(change.mode, architecture), architecture, [earlier for _, earlier in found])
+            found += [(index, one) for one in meant]
         except NoSuchMode as error:
             wrong.append(Violation(index, change.component, "mode", str(error)))
     return found, wrong

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from adaptation_manager.steps.actions import GiveValues, PlannedStep, TakeOver
 from bus_schema.adaptation import StepReport, StepState
@@ -12,11 +12,20 @@ from bus_schema.messages.host import UpdateSpecs
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is to be done. Both architectures carry their own revision."""
+    """What is to be done. Both architectures carry their own revision; the first ``preparing`` steps only prepare.
+
+    ``estimated`` are the qualities that components which do not run yet say they would give.
+    """
 
     before: Architecture
     after: Architecture
     steps: tuple[PlannedStep, ...] = ()
+    preparing: int = 0
+    estimated: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def as_revision(self, revision: int) -> Plan:
+        """Return the plan with ``revision`` as that of the architecture after it."""
+        return replace(self, after=replace(self.after, revision=revision))
 
     def changes(self) -> UpdateSpecs:
         """Return what changes, for those who know what was before: specs without what that says of the same class."""

@@ -17,7 +17,9 @@ EVENTS = {
 
 
 def pending(entry: Entry, revision: int, now: float, tick: int | None) -> AdaptationReport:
-    """Return the report of an adaptation that waits; ``id`` is empty for one without a line."""
+    """Return the report of an adaptation that has not ended; ``id`` is empty for one without a line."""
+    if entry.shown is not None:
+        return entry.shown
     number = str(entry.number) if entry.number else ""
     return AdaptationReport(number, Outcome.PENDING, entry.request, revision, revision, now, tick=tick)
 

@@ -10,11 +10,12 @@ from adaptation_manager.controls import ControlFailed, NoAnswer
 from adaptation_manager.hosts import Update
 from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
+from adaptation_manager.phases import Phases
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, PlannedStep
 from adaptation_manager.verify import verify
-from bus_schema.adaptation import Outcome, StepReport, StepState
+from bus_schema.adaptation import Outcome, Phase, StepReport, StepState
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import UpdateSpecs
 
@@ -37,8 +38,8 @@ class CancelWanted(Exception):
 class Transaction:
     """One adaptation under way.
 
-    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable. Either raises if
-    it cannot, which undoes everything.
+    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable, or, unless it is
+    ``final``, that it only has to be confirmed. Either raises if it cannot, which undoes everything.
     """
 
     plan: Plan
@@ -46,6 +47,8 @@ class Transaction:
     note: Callable[[dict[int, StepState]], None]
     commit: Callable[[list[StepReport]], None]
     cancelled: Callable[[], bool]
+    phases: Phases
+    final: bool = True
     steps: list[StepReport] = field(default_factory=list)
     error: str = ""
     update: Update | None = None
@@ -56,11 +59,14 @@ class Transaction:
         try:
             for index in range(len(self.steps)):
                 self._check_cancelled()
+                self.phases.enter(Phase.PREPARE if index < self.plan.preparing else Phase.COMMIT)
                 await self._do(index)
             self._check_cancelled()
+            self.phases.enter(Phase.VERIFY)
             await verify(self.plan, self.site, self.update or self._give_specs())
+            self.phases.leave()
             self.commit(self.steps)
-            return self.site.outcome
+            return self.site.outcome if self.final else Outcome.CONFIRMING
         except CancelWanted:
             self.error = "cancelled"
             return await self._undo(Outcome.CANCELLED)
@@ -71,6 +77,20 @@ class Transaction:
             if await self._was_never_ours(error):
                 return Outcome.REJECTED
             return await self._undo(Outcome.ROLLED_BACK)
+
+    async def settle(self) -> Outcome:
+        """Make what only had to be confirmed final; undoes it if that cannot be written."""
+        try:
+            self.commit(self.steps)
+            return self.site.outcome
+        except JournalError as error:
+            self.error = str(error)
+            return await self._undo(Outcome.ROLLED_BACK)
+
+    async def withdraw(self, outcome: Outcome, why: str) -> Outcome:
+        """Undo what only had to be confirmed; ``outcome`` is what it ends as if that succeeds."""
+        self.error = why
+        return await self._undo(outcome)
 
     async def _was_never_ours(self, error: Exception) -> bool:
         """Tell whether a later manager reigned from the start: everybody refused, and would refuse undoing too."""
@@ -110,6 +130,7 @@ class Transaction:
         self.steps[index] = replace(step, state=state, error=error or step.error, duration=taken)
 
     async def _undo(self, outcome: Outcome) -> Outcome:
+        self.phases.leave()
         problems = await undo(self.site, self.plan.way_back(), self.plan.steps, self.steps)
         if problems:
             self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"

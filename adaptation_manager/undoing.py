@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from adaptation_manager.modes import unfolded
 from bus_schema.adaptation import (
     AdaptationReport,
+    AdaptationRequest,
     Add,
     Change,
     ChangeState,
     Connect,
+    Outcome,
     Remove,
     SetParameters,
     Swap,
@@ -18,10 +23,29 @@ from bus_schema.adaptation import (
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.lifecycle import State, after, route
 
+if TYPE_CHECKING:
+    from adaptation_manager.journal import Journal
+
 PRESENCE = "component"
 """The field of a component that says whether it is there."""
 CLASS = "cls"
 """The field of a component that a swap decides on, with all that its class has."""
+
+
+def undo_of(
+    undone: AdaptationReport, request: AdaptationRequest, journal: Journal, now: Architecture
+) -> tuple[AdaptationRequest, tuple[Violation, ...]]:
+    """Return the request that undoes an ended adaptation, and what stands in its way; raises JournalError."""
+    if undone.outcome not in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
+        problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
+        return request, (Violation(None, "", "undoes", problem),)
+    before, behind = journal.architecture(undone.revision_before), journal.architecture(undone.revision_after)
+    assert before is not None
+    assert behind is not None
+    undone = unfolded(undone, before)
+    complete = replace(request, changes=inverse(undone.request.changes, before))
+    later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
+    return complete, tuple(conflicts(undone, behind, now, later))
 
 
 def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:

@@ -35,7 +35,7 @@ topics:
 MANAGER = """
   adaptation_manager:
     class: adaptation_manager.manager:AdaptationManager
-    parameters: {journal: $RUN/journal.sqlite}
+    parameters: {journal: $RUN/journal.sqlite, rate_limit: 10000, burst: 10000}
 """
 
 

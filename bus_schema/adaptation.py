@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated, ClassVar
 
-from bus_schema.annotations import Count, PlainValue, Seconds, Tagged, Text
+from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Tagged, Text
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.errors import BadMessage
+from bus_schema.estimates import Estimate
 from bus_schema.lifecycle import Transition
 from bus_schema.registry import message
 
@@ -112,9 +113,10 @@ Change = Annotated[
 
 
 class Outcome(Enum):
-    """How an adaptation ended, or that it has not."""
+    """How an adaptation ended, or that it has not: ``pending``, and ``confirming`` once it only has to be confirmed."""
 
     PENDING = "pending"
+    CONFIRMING = "confirming"
     APPLIED = "applied"
     REJECTED = "rejected"
     ROLLED_BACK = "rolled_back"
@@ -131,6 +133,9 @@ class AdaptationRequest:
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
     the request is queued. ``context`` says what was so when it was asked for: a map of plain data for the journal's
     readers, at most 16,384 in size, where a text counts its characters and any other value 8.
+
+    ``confirm`` seconds of the components' clock, if any, it is watched before it is final: it is undone if one of the
+    components that it touches does not stay well, or one of the quality requirements in ``watch`` does not hold.
     """
 
     changes: tuple[Change, ...]
@@ -142,6 +147,8 @@ class AdaptationRequest:
     wait: bool = True
     undoes: str = ""
     context: dict[str, PlainValue] = field(default_factory=dict)
+    confirm: Annotated[Seconds, Bounds(0.0, 86_400.0)] = 0.0
+    watch: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a context that would swell the journal."""
@@ -202,10 +209,33 @@ class StepReport:
     error: str = ""
 
 
+class Phase(Enum):
+    """The phases of an adaptation, in their order; what it does not need is left out."""
+
+    CHECK = "check"
+    PREPARE = "prepare"
+    COMMIT = "commit"
+    VERIFY = "verify"
+    CONFIRM = "confirm"
+
+
+@message("regraft/PhaseReport")
+@dataclass(frozen=True, slots=True)
+class PhaseReport:
+    """How long a phase took: wall-clock seconds, in ``confirm`` those of the components' clock."""
+
+    phase: Phase
+    duration: Seconds = 0.0
+
+
 @message("regraft/AdaptationReport")
 @dataclass(frozen=True, slots=True)
 class AdaptationReport:
-    """An adaptation's line in the journal. ``tick`` is the world tick in which it was applied, None in real time."""
+    """An adaptation's line in the journal. ``tick`` is the world tick in which it was applied, None in real time.
+
+    ``revision_after`` of one that is being confirmed is that of the architecture that is not final yet. A dry run has
+    the ``architecture`` that would result, and an ``estimate``.
+    """
 
     id: str
     outcome: Outcome
@@ -219,3 +249,5 @@ class AdaptationReport:
     steps: tuple[StepReport, ...] = ()
     error: str = ""
     architecture: Architecture | None = None
+    phases: tuple[PhaseReport, ...] = ()
+    estimate: Estimate | None = None

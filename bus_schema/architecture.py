@@ -110,12 +110,17 @@ class ConstraintKind(Enum):
     AT_LEAST_ONE_ACTIVE = "at_least_one_active"
     AT_MOST_ONE_ACTIVE = "at_most_one_active"
     PARAMETER = "parameter"
+    REQUIRE = "require"
+    PROVIDED = "provided"
 
 
 @message("regraft/Constraint")
 @dataclass(frozen=True, slots=True)
 class Constraint:
-    """A rule of the stack's own, which every adaptation must keep; ``because`` is shown when one does not."""
+    """A rule of the stack's own, which every adaptation must keep; ``because`` is shown when one does not.
+
+    ``expression`` is what must be so (`bus_schema.expressions`), ``services`` are what somebody active must offer.
+    """
 
     kind: ConstraintKind
     components: tuple[str, ...] = ()
@@ -123,6 +128,8 @@ class Constraint:
     minimum: float | None = None
     maximum: float | None = None
     because: str = ""
+    expression: str = ""
+    services: tuple[str, ...] = ()
 
 
 @message("regraft/Architecture")
@@ -131,7 +138,8 @@ class Architecture:
     """All components, topics, hosts and constraints of a system, under one revision.
 
     ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
-    A host without ``host_rules`` has the usual ones.
+    A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
+    revision, while that is not final; empty once it is.
     """
 
     system: str
@@ -143,6 +151,7 @@ class Architecture:
     constraints: tuple[Constraint, ...] = ()
     modes: dict[str, PlainValue] = field(default_factory=dict)
     host_rules: dict[str, HostRules] = field(default_factory=dict)
+    unconfirmed: str = ""
 
     def rules(self, host: str) -> HostRules:
         """Return the rules of a host."""

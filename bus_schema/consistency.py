@@ -16,6 +16,7 @@ from bus_schema.constraints import constraint_violations
 from bus_schema.errors import BadKey
 from bus_schema.hosts import host_violations
 from bus_schema.lifecycle import PRIMARY, State
+from bus_schema.offers import offered_services
 from bus_schema.parameter_values import parameter_problem
 from bus_schema.registry import TYPE_NAME
 from bus_schema.suggestions import instead_of
@@ -89,12 +90,6 @@ def _parameters(architecture: Architecture) -> Iterator[Violation]:
                 problem = parameter_problem(described, value)
             if problem:
                 yield Violation(None, name, f"parameters.{parameter}", problem)
-
-
-def offered_services(spec: ComponentSpec) -> dict[str, str]:
-    """Return the services that a component offers, each with the name that it is offered under."""
-    described = spec.description.services if spec.description else ()
-    return {offered.name: offered.name for offered in described} | spec.services
 
 
 def _services(architecture: Architecture) -> Iterator[Violation]:

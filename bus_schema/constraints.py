@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from bus_schema.adaptation import Violation
 from bus_schema.architecture import Architecture, Constraint, ConstraintKind
 from bus_schema.description import ParameterDescription
+from bus_schema.expressions import BadExpression, value_of
 from bus_schema.lifecycle import State
+from bus_schema.offers import offered_services
 from bus_schema.parameter_values import effective_parameter, parameter_problem
 from bus_schema.suggestions import instead_of
 
@@ -18,10 +20,16 @@ def constraint_violations(architecture: Architecture) -> Iterator[Violation]:
     A component that does not exist (any more) is not active, and its parameters need not be anything.
     """
     for index, constraint in enumerate(architecture.constraints):
+        where = f"constraints.{index}"
         if constraint.kind is ConstraintKind.PARAMETER:
             found = _parameter_violation(architecture, constraint)
+        elif constraint.kind is ConstraintKind.REQUIRE:
+            found = _expression_violation(architecture, constraint, where)
+        elif constraint.kind is ConstraintKind.PROVIDED:
+            yield from _missing_services(architecture, constraint, where)
+            continue
         else:
-            found = _activity_violation(architecture, constraint, f"constraints.{index}")
+            found = _activity_violation(architecture, constraint, where)
         if found:
             yield found
 
@@ -66,6 +74,52 @@ def _parameter_violation(architecture: Architecture, constraint: Constraint) -> 
             return None
         problem = f"{value!r}: a constraint says that it {outside}"
     return Violation(None, name, f"parameters.{parameter}", problem + _because(constraint))
+
+
+class _NotThere(Exception):
+    """An expression speaks of a component that is not there: it demands nothing then."""
+
+
+def _expression_violation(architecture: Architecture, constraint: Constraint, where: str) -> Violation | None:
+    used: dict[str, object] = {}
+
+    def lookup(name: str) -> object:
+        used[name] = _referred(architecture, name)
+        return used[name]
+
+    try:
+        if value_of(constraint.expression, lookup):
+            return None
+    except _NotThere:
+        return None
+    except BadExpression as error:
+        return Violation(None, "", where, f"{constraint.expression!r}: {error}{_because(constraint)}")
+    now = ", ".join(f"{name} is {value!r}" for name, value in used.items())
+    problem = f"{constraint.expression!r} must be so, but {now or 'is not'}"
+    return Violation(None, "", where, problem + _because(constraint))
+
+
+def _referred(architecture: Architecture, name: str) -> object:
+    """Return a component's parameter, or whether it is active, by the dotted name; raises BadExpression, _NotThere."""
+    component, what = split_parameter(name)
+    spec = architecture.components.get(component)
+    if what == "active" and (spec is None or spec.description is None or spec.description.parameter(what) is None):
+        return spec is not None and spec.state is State.ACTIVE
+    if spec is None or spec.description is None:
+        raise _NotThere
+    if spec.description.parameter(what) is None:
+        known = [parameter.name for parameter in spec.description.parameters]
+        raise BadExpression(f"{component} has no parameter {what!r}; {instead_of(what, known)}")
+    return effective_parameter(spec.description, spec.parameters, what)
+
+
+def _missing_services(architecture: Architecture, constraint: Constraint, where: str) -> Iterator[Violation]:
+    for service in constraint.services:
+        able = [spec for spec in architecture.components.values() if service in offered_services(spec).values()]
+        if not any(spec.state is State.ACTIVE for spec in able):
+            what = f"activate {' or '.join(sorted(spec.name for spec in able))}" if able else "nobody has it"
+            problem = f"service {service!r} must be offered by an active component, but is not: {what}"
+            yield Violation(None, "", where, problem + _because(constraint))
 
 
 def _kind_is_wrong(parameter: ParameterDescription, value: object) -> bool:

@@ -93,7 +93,7 @@ class Keys:
         return f"{self.system}/host/{host}/{verb}"
 
     def quality(self, requirement: str) -> str:
-        """Where the satisfaction of a quality requirement is put."""
+        """Where the satisfaction of a quality requirement is put, and can be asked."""
         return f"{self.system}/quality/{requirement}"
 
     @property

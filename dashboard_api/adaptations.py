@@ -51,7 +51,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
 
     @router.post(
         "/adaptations",
-        responses={**declared_outcomes(), **declared(409, 412, 413, 415, 422, 503)},
+        responses={**declared_outcomes(), **declared(409, 412, 413, 415, 422, 429, 503)},
         openapi_extra=request_body(adaptation_schema(), ADAPTATION_EXAMPLES),
     )
     def adapt(
@@ -59,14 +59,15 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     ) -> Response:
         """Carry out a list of changes as one transaction: all of it happens or none of it.
 
-        The answer waits for the outcome. A rejected adaptation has touched nothing; one that failed was undone.
+        The answer waits for the outcome. A rejected adaptation has touched nothing; one that failed was undone. With
+        `confirm` it is watched for so many seconds before it is final, and undone if it does not hold.
         """
         report = manager.adapt(read_adaptation(body, asked))
         return answer(report, prefix, if_match=asked.revision is not None)
 
     @router.post(
         "/adaptations/{id}/undo",
-        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 503)},
+        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 429, 503)},
         openapi_extra=request_body(reason_schema(), {"reason": "it was better before"}, required=False),
     )
     def undo(
@@ -82,9 +83,21 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         who = actor(request, x_regraft_actor)
         return answer(manager.undo(UndoAdaptation(adaptation, who, read_reason(body))), prefix)
 
+    @router.post(
+        "/adaptations/{id}/confirm",
+        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 503)},
+        openapi_extra=request_body({"type": "object", "additionalProperties": False}, {}, required=False),
+    )
+    def confirm(adaptation: Id, body: Annotated[dict[str, Any], Depends(optional_json_object)]) -> Response:
+        """Make an adaptation that is being confirmed final at once."""
+        wrong = unknown_fields(body, [])
+        if wrong:
+            raise malformed(*wrong)
+        return answer(manager.confirm(adaptation), prefix)
+
     @router.delete("/adaptations/{id}", responses={**declared_outcomes(), **declared(404, 409, 422, 503)})
     def cancel(adaptation: Id) -> Response:
-        """Cancel an adaptation that waits or is under way: what it did is undone."""
+        """Cancel an adaptation that waits, is under way or is being confirmed: what it did is undone."""
         report = manager.cancel(adaptation)
         if report.outcome in (Outcome.CANCELLED, Outcome.PENDING):
             return reply(report, 200 if report.outcome is Outcome.CANCELLED else 202)

@@ -33,7 +33,7 @@ PARAMETERS_SCHEMA = {"type": "object", "description": "New values by parameter; 
 SWAP_EXAMPLE = {"cls": "services.detector.template_detector:TemplateDetector", "parameters": {"interval": 1.0}}
 SWAP_SCHEMA = short_form(Swap)
 MOVE_SCHEMA = short_form(Move)
-PROBLEMS = (404, 409, 412, 413, 415, 422, 503)
+PROBLEMS = (404, 409, 412, 413, 415, 422, 429, 503)
 
 
 def routes(manager: Manager, prefix: str) -> APIRouter:

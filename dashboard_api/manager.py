@@ -12,13 +12,24 @@ from bus_schema.errors import BadMessage
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
+    ConfirmAdaptation,
     JournalPage,
     JournalRequest,
     UndoAdaptation,
 )
 from bus_schema.messages.requests import Answer
 from dashboard_api.body import told
-from dashboard_api.problems import CONFLICT, FAILED, KEY_REUSED, UNAVAILABLE, Problem, malformed, not_found, unavailable
+from dashboard_api.problems import (
+    CONFLICT,
+    FAILED,
+    KEY_REUSED,
+    UNAVAILABLE,
+    Problem,
+    malformed,
+    not_found,
+    throttled,
+    unavailable,
+)
 from regraft import CallFailed
 from regraft.client import Client
 
@@ -62,6 +73,8 @@ class Services:
             return self.client.call(service, request, expected, patience)
         except CallFailed as error:
             if error.answer is Answer.REFUSED and not any(reason in error.why for reason in PASSING):
+                if error.retry_after is not None:
+                    raise throttled(error.why, error.retry_after) from None
                 raise Refused(error.why) from None
             if error.answer is Answer.FAILED:
                 raise Problem(FAILED, str(error)) from None
@@ -84,7 +97,7 @@ class Manager:
     def adapt(self, request: AdaptationRequest) -> AdaptationReport:
         """Have an adaptation carried out; raises Problem."""
         try:
-            return self._act("adaptation_manager/adapt", request)
+            return self._act("adaptation_manager/adapt", request, request.confirm)
         except Refused as refusal:
             if str(refusal).lower().startswith("idempotency key"):
                 raise Problem(KEY_REUSED, str(refusal)) from None
@@ -106,11 +119,19 @@ class Manager:
         except Refused as refusal:
             raise Problem(CONFLICT, str(refusal), report=entry) from None
 
-    def _act(self, service: str, request: object) -> AdaptationReport:
+    def confirm(self, adaptation: str) -> AdaptationReport:
+        """Have an adaptation that is being confirmed made final; raises Problem."""
+        entry = self.entry(adaptation)
+        try:
+            return self._act("adaptation_manager/confirm", ConfirmAdaptation(adaptation))
+        except Refused as refusal:
+            raise Problem(CONFLICT, str(refusal), report=entry) from None
+
+    def _act(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
         if not self._waiting.acquire(blocking=False):
             raise unavailable(f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already")
         try:
-            within = self._services.adaptation_within
+            within = self._services.adaptation_within + longer
             return self._services.ask(service, request, AdaptationReport, within)
         except Problem as problem:
             if problem.kind is UNAVAILABLE:

@@ -28,7 +28,7 @@ def answer(report: AdaptationReport, prefix: str, *, if_match: bool = False) -> 
     if report.request.dry_run and report.outcome is not Outcome.REJECTED:
         return reply(report)
     if kind is None:
-        status = 202 if report.outcome is Outcome.PENDING else 200
+        status = 202 if report.outcome in (Outcome.PENDING, Outcome.CONFIRMING) else 200
         location = {"Location": f"{prefix}/adaptations/{quote(report.id, safe='')}"} if report.id else {}
         return reply(report, status, location)
     if kind is REJECTED and if_match and any(v.field == "revision" for v in report.violations):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -44,6 +45,7 @@ BAD_CONTENT_TYPE = Kind("wrong-content-type", 415, "The body must be JSON")
 WRONG_HOST = Kind("wrong-host", 421, "This server does not answer for that host")
 MALFORMED = Kind("malformed", 422, "The request does not have the right form")
 KEY_REUSED = Kind("idempotency-key-reused", 422, "The idempotency key belongs to another request")
+THROTTLED = Kind("throttled", 429, "Too many adaptations are asked for")
 FAILED = Kind("failed", 500, "Something failed inside the system")
 STUCK = Kind("stuck", 500, "The adaptation failed and could not be undone")
 UNAVAILABLE = Kind("unavailable", 503, "A part of the system does not answer")
@@ -57,6 +59,7 @@ TITLES = {
     415: "Not JSON",
     421: "Wrong Host header",
     422: "Malformed request",
+    429: "Too many adaptations are asked for; try again after Retry-After seconds",
     500: "Internal failure, or an adaptation that is stuck",
     503: "A part of the system does not answer; try again after Retry-After seconds",
 }
@@ -132,6 +135,11 @@ def malformed(*violations: Violation) -> Problem:
 def unavailable(detail: str) -> Problem:
     """Return the problem of a part of the system that does not answer."""
     return Problem(UNAVAILABLE, detail, headers={"Retry-After": RETRY_AFTER})
+
+
+def throttled(detail: str, seconds: float) -> Problem:
+    """Return the problem of somebody who asks too often, and may again in so many seconds."""
+    return Problem(THROTTLED, detail, headers={"Retry-After": str(max(1, math.ceil(seconds)))})
 
 
 def not_found(detail: str) -> Problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from bus_schema.adaptation import AdaptationRequest, Change, Violation
@@ -14,13 +14,15 @@ from dashboard_api.body import told, unknown_fields
 from dashboard_api.problems import malformed, violation
 from dashboard_api.terms import Terms
 
-FIELDS = ("changes", "reason", "revision", "context")
+FIELDS = ("changes", "reason", "revision", "context", "confirm", "watch")
 LONGEST_REASON = 1000
 MOST_CHANGES = 1000
 CHANGE = shape_of(Change)
 REVISION = shape_of(Count)
 REASON = dict(record_shape(AdaptationRequest).fields)["reason"]
 CONTEXT = dict(record_shape(AdaptationRequest).fields)["context"]
+CONFIRM = dict(record_shape(AdaptationRequest).fields)["confirm"]
+WATCH = dict(record_shape(AdaptationRequest).fields)["watch"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,9 @@ def adaptation_schema() -> dict[str, Any]:
             "reason": REASON.json_schema(),
             "revision": REVISION.json_schema(),
             "context": CONTEXT.json_schema() | {"description": "What is so in the world, for readers of the journal"},
+            "confirm": CONFIRM.json_schema()
+            | {"description": "Seconds for which it is watched before it is final, and undone if it does not hold"},
+            "watch": WATCH.json_schema() | {"description": "Quality requirements that must hold meanwhile, by name"},
         },
         ["changes"],
     )
@@ -143,12 +148,15 @@ def read_adaptation(body: dict[str, Any], asked: Terms) -> AdaptationRequest:
     reason = _read("reason", body.get("reason", ""), REASON.unpack, wrong)
     seen = _read("revision", body["revision"], REVISION.unpack, wrong) if "revision" in body else None
     context = _read("context", body.get("context", {}), CONTEXT.unpack, wrong)
+    confirm = _read("confirm", body.get("confirm", 0.0), CONFIRM.unpack, wrong)
+    watch = _read("watch", body.get("watch", []), WATCH.unpack, wrong)
     if seen is not None and asked.revision is not None and seen != asked.revision:
         wrong.append(violation("revision", f"is {seen}, but If-Match says {asked.revision}"))
     if wrong:
         raise malformed(*wrong)
     revision = asked.revision if asked.revision is not None else seen
-    return request(tuple(changes), reason or "", revision, asked, context)
+    found = request(tuple(changes), reason or "", revision, asked, context)
+    return replace(found, confirm=confirm or 0.0, watch=tuple(watch or ()))
 
 
 def request(

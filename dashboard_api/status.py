@@ -15,12 +15,12 @@ from bus_schema.messages.host import LogLines
 from bus_schema.records import record_shape
 from dashboard_api.adaptations import request_body
 from dashboard_api.body import json_object, told
-from dashboard_api.diff import ArchitectureDiff, diff
 from dashboard_api.json_replies import reply, shown
 from dashboard_api.manager import Manager
 from dashboard_api.overview import Overview
 from dashboard_api.problems import declared, malformed
 from dashboard_api.views import ComponentDetails, ComponentList, HostList, SystemOverview, TopicList
+from regraft.client.diff import ArchitectureDiff, diff
 
 LARGEST_REVISION = 2**63 - 1
 QUALITIES_EXAMPLE = {"parameters": {"max_velocity": 0.1}, "context": {"darkness": 0.5}}

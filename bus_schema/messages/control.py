@@ -90,7 +90,10 @@ class Rewire:
 @message("regraft/ComponentView")
 @dataclass(frozen=True, slots=True)
 class ComponentView:
-    """A component as it is now: the reply to every control query that succeeded."""
+    """A component as it is now: the reply to every control query that succeeded.
+
+    ``faults`` counts the errors that it has reported, ``error`` is the last.
+    """
 
     component: str
     incarnation: Count
@@ -99,6 +102,8 @@ class ComponentView:
     parameters: dict[str, PlainValue]
     connections: dict[str, str]
     detail: dict[str, PlainValue] = field(default_factory=dict)
+    error: str = ""
+    faults: Count = 0
 
 
 @message("regraft/AskQualities")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Annotated
 
 from bus_schema.adaptation import Violation
-from bus_schema.annotations import Bounds, Count, Seconds
+from bus_schema.annotations import Bounds, Count, PlainValue, Seconds
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.registry import message
 
@@ -116,18 +116,26 @@ class UpdateSpecs:
 @message("regraft/DescribeComponent")
 @dataclass(frozen=True, slots=True)
 class DescribeComponent:
-    """Say what a component would be that is not there yet: its class is imported, in a process of its own."""
+    """Say what a component would be that is not there yet: its class is imported, in a process of its own.
+
+    Its qualities are estimated for this ``context``.
+    """
 
     spec: ComponentSpec
+    context: dict[str, PlainValue] = field(default_factory=dict)
 
 
 @message("regraft/DescribedComponent")
 @dataclass(frozen=True, slots=True)
 class DescribedComponent:
-    """A spec with its description and services, and with paths as the host takes them; and what is wrong with it."""
+    """A spec with its description and services, and with paths as the host takes them; and what is wrong with it.
+
+    ``estimated`` are the qualities that the class says it would give, empty if it does not say.
+    """
 
     spec: ComponentSpec
     violations: tuple[Violation, ...] = ()
+    estimated: dict[str, float] = field(default_factory=dict)
 
 
 @message("regraft/StartComponent")

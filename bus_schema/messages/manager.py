@@ -23,7 +23,15 @@ class UndoAdaptation:
 @message("regraft/CancelAdaptation")
 @dataclass(frozen=True, slots=True)
 class CancelAdaptation:
-    """Cancel an adaptation that waits or is under way."""
+    """Cancel an adaptation that waits, is under way, or is being confirmed."""
+
+    id: str
+
+
+@message("regraft/ConfirmAdaptation")
+@dataclass(frozen=True, slots=True)
+class ConfirmAdaptation:
+    """Confirm an adaptation before its time is over: it is final then."""
 
     id: str
 

@@ -57,9 +57,13 @@ class Request:
 @message("regraft/Reply")
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """Answer to request ``number``; ``body`` is the typed part, ``error`` says why it was refused or failed."""
+    """Answer to request ``number``; ``body`` is the typed part, ``error`` says why it was refused or failed.
+
+    ``retry_after`` says when what was refused may be asked for again, under a new number; None if that is of no use.
+    """
 
     number: Count
     answer: Answer
     body: PlainValue = None
     error: str = ""
+    retry_after: Annotated[Seconds, Bounds(minimum=0.0)] | None = None

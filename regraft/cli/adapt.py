@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import time
 from dataclasses import replace
 from typing import Annotated
 
 import typer
 
 from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
 from bus_schema.errors import BadMessage
-from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.messages.manager import (
+    CancelAdaptation,
+    ConfirmAdaptation,
+    UndoAdaptation,
+)
 from regraft.cli import managing
 from regraft.cli.group import BadInput
 from regraft.cli.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
-from regraft.cli.output import say, seconds, show_json, show_table
 from regraft.cli.reach import reached, user
 from regraft.cli.topology import topology
 from regraft.cli.values import read_document
@@ -34,6 +35,14 @@ def adapt(
         int | None,
         typer.Option("--if-revision", metavar="N", min=0, help="Refuse if the revision is another."),
     ] = None,
+    confirm: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0.0, help="Watch it for so long before it is final; undo it if it fails."),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(metavar="REQUIREMENT", help="A quality requirement that must hold meanwhile; may be repeated."),
+    ] = None,
     timeout: TimeoutOption = managing.ADAPTATION_WITHIN,
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -46,6 +55,8 @@ def adapt(
         reason=reason or request.reason,
         who=request.who or user(),
         revision=revision if revision is not None else request.revision,
+        confirm=confirm if confirm is not None else request.confirm,
+        watch=(*request.watch, *(watch or ())),
     )
     with reached(ctx, system) as there:
         managing.show_report(managing.adapt(there, request, timeout), as_json=as_json)
@@ -74,53 +85,29 @@ def undo(
         managing.show_report(report, as_json=as_json)
 
 
-def journal(
+def confirm(
     ctx: typer.Context,
-    adaptation: Annotated[str, typer.Argument(metavar="[ID]", help="Show this adaptation, step by step.")] = "",
-    limit: Annotated[int, typer.Option("--limit", metavar="N", min=1, max=500, help="How many, newest first.")] = 20,
-    before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
+    adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the adaptations of this run, newest first."""
+    """Make an adaptation that is being confirmed final at once."""
+    _decide(ctx, managing.CONFIRM, ConfirmAdaptation(adaptation), system, as_json=as_json)
+
+
+def cancel(
+    ctx: typer.Context,
+    adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Cancel an adaptation that waits, is under way or is being confirmed: what it did is undone."""
+    _decide(ctx, managing.CANCEL, CancelAdaptation(adaptation), system, as_json=as_json)
+
+
+def _decide(ctx: typer.Context, service: str, request: object, system: str | None, *, as_json: bool) -> None:
     with reached(ctx, system) as there:
         managing.require_manager(topology(there))
-        page = there.client.call(managing.JOURNAL, JournalRequest(adaptation, before, limit), JournalPage)
-    if adaptation and not page.entries:
-        raise BadInput(f"the journal of this run has no adaptation {adaptation!r}")
-    if as_json:
-        show_json(page.entries[0] if adaptation else page)
-    elif adaptation:
-        _show_entry(page.entries[0])
-    else:
-        show_table(
-            ("id", "time", "outcome", "revision", "took", "who", "reason"),
-            [_row(entry, simulated=there.info.simulated) for entry in page.entries],
-            empty="no adaptations",
-        )
-
-
-def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
-    clock_time = time.strftime("%H:%M:%S", time.localtime(report.started))
-    return (
-        report.id,
-        f"{report.started:.2f} s" if simulated else clock_time,
-        report.outcome.value,
-        report.revision_after,
-        seconds(report.duration),
-        report.request.who,
-        report.request.reason,
-    )
-
-
-def _show_entry(report: AdaptationReport) -> None:
-    say(managing.headline(report))
-    say(f"by {report.request.who or 'nobody known'}, because: {report.request.reason or 'no reason given'}")
-    for change in codec.to_plain(report.request)["changes"]:
-        say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
-    for name, value in report.request.context.items():
-        say(f"  {name}: {json.dumps(value, default=str) if isinstance(value, dict | list) else value}")
-    for violation in report.violations:
-        say(f"  violation: {managing.violation_line(violation)}")
-    for step in report.steps:
-        say(f"  {managing.step_line(step)}")
+        report = there.client.call(service, request, AdaptationReport, managing.ADAPTATION_WITHIN)
+        wanted = (Outcome.CANCELLED,) if service == managing.CANCEL else managing.GOOD
+        managing.show_report(report, as_json=as_json, good=wanted)

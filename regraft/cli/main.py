@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from regraft.cli.adapt import adapt, journal, undo
+from regraft.cli.adapt import adapt, cancel, confirm, undo
 from regraft.cli.certificates import certificates
 from regraft.cli.connect import connect
 from regraft.cli.doctor import doctor
@@ -14,6 +14,7 @@ from regraft.cli.estimate import estimate
 from regraft.cli.extensions import add_extensions
 from regraft.cli.group import EXIT_CODES, Commands
 from regraft.cli.host import host
+from regraft.cli.journal import journal
 from regraft.cli.lifecycle import lifecycle
 from regraft.cli.logs import events, logs
 from regraft.cli.mode import mode
@@ -29,10 +30,11 @@ from regraft.cli.types import types
 from regraft.cli.up import up
 
 COMMANDS = (
-    *(up, down, ps, run, adapt, undo, journal, connect, remove, swap, move, mode),
+    *(up, down, ps, run, adapt, confirm, cancel, undo, connect, remove, swap, move, mode),
     *(estimate, host, logs, events, certificates, doctor, types),
 )
 GROUPS = {
+    "journal": journal,
     "param": param,
     "lifecycle": lifecycle,
     "topic": topic,

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import typer
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
+from bus_schema.estimates import Estimate
 from regraft.cli.group import FAILED, Unreachable
 from regraft.cli.output import complain, say, seconds, show_json
 from regraft.cli.reach import Reached, user
 from regraft.cli.topology import Topology, topology
 
 ADAPT, UNDO, JOURNAL = "adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/journal"
+CONFIRM, CANCEL = "adaptation_manager/confirm", "adaptation_manager/cancel"
 ADAPTATION_WITHIN = 60.0
-GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING)
+GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
 def require_manager(known: Topology) -> None:
@@ -25,9 +29,9 @@ def require_manager(known: Topology) -> None:
 
 
 def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_WITHIN) -> AdaptationReport:
-    """Have an adaptation carried out; raises CallFailed, Unreachable."""
+    """Have an adaptation carried out, and confirmed if it is to be; raises CallFailed, Unreachable."""
     require_manager(topology(there))
-    return there.client.call(ADAPT, request, AdaptationReport, timeout)
+    return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
 def change(there: Reached, one: Change, reason: str) -> AdaptationReport:
@@ -35,19 +39,36 @@ def change(there: Reached, one: Change, reason: str) -> AdaptationReport:
     return adapt(there, AdaptationRequest((one,), reason, user()))
 
 
-def show_report(report: AdaptationReport, *, as_json: bool) -> None:
-    """Print what became of an adaptation, and exit with 1 if it came to nothing."""
+def show_report(report: AdaptationReport, *, as_json: bool, good: Collection[Outcome] = GOOD) -> None:
+    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``."""
     if as_json:
         show_json(report)
     else:
         say(headline(report))
         for violation in report.violations:
             complain(violation_line(violation))
-        if report.request.dry_run or report.outcome not in GOOD:
+        if report.request.dry_run or report.outcome not in good:
             for step in report.steps:
                 say(f"  {step_line(step)}")
-    if report.outcome not in GOOD:
+        for line in estimate_lines(report.estimate):
+            say(f"  {line}")
+    if report.outcome not in good:
         raise typer.Exit(FAILED)
+
+
+def estimate_lines(estimate: Estimate | None) -> list[str]:
+    """Return what an adaptation would take and give, as lines."""
+    if estimate is None:
+        return []
+    past = sum(step.samples > 0 for step in estimate.steps)
+    basis = f"known from the past for {past} of {len(estimate.steps)} steps" if estimate.steps else "nothing to do"
+    lines = [f"expected to take {seconds(estimate.median)}, seldom more than {seconds(estimate.p95)} ({basis})"]
+    for quality in estimate.qualities:
+        if quality.before == quality.after:
+            continue
+        before, after = ("nothing" if v is None else f"{v:.4g}" for v in (quality.before, quality.after))
+        lines.append(f"{quality.component}: {quality.quality}: {before} -> {after}")
+    return lines
 
 
 def headline(report: AdaptationReport) -> str:

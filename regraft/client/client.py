@@ -108,15 +108,17 @@ class Client:
 
     # --- services and actions ---
 
-    def call(self, service: str, request: object, reply: type[A], timeout: float = 5.0) -> A:
+    def call(self, service: str, request: object, reply: type[A], timeout: float = 5.0, *, patient: bool = False) -> A:
         """Ask a service and return its reply.
+
+        Somebody ``patient`` who is refused for now asks again when the refusal says so, until ``timeout`` is over.
 
         Raises:
             CallFailed: refused or failed (``answer`` says which), or silence for ``timeout`` seconds (None).
             BadMessage: the request does not fit its type.
         """
         self._may_wait()
-        return self._requests.call(service, request, reply, timeout)
+        return self._requests.call(service, request, reply, timeout, patient=patient)
 
     def goal(
         self,

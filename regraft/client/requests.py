@@ -97,8 +97,20 @@ class Requests:
         self._number = 0
         self._closed = False
 
-    def call(self, service: str, request: object, reply: type[A], timeout: float) -> A:
-        """Ask a service and wait for its reply; raises CallFailed."""
+    def call(self, service: str, request: object, reply: type[A], timeout: float, *, patient: bool = False) -> A:
+        """Ask a service and wait for its reply; ``patient``: and again when a refusal says so. Raises CallFailed."""
+        until = time.monotonic() + timeout
+        left = timeout
+        while True:
+            try:
+                return self._call(service, request, reply, left)
+            except CallFailed as refused:
+                left = until - time.monotonic() - (refused.retry_after or 0.0)
+                if refused.retry_after is None or left <= 0.0 or not patient:
+                    raise
+                time.sleep(refused.retry_after)
+
+    def _call(self, service: str, request: object, reply: type[A], timeout: float) -> A:
         pending = self._begin(Verb.CALL, service, request, reply, timeout)
         if not pending.ended.wait(timeout):
             self._give_up(pending)
@@ -238,4 +250,4 @@ class Requests:
             self._end(pending, None, codec.from_plain(reply.body, pending.reply))
         else:
             why = reply.error or reply.answer.value
-            self._end(pending, CallFailed(pending.service, reply.answer, why))
+            self._end(pending, CallFailed(pending.service, reply.answer, why, reply.retry_after))

@@ -6,6 +6,8 @@ An author's module may hang, exit or crash while it is imported: neither the hos
 from __future__ import annotations
 
 import contextlib
+import logging
+import math
 import os
 import shutil
 import signal
@@ -17,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
 from bus_schema.adaptation import Violation
+from bus_schema.annotations import PlainValue
 from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.messages.control import ControlCode
@@ -60,7 +63,8 @@ class Describer:
 
     def ask(self, query: Query) -> None:
         """Begin to answer a query; raises BadMessage, OSError."""
-        spec = codec.decode(query.payload, DescribeComponent).spec
+        wanted = codec.decode(query.payload, DescribeComponent)
+        spec = wanted.spec
         if len(self._asked) >= MOST_AT_ONCE:
             raise BadMessage(f"{MOST_AT_ONCE} components are being described already: ask again later")
         self._count += 1
@@ -68,6 +72,7 @@ class Describer:
         answer = self._folder / f"{DESCRIBE}-{self._count}"
         order = {
             "spec": codec.to_plain(spec),
+            "context": wanted.context,
             "answer": str(answer),
             "stack_folder": str(self._stack_folder),
             "folder": str(self._folder),
@@ -114,14 +119,16 @@ class Describer:
 def be_describer(order: dict[str, Any]) -> int:
     """Write what a spec would be to the file that the order names; for a process of its own."""
     spec = codec.from_plain(order["spec"], ComponentSpec)
-    described = describe_component(spec, Path(order["stack_folder"]), order["folder"])
+    described = describe_component(spec, Path(order["stack_folder"]), order["folder"], order["context"])
     partial = f"{order['answer']}.part"
     Path(partial).write_bytes(codec.encode(described))
     os.replace(partial, order["answer"])
     return 0
 
 
-def describe_component(spec: ComponentSpec, stack_folder: Path, folder: str) -> DescribedComponent:
+def describe_component(
+    spec: ComponentSpec, stack_folder: Path, folder: str, context: dict[str, PlainValue] | None = None
+) -> DescribedComponent:
     """Return a spec with what its class says, as a stack file's component would have it, and what is wrong with it.
 
     A relative path is looked for from ``stack_folder``; ``$RUN`` is ``folder``.
@@ -142,7 +149,20 @@ def describe_component(spec: ComponentSpec, stack_folder: Path, folder: str) -> 
         parameters=with_absolute_paths(description, dict(spec.parameters), stack_folder),
         services={offered.name: offered.name for offered in description.services} | spec.services,
     )
-    return DescribedComponent(in_run_folder(completed, folder), tuple(found))
+    estimated = {} if found else _estimated(completed, context or {})
+    return DescribedComponent(in_run_folder(completed, folder), tuple(found), estimated)
+
+
+def _estimated(spec: ComponentSpec, context: dict[str, PlainValue]) -> dict[str, float]:
+    """Return what qualities a class says it would give; one that fails at that can run nevertheless."""
+    described = spec.description.parameters if spec.description else ()
+    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters
+    try:
+        told = load_class(spec.cls).estimate(parameters, context)
+        return {str(name): float(value) for name, value in told.items() if math.isfinite(value)}
+    except Exception:
+        logging.getLogger(__name__).exception("%s: the qualities of %s", spec.name, spec.cls)
+        return {}
 
 
 def _program_problems(spec: ComponentSpec) -> list[Violation]:

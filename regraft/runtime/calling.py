@@ -28,12 +28,16 @@ MATCHED = {Answer.RESULT, Answer.CANCELLED, Answer.REFUSED, Answer.FAILED}
 
 
 class CallFailed(Exception):
-    """A request got no good reply: refused, failed, or nobody answered in time. The text says which."""
+    """A request got no good reply: refused, failed, or nobody answered in time. The text says which.
 
-    def __init__(self, service: str, answer: Answer | None, why: str) -> None:
+    ``retry_after`` says in how many seconds what was refused may be welcome; None if it will not be, or nobody said.
+    """
+
+    def __init__(self, service: str, answer: Answer | None, why: str, retry_after: float | None = None) -> None:
         self.service = service
         self.answer = answer
         self.why = why
+        self.retry_after = retry_after
         super().__init__(f"{service}: {why}")
 
 
@@ -236,7 +240,8 @@ class Caller:
         elif reply.answer is Answer.RESULT:
             self._end(pending, None, codec.from_plain(reply.body, pending.reply))
         else:
-            self._end(pending, CallFailed(pending.service, reply.answer, reply.error or reply.answer.value))
+            why = reply.error or reply.answer.value
+            self._end(pending, CallFailed(pending.service, reply.answer, why, reply.retry_after))
 
     def _end(self, pending: Pending, error: CallFailed | None, value: Any = None) -> None:
         self._pending.pop(pending.request.number, None)

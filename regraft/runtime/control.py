@@ -70,6 +70,9 @@ class Control:
     def take(self, query: Query) -> None:
         """Answer a query, now or when what it waits for has happened."""
         verb = query.key.rsplit("/", 1)[-1]
+        if query.key in self._runtime.requirements:
+            self._answer(query, lambda: self._runtime.requirements[query.key])
+            return
         pending = self._answer(query, lambda: self._ask(verb, query.payload))
         if pending is not None:
             self.parked.append(_Parked(query, pending, time.monotonic_ns() + pending.at_most))
@@ -130,6 +133,8 @@ class Control:
             runtime.parameters.plain(),
             connections,
             detail or {},
+            runtime.herald.status.error,
+            runtime.herald.faults,
         )
 
     @staticmethod

@@ -35,6 +35,7 @@ class Herald:
         self._voices = {identity: self._writers}
         self._status_key = keys.status(identity.name)
         self._said: dict[tuple[str, str], float] = {}
+        self.faults = 0
         self.next_beat = 0.0
 
     def say(self, **changes: Any) -> None:
@@ -92,6 +93,7 @@ class Herald:
         if self._fresh("fault", where + type(error).__name__):
             self.log.error(text, exc_info=error)
             self.event("component.fault", text)
+        self.faults += 1
         self.status = replace(self.status, error=text[:2000])
 
     def refused(self, where: str, source: str, why: str) -> None:

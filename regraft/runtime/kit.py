@@ -114,6 +114,12 @@ class Kit:
         server, request = task.goal
         server.feedback(request, message)
 
+    @property
+    def asked_by(self) -> str:
+        """Who asked for what the calling ``async`` service or action does: the component's or client's name."""
+        task = self._runtime.tasks.current
+        return task.asked_by if task is not None else ""
+
     # --- doing several things ---
 
     def spawn(self, coroutine: Coroutine[Any, Any, R], name: str = "task") -> Task:
@@ -145,8 +151,8 @@ class Kit:
         self._runtime.herald.diagnose(subject, level, text, **values)
 
     def tell_quality(self, quality: Quality) -> None:
-        """Put how a quality requirement is met; its name must be able to stand in a key."""
-        self._runtime.herald.quality(quality)
+        """Tell, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
+        self._runtime.tell_quality(quality)
 
     def say(self, detail: str) -> None:
         """Put a short text into the component's status: what it is doing, what it found."""

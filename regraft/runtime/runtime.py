@@ -11,6 +11,7 @@ from bus_schema.envelope import is_marker
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
+from bus_schema.messages.quality import Quality
 from regraft.assignment import Assignment
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import Clock
@@ -70,6 +71,7 @@ class Runtime:
         self.slots = Slots(stepped=self.stepped)
         self.computing = 0
         self.tick: int | None = None
+        self.requirements: dict[str, Quality] = {}
         self.caller = Caller(self.keys, f"{assignment.name}-{epoch}", self.writers, self.timers, self.herald)
         self.component = cls.__new__(cls)
         self.component.kit = Kit(self)
@@ -173,6 +175,14 @@ class Runtime:
         self.inbox.close()
         if self._executor:
             self._executor.shutdown(wait=False, cancel_futures=True)
+
+    def tell_quality(self, quality: Quality) -> None:
+        """Put how a quality requirement is met, and answer whoever asks for it from now on."""
+        key = self.keys.quality(quality.requirement)
+        if key not in self.requirements:
+            self._always.append(self.bus.serve(key, self.inbox.put))
+        self.requirements[key] = quality
+        self.herald.quality(quality)
 
     # --- work ---
 

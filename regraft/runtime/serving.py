@@ -31,7 +31,15 @@ GONE_FOR = 5.0
 
 
 class RequestRefused(Exception):
-    """Raise it in a service or action to refuse a request, saying why; the client sees the text."""
+    """Raise it in a service or action to refuse a request, saying why; the client sees the text.
+
+    ``retry_after`` says in how many seconds the same request may be welcome; None if it will not be.
+    """
+
+    def __init__(self, why: str = "", *, retry_after: float | None = None) -> None:
+        """Say why."""
+        self.retry_after = retry_after
+        super().__init__(why)
 
 
 @dataclass(slots=True)
@@ -112,7 +120,7 @@ class Server:
         elif request.verb is Verb.RESULT:
             self._reply(request, Answer.REFUSED, error="this goal is not known here (the component was restarted)")
         else:
-            self._begin(request, client)
+            self._begin(request, client, Envelope.from_bytes(sample.attachment).source)
 
     def _client(self, name: str) -> _Client:
         client = self._clients.get(name)
@@ -124,7 +132,7 @@ class Server:
         self._clients.move_to_end(name)
         return client
 
-    def _begin(self, request: Request, client: _Client) -> None:
+    def _begin(self, request: Request, client: _Client, source: str) -> None:
         why = self._refusal()
         if why is None and (request.verb is Verb.GOAL) != self.offered.action:
             why = f"{self.name} is {'an action: give it a goal' if self.offered.action else 'a service: call it'}"
@@ -137,15 +145,15 @@ class Server:
             self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
             return
         client.open[request.number] = request
-        self._do(request, body)
+        self._do(request, body, source)
 
-    def _do(self, request: Request, body: Any) -> None:
+    def _do(self, request: Request, body: Any, source: str) -> None:
         if self.offered.action:
-            self._pursue(request, body)
+            self._pursue(request, body, source)
         else:
-            self._answer(request, body)
+            self._answer(request, body, source)
 
-    def _answer(self, request: Request, body: Any) -> None:
+    def _answer(self, request: Request, body: Any, source: str) -> None:
         try:
             value = self._method(body)
         except Exception as error:
@@ -153,12 +161,16 @@ class Server:
             return
         if hasattr(value, "send") and hasattr(value, "throw"):
             self._tasks.spawn(
-                self.name, value, lambda result, error: self._finish(request, result, error), answers=True
+                self.name,
+                value,
+                lambda result, error: self._finish(request, result, error),
+                answers=True,
+                asked_by=source,
             )
         else:
             self._finish(request, value, None)
 
-    def _pursue(self, request: Request, body: Any) -> None:
+    def _pursue(self, request: Request, body: Any, source: str) -> None:
         goal = RunningGoal(request.client, request.number)
         for other in list(self.goals.values()):
             self._end_goal(other, "replaced by a newer goal")
@@ -169,7 +181,7 @@ class Server:
             self.goals.pop((request.client, request.number), None)
             self._finish(request, result, error, goal.why_ended)
 
-        goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request))
+        goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request), asked_by=source)
 
     def feedback(self, request: Request, message: object) -> None:
         """Tell a goal's client how it goes."""
@@ -206,7 +218,7 @@ class Server:
         elif isinstance(error, Cancelled):
             reply = self._reply(request, Answer.CANCELLED, error=why or "cancelled")
         elif isinstance(error, RequestRefused):
-            reply = self._reply(request, Answer.REFUSED, error=str(error))
+            reply = self._reply(request, Answer.REFUSED, error=str(error), retry_after=error.retry_after)
         else:
             self._reporter.fault(self.name, error)
             reply = self._reply(request, Answer.FAILED, error=f"{type(error).__name__}: {error}")
@@ -218,8 +230,10 @@ class Server:
         elif self.offered.action and (request.client, request.number) in self.goals:
             self._reply(request, Answer.ACCEPTED)
 
-    def _reply(self, request: Request, answer: Answer, body: Any = None, error: str = "") -> Reply:
-        reply = Reply(request.number, answer, body, error)
+    def _reply(
+        self, request: Request, answer: Answer, body: Any = None, error: str = "", retry_after: float | None = None
+    ) -> Reply:
+        reply = Reply(request.number, answer, body, error, retry_after)
         self._put(request.client, reply)
         return reply
 
@@ -257,7 +271,7 @@ class Server:
         for client in list(self._clients.values()):
             for request in list(client.open.values()):
                 try:
-                    self._do(request, codec.from_plain(request.body, self.offered.request))
+                    self._do(request, codec.from_plain(request.body, self.offered.request), request.client)
                 except BadMessage as error:
                     self._finish(request, None, error)
 

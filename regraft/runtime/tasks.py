@@ -64,7 +64,10 @@ class Waiting(Generic[R]):
 
 @dataclass(eq=False, slots=True)
 class Task:
-    """A running coroutine; ``goal`` is set where it pursues a goal, ``answers`` where it handles one message."""
+    """A running coroutine; ``goal`` is set where it pursues a goal, ``answers`` where it handles one message.
+
+    ``asked_by`` is who asked, by name, where it serves a request.
+    """
 
     tasks: Tasks
     name: str
@@ -72,6 +75,7 @@ class Task:
     on_done: Callable[[Any, BaseException | None], None]
     goal: Any = None
     answers: bool = False
+    asked_by: str = ""
     waiting_for: Waiting[Any] | None = None
     cancelling: bool = False
     finished: bool = False
@@ -104,9 +108,10 @@ class Tasks:
         goal: Any = None,
         *,
         answers: bool = False,
+        asked_by: str = "",
     ) -> Task:
         """Start a coroutine; it runs up to its first wait when its turn comes."""
-        task = Task(self, name, coroutine, on_done, goal, answers)
+        task = Task(self, name, coroutine, on_done, goal, answers, asked_by)
         self.alive.append(task)
         self.in_line.append(task)
         return task

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from bus_schema.architecture import Constraint, ConstraintKind
 from bus_schema.constraints import split_parameter
+from bus_schema.expressions import BadExpression, references
 from bus_schema.suggestions import instead_of
 from regraft.stack.nodes import Node
 from regraft.stack.section import Section
@@ -41,6 +42,14 @@ def _constraint(section: Section, components: Collection[str]) -> Constraint | N
     because = section.text("because")
     if kind is ConstraintKind.PARAMETER:
         return _parameter(section, because, components)
+    if kind is ConstraintKind.REQUIRE:
+        return _expression(section, because, components)
+    if kind is ConstraintKind.PROVIDED:
+        section.only(given[0], "because")
+        services = section.texts(given[0])
+        if not services:
+            section.wrong(given[0], "must list services")
+        return Constraint(kind, services=services, because=because)
     section.only(given[0], "because")
     names_given = section.texts(given[0])
     if not names_given:
@@ -49,6 +58,21 @@ def _constraint(section: Section, components: Collection[str]) -> Constraint | N
     for index, name in enumerate(names_given):
         _check_component(section, f"{given[0]}.{index}", name, components)
     return Constraint(kind, components=names_given, because=because)
+
+
+def _expression(section: Section, because: str, components: Collection[str]) -> Constraint | None:
+    section.only("require", "because")
+    expression = section.text("require")
+    try:
+        names = references(expression)
+    except BadExpression as error:
+        section.wrong("require", f"{expression!r}: {error}")
+        return None
+    if not names:
+        section.wrong("require", f"{expression!r} speaks of no 'component.parameter'")
+    for name in names:
+        _check_component(section, "require", split_parameter(name)[0], components)
+    return Constraint(ConstraintKind.REQUIRE, expression=expression, because=because)
 
 
 def _parameter(section: Section, because: str, components: Collection[str]) -> Constraint | None:

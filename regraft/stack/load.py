@@ -97,7 +97,7 @@ def _architecture(root: Section, folder: Path) -> Architecture:
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
-    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs))
+    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs, folder))
 
 
 def _connected(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from pathlib import Path
 
 from bus_schema import codec
 from bus_schema.adaptation import AdaptationRequest, Add, EnterMode
@@ -10,11 +11,23 @@ from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.suggestions import instead_of
 from regraft.stack.nodes import plain
+from regraft.stack.problems import StackError
 from regraft.stack.section import Section
+from regraft.stack.system_modes import read_system_modes
 
 
-def read_modes(root: Section, components: Collection[str]) -> dict[str, PlainValue]:
-    """Return the changes of each mode of ``modes`` as plain data; they speak of ``components``."""
+def read_modes(root: Section, components: Collection[str], folder: Path) -> dict[str, PlainValue]:
+    """Return the changes of each mode of ``modes`` as plain data; they speak of ``components``.
+
+    ``modes`` may name a file of ROS 2's system_modes, looked for from ``folder``.
+    """
+    given = root.node("modes")
+    if given is not None and isinstance(given.value, str):
+        try:
+            return read_system_modes(folder / given.value, components)
+        except StackError as error:
+            root.report.problems += error.problems
+            return {}
     section = root.section("modes")
     found = {}
     for name in section.names():

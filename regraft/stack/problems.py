@@ -48,6 +48,10 @@ class Report:
         """Note a problem of the field at the dotted ``path``."""
         self.problems.append(Problem(self.file, self.line_of(path), path, problem))
 
+    def add_at(self, line: int, path: str, problem: str) -> None:
+        """Note a problem in a line."""
+        self.problems.append(Problem(self.file, line, path, problem))
+
     def line_of(self, path: str) -> int | None:
         """Return the line of a field, or of the nearest one around it that the file has."""
         while path and path not in self.lines:

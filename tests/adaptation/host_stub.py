@@ -122,8 +122,8 @@ class HostStub:
         query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside)))
 
     def _describe(self, query: MemoryQuery) -> None:
-        spec = codec.decode(query.payload, DescribeComponent).spec
-        query.reply(codec.encode(describe_component(spec, Path("/stack"), "/run")))
+        wanted = codec.decode(query.payload, DescribeComponent)
+        query.reply(codec.encode(describe_component(wanted.spec, Path("/stack"), "/run", wanted.context)))
 
     def _start(self, query: MemoryQuery) -> None:
         if "start" in self.deaf:

@@ -6,8 +6,10 @@ import threading
 from typing import ClassVar
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
+from bus_schema.annotations import PlainValue
 from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.geometry import Twist, Vector3
+from bus_schema.messages.quality import Quality
 from bus_schema.messages.sensors import LaserScan
 from regraft import Component, Input, Output, Parameter, every
 from regraft.stepped.source import TimeSource
@@ -107,6 +109,23 @@ class Newcomer(Component):
         self.said.publish(message)
 
 
+class Lamp(Component):
+    """Says what it would cost."""
+
+    heard = Input(Twist, topic="numbers", required=False)
+    level = Parameter(1.0, minimum=0.0, maximum=10.0)
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Need a watt a level, and give light where it is dark."""
+        level, darkness = parameters["level"], context.get("darkness", 0.0)
+        assert isinstance(level, float)
+        assert isinstance(darkness, float)
+        if level > 9.0:
+            raise ValueError("too bright to say")
+        return {"power": level, "light": level * darkness}
+
+
 class Scanner(Component):
     """Writes a topic of another type."""
 
@@ -172,6 +191,38 @@ class Planner(Component):
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
             request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
             self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))
+
+
+class Judge(Component):
+    """Tells of a quality requirement, which is not met while a certain number of numbers has been heard."""
+
+    heard = Input(Twist, topic="echo")
+    broken_from = Parameter(10, minimum=0)
+    broken_until = Parameter(20, minimum=0)
+
+    @heard.handler
+    def hear(self, message: Twist) -> None:
+        """Tell how it is met."""
+        number = message.linear.x
+        satisfied = not self.broken_from <= number < self.broken_until
+        self.kit.tell_quality(Quality(self.kit.now(), "Steady", "Calm", metric=number, satisfied=satisfied))
+
+
+class Confirmer(Component):
+    """Adapts the collector at certain times, and has it watched for a while each time."""
+
+    def on_activate(self) -> None:
+        """Begin to adapt."""
+        self.reports: list[AdaptationReport] = []
+        self.kit.spawn(self.adapt(), "adapting")
+
+    async def adapt(self) -> None:
+        """Move an input away from where it is, and back."""
+        for topic, other in (("echo", "count"), ("count", "echo")) * 2:
+            await self.kit.sleep(0.4)
+            changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
+            request = AdaptationRequest(changes, who="confirmer", confirm=0.5, watch=("Steady",))
+            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=9.0))
 
 
 class Changer(Component):

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.adaptation import EnterMode, Outcome, SetParameters
-from bus_schema.lifecycle import State
+from bus_schema.adaptation import ChangeState, EnterMode, Outcome, SetParameters
+from bus_schema.lifecycle import State, Transition
 from tests.adaptation.system import System, small_architecture
 
 QUIET = [
@@ -16,13 +16,17 @@ QUIET = [
     {"change": "remove", "component": "fragile"},
     {"change": "add", "component": "third", "spec": {"cls": "tests.adaptation.parts:Listener"}},
 ]
+WATCHFUL = [
+    {"change": "transition", "component": "scanner", "transition": "activate"},
+    {"change": "transition", "component": "fragile", "transition": "cleanup"},
+]
 BROKEN = [{"change": "set_parameters", "component": "talker", "parameters": {"rate": -1.0}}]
 
 
 @pytest.fixture
 def modal(bare_system: System) -> System:
     """A system whose stack has modes."""
-    modes = {"quiet": QUIET, "broken": BROKEN, "nested": [{"change": "mode", "mode": "quiet"}]}
+    modes = {"watchful": WATCHFUL, "quiet": QUIET, "broken": BROKEN, "nested": [{"change": "mode", "mode": "quiet"}]}
     bare_system.host.architecture = replace(small_architecture(), modes=modes)
     bare_system.start_manager()
     return bare_system
@@ -50,6 +54,18 @@ def test_an_undo_is_refused_if_what_the_mode_set_was_changed_since(modal: System
     undone = modal.undo(report.id)
     assert undone.outcome is Outcome.REJECTED
     assert "adaptation 3" in undone.violations[0].problem
+
+
+def test_a_mode_says_which_states_are_to_be_reached_from_whichever_there_are(modal: System) -> None:
+    first = modal.adapt(EnterMode("watchful"))
+    assert first.outcome is Outcome.APPLIED, first
+    assert modal.view("scanner").state is State.ACTIVE
+    assert modal.view("fragile").state is State.UNCONFIGURED
+    again = modal.adapt(EnterMode("watchful"))
+    assert (again.outcome, again.steps) == (Outcome.APPLIED, ())
+    modal.adapt(ChangeState("scanner", Transition.DEACTIVATE))
+    assert modal.adapt(EnterMode("watchful")).outcome is Outcome.APPLIED
+    assert modal.view("scanner").state is State.ACTIVE
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture, TopicSpec
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
-from tests.adaptation.parts import Changer, Collector, Keeper, Planner, Ticker
+from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of, wait_until
 
 
@@ -108,3 +108,43 @@ def test_an_adaptation_from_outside_gets_a_slot(tmp_path: Path) -> None:
         assert report.tick is not None
     finally:
         system.end()
+
+
+def _confirmed(folder: Path) -> tuple[list[Any], list[int]]:
+    """Run until the confirmer is done; returns what became of its adaptations, and all that was heard meanwhile."""
+    folder.mkdir()
+    specs = [
+        spec_of("ticker", Ticker, parameters={"speed": "max"}),
+        spec_of("collector", Collector),
+        spec_of("keeper", Keeper),
+        spec_of("judge", Judge, parameters={"broken_from": 25, "broken_until": 40}),
+        spec_of("confirmer", Confirmer),
+    ]
+    topics = {name: TopicSpec(name, "regraft/Twist") for name in ("count", "echo")}
+    architecture = Architecture(SYSTEM, 1, True, {spec.name: spec for spec in specs}, topics)
+    hub = MemoryHub()
+    system = System(hub, architecture, HostStub(hub, architecture), folder / "journal.sqlite")
+    try:
+        system.start_manager()
+        for name in ("collector", "keeper", "judge", "confirmer", "ticker"):
+            system.start(name)
+        confirmer, collector = (system.running[name].component for name in ("confirmer", "collector"))
+        wait_until(lambda: len(getattr(confirmer, "reports", ())) == 4)
+        last = confirmer.reports[-1].tick
+        wait_until(lambda: len(collector.collected) > last)
+        clock = system.client.clock()
+        assert clock is not None
+        assert clock.reproducible
+        ends = [
+            (r.outcome, r.tick, r.started, r.revision_after, r.error, r.phases[-1].duration) for r in confirmer.reports
+        ]
+        return ends, list(collector.collected)[:last]
+    finally:
+        system.end()
+
+
+def test_confirmation_runs_across_ticks_and_is_the_same_in_every_run(tmp_path: Path) -> None:
+    ends, heard = _confirmed(tmp_path / "one")
+    assert heard == list(range(heard[0], heard[0] + len(heard)))
+    assert {Outcome.APPLIED, Outcome.ROLLED_BACK} == {end[0] for end in ends}
+    assert _confirmed(tmp_path / "two") == (ends, heard)

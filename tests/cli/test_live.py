@@ -53,7 +53,12 @@ def test_an_adaptation_can_be_tried_applied_and_undone(tiny: System, tmp_path: P
     assert tiny.ask("param", "get", "listener", "offset")["value"] == before
     report = tiny.ask("adapt", str(file), "--reason", "why not")
     assert tiny.ask("param", "get", "listener", "offset")["value"] == before + 1
-    assert tiny.ask("journal", report["id"])["request"]["reason"] == "why not"
+    assert tiny.ask("journal", "show", report["id"])["request"]["reason"] == "why not"
+    assert tiny.ask("journal", "show", report["id"])["differences"][0]["path"].startswith("/components/listener")
+    revisions = str(report["revision_before"]), str(report["revision_after"])
+    changed = tiny.ask("journal", "diff", *revisions)["differences"]
+    assert changed == tiny.ask("journal", "show", report["id"])["differences"]
+    assert tiny.ask("journal", "diff", revisions[0], revisions[0])["differences"] == []
     assert tiny.ask("undo", report["id"])["outcome"] == "applied"
     assert tiny.ask("param", "get", "listener", "offset")["value"] == before
 
@@ -136,7 +141,7 @@ def test_unknown_names_exit_with_2_and_say_what_there_is(tiny: System) -> None:
         ("topic", "info", "numbr"),
         ("service", "call", "last_numbr"),
         ("connect", "listener", "nmber", "spare"),
-        ("journal", "12345"),
+        ("journal", "show", "12345"),
         ("logs", "talkr"),
     ):
         found = regraft(tiny.home, *command)

@@ -29,6 +29,7 @@ from bus_schema.messages.host import HostStatus, LogLines, LogRequest, ProcessSt
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
+    ConfirmAdaptation,
     JournalPage,
     JournalRequest,
     UndoAdaptation,
@@ -81,6 +82,7 @@ class ScriptedManager(Component):
         self.requests: list[AdaptationRequest] = []
         self.fate: Outcome | None = None
         self.refusal = ""
+        self.retry_after: float | None = None
         self.silent = False
         self.unreadable = False
         self.kept_waiting = threading.Event()
@@ -97,7 +99,7 @@ class ScriptedManager(Component):
         while self.silent:
             await self.kit.sleep(0.01)
         if self.refusal:
-            raise RequestRefused(self.refusal)
+            raise RequestRefused(self.refusal, retry_after=self.retry_after)
         known = [line for line in self.journal_lines if request.key and line.request.key == request.key]
         if known and known[0].request != request:
             raise RequestRefused(f"idempotency key {request.key!r} belongs to adaptation {known[0].id}")
@@ -114,6 +116,8 @@ class ScriptedManager(Component):
             report = replace(report, outcome=Outcome.REJECTED, violations=violations, steps=())
         elif request.dry_run:
             return replace(report, architecture=self._result(request))
+        elif self.fate is Outcome.CONFIRMING:
+            report = replace(report, outcome=self.fate)
         elif self.fate in (Outcome.ROLLED_BACK, Outcome.CANCELLED, Outcome.STUCK):
             report = replace(report, outcome=self.fate, error="step 1 failed: navigator did not answer")
         elif request.wait:
@@ -170,9 +174,18 @@ class ScriptedManager(Component):
     def cancel(self, request: CancelAdaptation) -> AdaptationReport:
         """Cancel."""
         line = self._line(request.id)
-        if line.outcome is not Outcome.PENDING:
+        if line.outcome not in (Outcome.PENDING, Outcome.CONFIRMING):
             raise RequestRefused(f"adaptation {line.id} has ended: {line.outcome.value}")
         self.journal_lines[self.journal_lines.index(line)] = replace(line, outcome=Outcome.CANCELLED)
+        return self._line(request.id)
+
+    @service("adaptation_manager/confirm")
+    def confirm(self, request: ConfirmAdaptation) -> AdaptationReport:
+        """Confirm."""
+        line = self._line(request.id)
+        if line.outcome is not Outcome.CONFIRMING:
+            raise RequestRefused(f"adaptation {line.id} is not being confirmed")
+        self.journal_lines[self.journal_lines.index(line)] = replace(line, outcome=Outcome.APPLIED)
         return self._line(request.id)
 
     @service("adaptation_manager/journal")

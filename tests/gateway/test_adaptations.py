@@ -261,3 +261,40 @@ def test_a_move_is_an_adaptation(running: Running) -> None:
 def test_what_is_not_there_cannot_be_changed(running: Running, name: str) -> None:
     assert running.http.patch(f"/components/{name}/parameters", json={}).status_code in (404, 405)
     assert running.post(f"/components/{name}/transition", {"transition": "configure"}).status_code in (404, 405)
+
+
+def test_an_adaptation_can_be_watched_before_it_is_final(running: Running) -> None:
+    response = running.post("/adaptations", adaptation(confirm=5, watch=["MoveSafely"]))
+    assert response.status_code == 200
+    (request,) = running.manager.requests
+    assert (request.confirm, request.watch) == (5.0, ("MoveSafely",))
+
+
+@pytest.mark.parametrize(("field", "value"), [("confirm", -1), ("confirm", "soon"), ("watch", "MoveSafely")])
+def test_a_confirmation_that_cannot_be_is_refused(running: Running, field: str, value: Any) -> None:
+    response = running.post("/adaptations", adaptation(**{field: value}))
+    assert response.status_code == 422
+    assert response.json()["violations"][0]["field"].startswith(field)
+
+
+def test_one_that_is_being_confirmed_is_confirmed_or_cancelled(running: Running) -> None:
+    running.manager.fate = Outcome.CONFIRMING
+    for number, (ask, outcome) in enumerate([("confirm", "applied"), ("cancel", "cancelled")], start=1):
+        response = running.post("/adaptations", adaptation(confirm=60), headers={"Prefer": "respond-async"})
+        assert (response.status_code, response.json()["outcome"]) == (202, "confirming")
+        path = f"/adaptations/{number}"
+        response = running.post(f"{path}/confirm") if ask == "confirm" else running.http.delete(path)
+        assert (response.status_code, response.json()["outcome"]) == (200, outcome)
+        refused = running.post(f"{path}/confirm")
+        assert (refused.status_code, refused.json()["type"]) == (409, "urn:regraft:problem:conflict")
+    assert running.post("/adaptations/99/confirm").status_code == 404
+
+
+def test_who_asks_too_often_is_told_when_to_come_again(running: Running) -> None:
+    running.manager.refusal = "gateway asks for too many adaptations: the limit for one source is 50 a second"
+    running.manager.retry_after = 1.2
+    response = running.post("/adaptations", adaptation())
+    assert response.status_code == 429
+    assert response.headers["retry-after"] == "2"
+    assert response.json()["type"] == "urn:regraft:problem:throttled"
+    assert "the limit for one source is 50 a second" in response.json()["detail"]

@@ -144,6 +144,8 @@ class LameSink(Sink):
 
     def on_activate(self) -> None:
         raise RuntimeError("cannot get up")
+
+
 class Pulse(Component):
     """Counts a thousand times a second."""
 

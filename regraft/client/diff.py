@@ -8,10 +8,10 @@ from typing import Any
 
 from bus_schema.annotations import Count, PlainValue
 from bus_schema.architecture import Architecture
-from dashboard_api.json_replies import to_json
+from regraft.client.json_view import as_json
 
 ABSENT = object()
-OWN_FIELDS = ("revision",)
+OWN_FIELDS = ("revision", "unconfirmed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class ArchitectureDiff:
 
 def diff(before: Architecture, after: Architecture) -> ArchitectureDiff:
     """Return every difference between two architectures, by path."""
-    old, new = (_without(to_json(architecture)) for architecture in (before, after))
+    old, new = (_without(as_json(architecture)) for architecture in (before, after))
     return ArchitectureDiff(before.revision, after.revision, tuple(_differences((), old, new)))
 
 

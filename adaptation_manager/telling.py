@@ -1,0 +1,54 @@
+"""Tells everybody what became of adaptations: outputs, events, the manager's own status."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from adaptation_manager.reports import EVENTS, summary
+from bus_schema.adaptation import AdaptationReport, Phase
+from bus_schema.architecture import Architecture
+
+if TYPE_CHECKING:
+    from regraft.runtime.kit import Kit
+    from regraft.runtime.outputs import OutputPort
+
+
+class Telling:
+    """What one manager tells; ``current`` is the architecture as it should be now."""
+
+    def __init__(
+        self,
+        kit: Kit,
+        adaptations: OutputPort[AdaptationReport],
+        architecture: OutputPort[Architecture],
+        current: Callable[[], Architecture],
+    ) -> None:
+        """Tell through two outputs of the manager."""
+        self._kit = kit
+        self._adaptations = adaptations
+        self._architecture = architecture
+        self._current = current
+
+    def soon(self, report: AdaptationReport) -> None:
+        """Tell of an adaptation that has ended, after whoever waits for it has been answered."""
+        self._kit.spawn(self._all(report), "telling")
+
+    async def _all(self, report: AdaptationReport) -> None:
+        self.ended(report)
+        if report.revision_after != report.revision_before or Phase.CONFIRM in (phase.phase for phase in report.phases):
+            self.architecture()
+
+    def architecture(self) -> None:
+        """Tell the architecture as it should be now."""
+        if self._architecture.wanted:
+            self._architecture.publish(self._current())
+
+    def ended(self, report: AdaptationReport) -> None:
+        """Tell of an adaptation that has ended."""
+        if self._adaptations.wanted:
+            self._adaptations.publish(report)
+        phases = {phase.phase.value: phase.duration for phase in report.phases}
+        details = {"id": report.id, "revision": report.revision_after, "phases": phases}
+        self._kit.event(EVENTS[report.outcome], summary(report), **details)
+        self._kit.say(f"revision {self._current().revision}; last: {summary(report)}")
