@@ -261,3 +261,16 @@ def test_what_cannot_work_is_refused_at_load(old: str, new: str, complaint: str)
         bench("AdaptOnStart", UCB.replace(old, new))
     assert complaint in str(refused.value)
     assert refused.value.line == 2
+
+
+def test_the_planner_is_told_of_the_entries_that_the_port_context_names_as_far_as_they_are_known() -> None:
+    ports = f'{UCB} adaptation_period="3s" utility="speed" context="near; light;heading"'
+    at, _ = chosen("AdaptPeriodically", ports, near=0.4, heading="north", speed=0.1)
+    at.ticks(40)
+    (request, *_) = at.context.proposed
+    assert {name: request.context.get(name) for name in ("near", "light", "heading")} == {
+        "near": 0.4,
+        "light": None,
+        "heading": "north",
+    }
+    assert "light" not in request.context

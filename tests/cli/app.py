@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
+import tomllib
+from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import typer
 
@@ -13,6 +15,7 @@ from regraft.cli.main import build
 def whole() -> typer.Typer:
     """Return all commands of this project."""
     app = build()
-    ours = (entry for entry in entry_points(group=GROUP) if entry.value.startswith("services."))
-    add_extensions(app, tuple(ours))
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    ours = project["entry-points"][GROUP]
+    add_extensions(app, tuple(EntryPoint(name, place, GROUP) for name, place in ours.items()))
     return app

@@ -11,6 +11,7 @@ from regraft import CallFailed
 from services.bt_executor.adapting.asking import Asker, Attempt
 from services.bt_executor.adapting.credit import Meter
 from services.bt_executor.adapting.journal import decision_context
+from services.bt_executor.adapting.names import read_names
 from services.bt_executor.adapting.options import option_space
 from services.bt_executor.adapting.ports import duration_of, is_known, json_of, locations_of, subjects_of
 from services.bt_executor.adapting.results import NO_ANSWER, OUTCOMES, REJECTED, UNCHANGED, Result, refused, reported
@@ -97,9 +98,16 @@ class ExternalStrategy:
                 inputs[port] = json_of(node, port, kind)
         if self._owed is not None:
             inputs["credit"] = self._owed
-        context = decision_context(node.context, node, "")
+        context = {**decision_context(node.context, node, ""), **self._told()}
         task = (node.read_port("task") or node.path)[-200:]
         return ProposalRequest(task, node.because[:1000], node.path[-200:], True, inputs, context)
+
+    def _told(self) -> dict[str, PlainValue]:
+        """Return the entries that the planner is to be told of, those that are not known left out."""
+        names = read_names(self._node.read_port("context"))
+        found = {name: self._node.blackboard.find(f"@{name}") for name in names}
+        values = {name: entry.value for name, entry in found.items() if entry is not None}
+        return {name: value for name, value in values.items() if isinstance(value, int | float | str)}
 
     def _utility(self) -> float | None:
         value: Any = known_or_none(self._node.utility)

@@ -19,7 +19,8 @@ DURATIONS: Final = ("timeout", "retry_after", "settle")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
 PLANNER: Final = re.compile(r"[A-Za-z0-9_-]+")
 FOR_STRATEGIES: Final = (
-    "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "planner", "task",
+    "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
+    "task",
 )  # fmt: skip
 """Ports that mean something only beside ``adaptation_strategy``."""
 

@@ -1,0 +1,1 @@
+"""FROG's studies, for ``regraft evaluate``: a module with a ``STUDY`` each."""

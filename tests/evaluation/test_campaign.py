@@ -1,0 +1,175 @@
+"""A campaign can be repeated, ended and gone on with; what fails is told, and nothing is left by half."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from evaluation.command_line import evaluate
+from regraft.cli.main import build
+
+STUDY = "tests.evaluation.tiny:STUDY"
+ROOT = Path(__file__).parents[2]
+SCRIPT = "from tests.evaluation.test_campaign import command_line; command_line()(prog_name='regraft')"
+
+
+def command_line() -> typer.Typer:
+    """Return the command line with ``regraft evaluate``."""
+    app = build()
+    app.command("evaluate")(evaluate)
+    return app
+
+
+def run(out: Path, *options: str, study: str = STUDY) -> tuple[int, str]:
+    """Return the exit code of a campaign, and what it said."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        done = CliRunner().invoke(command_line(), ["evaluate", study, "--out", str(out), *options])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    return done.exit_code, done.output
+
+
+def started(out: Path, *options: str, limit: int = 0) -> subprocess.Popen[str]:
+    """Start a campaign in a process of its own, in which files may have at most ``limit`` bytes, if that is given."""
+    command = [sys.executable, "-c", SCRIPT, "evaluate", STUDY, "--out", str(out), *options]
+    if limit:
+        command = ["prlimit", f"--fsize={limit}", *command]
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ}
+    )
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    """Return what must be equal for equal campaigns, by name."""
+    paths = [*out.glob("runs/**/rows.csv"), *out.glob("runs/**/adaptations.csv"), *out.glob("note.txt")]
+    return {path.relative_to(out).as_posix(): path.read_bytes() for path in paths}
+
+
+def table(out: Path) -> list[str]:
+    return [line for line in (out / "report.md").read_text().splitlines() if line.startswith("|")]
+
+
+def test_every_configuration_is_run_with_every_seed_and_equal_campaigns_are_equal_byte_for_byte(tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert run(first)[0] == 0
+    assert run(second, "--parallel", "2")[0] == 0
+    files = [
+        f"runs/{key}/00{n}/{name}.csv" for key in ("slow", "fast") for n in (1, 2) for name in ("rows", "adaptations")
+    ]
+    assert sorted(contents(first)) == sorted(["note.txt", *files])
+    assert contents(first) == contents(second)
+    assert table(first) == table(second)
+    rows = (first / "runs" / "slow" / "001" / "rows.csv").read_text().splitlines()
+    assert rows[0] == "time,number,heard,even"
+    assert len(rows) >= 4
+    assert (first / "runs" / "slow" / "001" / "timing.csv").read_text().startswith("what,time,wall_s\nstartup,,")
+
+
+def test_the_stack_as_it_was_run_can_be_run_again(tmp_path: Path) -> None:
+    assert run(tmp_path, "--configurations", "fast", "--runs", "1")[0] == 0
+    text = (tmp_path / "runs" / "fast" / "001" / "stack" / "as_run.yaml").read_text()
+    assert "stride: 2.0" in text
+    assert "CountRecorder" in text
+
+
+def test_killed_at_any_point_it_goes_on_and_ends_with_the_same_tables(tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    assert run(whole)[0] == 0
+    for number, how in enumerate((signal.SIGKILL, signal.SIGINT, signal.SIGTERM)):
+        process = started(killed, *(["--resume"] if number else []))
+        deadline = time.monotonic() + 60.0
+        while not list(killed.glob(f"runs/*/00{1 + number // 2}")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        process.send_signal(how)
+        process.communicate(timeout=60.0)
+        for found in killed.glob("runs/*/*"):
+            assert (found / "run.json").is_file()
+    code, said = run(killed, "--resume")
+    assert code == 0, said
+    assert contents(killed) == contents(whole)
+    assert table(killed) == table(whole)
+    assert not (killed / "work").exists()
+
+
+def test_a_run_that_fails_is_told_kept_and_tried_again(tmp_path: Path) -> None:
+    code, said = run(tmp_path, "--definitions", "hard")
+    assert code == 1
+    assert "breaking/002, seed 2: FAILED" in said
+    assert "1 of 2 runs, 1 failed" in said
+    report = (tmp_path / "report.md").read_text()
+    assert "**1 runs failed**" in report
+    assert "- breaking, seed 2: exit code 2: " in report
+    assert "sideways" in report
+    assert "sideways" in (tmp_path / "failed" / "breaking" / "002" / "up.log").read_text()
+    assert run(tmp_path, "--definitions", "hard", "--resume")[0] == 1
+    assert (tmp_path / "runs" / "breaking" / "001").is_dir()
+
+
+def test_more_runs_and_configurations_can_be_added_but_not_other_ones(tmp_path: Path) -> None:
+    assert run(tmp_path, "--runs", "1", "--configurations", "slow")[0] == 0
+    code, said = run(tmp_path, "--runs", "1")
+    assert (code, "go on with --resume" in said) == (2, True)
+    code, said = run(tmp_path, "--runs", "1", "--seed", "7", "--resume")
+    assert (code, "seed was 1" in said) == (2, True)
+    assert run(tmp_path, "--runs", "1", "--resume")[0] == 0
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["fast", "slow"]
+
+
+def test_runs_of_another_stack_are_not_mixed_with(tmp_path: Path) -> None:
+    assert run(tmp_path, "--runs", "1")[0] == 0
+    about = tmp_path / "runs" / "slow" / "001" / "run.json"
+    about.write_text(about.read_text().replace('"fingerprint": "', '"fingerprint": "0'))
+    code, said = run(tmp_path, "--runs", "1", "--resume")
+    assert code == 2
+    assert "was run with another stack" in said
+    assert run(tmp_path, "--runs", "1", "--report-only")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--definitions", "plane"], "did you mean 'plain'?"),
+        (["--configurations", "slow,fats"], "did you mean 'fast'?"),
+        (["--runs", "0"], "--runs"),
+        (["--parallel", "0"], "--parallel"),
+        (["--for", "0"], "--for"),
+    ],
+)
+def test_a_bad_argument_is_told_and_nothing_is_begun(options: list[str], told: str, tmp_path: Path) -> None:
+    code, said = run(tmp_path / "out", *options)
+    assert code == 2
+    assert told in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("study", "told"),
+    [
+        ("frog-architectur", "did you mean 'frog-architecture'?"),
+        ("tests.evaluation.tiny:STUDIE", "no study at 'tests.evaluation.tiny:STUDIE'"),
+        ("tests.evaluation.tiny:ADDITIONS", "must be a Study"),
+    ],
+)
+def test_an_unknown_study_is_told(study: str, told: str, tmp_path: Path) -> None:
+    code, said = run(tmp_path / "out", study=study)
+    assert code == 2
+    assert told in said
+
+
+def test_without_room_it_says_so_and_leaves_no_half_of_a_table(tmp_path: Path) -> None:
+    process = started(tmp_path, "--runs", "1", limit=40)
+    _, complaints = process.communicate(timeout=60.0)
+    assert process.returncode == 1
+    assert "cannot write" in complaints
+    assert "Traceback" not in complaints
+    assert not list(tmp_path.glob("runs/*/*"))
+    assert not (tmp_path / "report.md").exists()

@@ -1,0 +1,56 @@
+"""A recorder writes one row a second, equal for equal runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bus_schema.messages.geometry import Twist, Vector3
+from evaluation.rows import Cell, read_rows, written
+from regraft.testing import Rig
+from tests.evaluation.tiny_parts import CountRecorder
+
+
+def recorded(file: Path, seconds: float = 3.0) -> bytes:
+    with Rig() as rig:
+        rig.add(CountRecorder, "rows", {"file": str(file)})
+        for number in range(int(seconds)):
+            rig.publish("count", Twist(Vector3(number / 3.0)))
+            rig.advance(1.0)
+    return file.read_bytes()
+
+
+def test_there_is_a_row_for_every_second_and_equal_runs_have_equal_files(tmp_path: Path) -> None:
+    assert recorded(tmp_path / "a.csv") == recorded(tmp_path / "b.csv")
+    rows = read_rows(tmp_path / "a.csv")
+    assert rows.number("time") == [1.0, 2.0, 3.0]
+    assert rows.number("heard")[-1] == 1.0
+    assert rows.is_so("even")[-1] is False
+
+
+def test_a_file_that_is_there_is_never_written_over(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("mine\n")
+    with Rig() as rig:
+        rig.add(CountRecorder, "rows", {"file": str(tmp_path / "a.csv")})
+        rig.advance(2.0)
+    assert (tmp_path / "a.csv").read_text() == "mine\n"
+
+
+def test_a_line_cut_short_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,number\n1,2\n2\n")
+    with pytest.raises(ValueError, match="line 3: has 1 fields, must have 2"):
+        read_rows(tmp_path / "a.csv")
+
+
+@given(st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False), st.text()))
+def test_what_is_written_can_be_read_again(cell: Cell) -> None:
+    text = written(cell)
+    if isinstance(cell, bool):
+        assert text == str(int(cell))
+    elif isinstance(cell, float):
+        assert float(text) == pytest.approx(cell, rel=1e-5)
+    else:
+        assert text == ("" if cell is None else str(cell))

@@ -1,0 +1,50 @@
+"""A study that takes a second or two a run."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from evaluation.sections import arms_of, head, measures_table
+from evaluation.study import Configuration, Report, Results, Study
+
+
+def stride(seed: int, by: float = 1.0) -> dict[str, Any]:
+    """Return what has the counter go so fast."""
+    return {"components": {"counter": {"parameters": {"stride": by}}}}
+
+
+def broken(seed: int) -> dict[str, Any]:
+    """Return what makes the stack of every even seed impossible."""
+    return {"components": {"counter": {"parameters": {"stride": 1.0 if seed % 2 else "sideways"}}}}
+
+
+def report(results: Results) -> Report:
+    """Return the numbers reached."""
+    arms = arms_of(results)
+    text = head("Counting", results) + "\n" + measures_table(arms, {"reached": lambda rows: rows.number("number")[-1]})
+    return Report(text, {"note.txt": b"a file beside it\n"})
+
+
+ADDITIONS = {
+    "components": {
+        "rows": {"class": "tests.evaluation.tiny_parts:CountRecorder", "parameters": {"file": "$RUN/rows.csv"}}
+    }
+}
+STUDY = Study(
+    "tiny",
+    "does counting pay?",
+    Path(__file__).with_name("tiny.yaml"),
+    {
+        "plain": (
+            Configuration("slow", "one at a time", partial(stride, by=1.0)),
+            Configuration("fast", "two at a time", partial(stride, by=2.0)),
+        ),
+        "hard": (Configuration("breaking", "cannot be run with even seeds", broken),),
+    },
+    report,
+    ADDITIONS,
+    seconds=10.0,
+    runs=2,
+)

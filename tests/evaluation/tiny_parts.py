@@ -1,0 +1,34 @@
+"""A world that counts, and a recorder of it: a run of it takes a second or two."""
+
+from __future__ import annotations
+
+from bus_schema.messages.geometry import Twist, Vector3
+from evaluation.rows import Cell, RowRecorder
+from regraft import Input, Output, Parameter
+from regraft.stepped.source import TimeSource
+
+WORK = 150_000
+"""What is added up in a tick: a run must last long enough to be seen."""
+
+
+class Counter(TimeSource):
+    """Counts up from the run's seed, by ``stride``."""
+
+    count = Output(Twist)
+    stride = Parameter(1.0, "what is added in a tick")
+
+    def advance(self, tick: int, seconds: float) -> None:
+        """Say the next number."""
+        worked = sum(range(WORK)) * 0
+        self.count.publish(Twist(Vector3(worked + self.kit.seed + self.stride * tick / 3.0)))
+
+
+class CountRecorder(RowRecorder):
+    """Writes down the number, and how many have come in the second."""
+
+    count = Input(Twist, keep=256)
+
+    def row(self, now: float) -> dict[str, Cell]:
+        """Return what has come."""
+        numbers = [twist.linear.x for twist in self.count.take()]
+        return {"number": numbers[-1] if numbers else None, "heard": len(numbers), "even": len(numbers) % 2 == 0}
