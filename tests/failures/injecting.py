@@ -29,16 +29,18 @@ class Fault:
     """What goes wrong at the ``step``-th step (from 1).
 
     ``how`` is die, hang, late or refuse; ``who`` the component that the step concerns, or the manager itself;
-    ``when`` before, during or after the step, or ``inside``: when the component's own code runs next.
+    ``when`` before, during or after the step, or ``inside``: when ``method`` of the component's class is called.
     """
 
     step: int
     when: str
     how: str
     who: str = "component"
+    method: str = "any"
 
     def __str__(self) -> str:
-        return f"step {self.step}, {self.when}: {self.who} {self.how}"
+        where = f" {self.method}" if self.when == "inside" else ""
+        return f"step {self.step}, {self.when}{where}: {self.who} {self.how}"
 
     def prepare(self, folder: Path) -> None:
         """Have it happen in the next adaptation."""
@@ -92,7 +94,7 @@ class _Injector:
         if fault.when == "inside":
             flags = self.path.parent / "flags"
             flags.mkdir(exist_ok=True)
-            (flags / component).write_text(fault.how)
+            (flags / component).write_text(f"{fault.how} in {fault.method}")
             return
         pid = os.getpid()
         if fault.who == "component":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Remove, SetParameters
+from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Remove, SetParameters, Swap
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.lifecycle import Transition
 
@@ -36,7 +36,7 @@ components:
     parameters:
       fault: $RUN/fault.json
       journal: $RUN/journal.sqlite
-      answer_within: 1.0
+      answer_within: 0.5
       undo_within: 3.0
       start_within: 5.0
 modes:
@@ -57,12 +57,18 @@ KINDS: dict[str, tuple[Change, ...]] = {
     "transition": (ChangeState("second", Transition.DEACTIVATE), ChangeState("second", Transition.CLEANUP)),
     "add": (Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),),
     "remove": (Remove("second"),),
+    "swap": (Swap("relay", "tests.failures.parts:Loud", {"loudness": 5}),),
     "mode": (EnterMode("loud"),),
     "several": (
         SetParameters("relay", {"gain": 2.0}),
         Connect("relay", "numbers", "others"),
         Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),
         Remove("second"),
+    ),
+    "several with a swap": (
+        Swap("second", "tests.failures.parts:Loud", {"gain": 4.0}),
+        Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),
+        SetParameters("relay", {"gain": 3.0}),
     ),
 }
 """Each begins and ends with the stack as it is in ``STACK``."""

@@ -11,8 +11,8 @@ from bus_schema.annotations import Count, PlainValue
 from bus_schema.registry import message
 from regraft import Component, Input, Output, Parameter, every
 
-LATE = 0.4
-"""Seconds that somebody is late: less than a host takes for hung, more than a step usually takes."""
+LATE = 0.7
+"""Seconds that somebody is late: more than the manager waits for an answer, less than a host takes for hung."""
 FOR_EVER = 60.0
 
 
@@ -42,12 +42,15 @@ class Source(Component):
 
 
 class Relay(Component):
-    """Passes numbers on. A file of its name in ``flags`` says how it shall fail when it is next asked to change."""
+    """Passes numbers on. A file of its name in ``flags`` says how it shall fail, and in which of its methods, if not in
+    any that is called next.
+    """
 
     numbers = Input(Number)
     relayed = Output(Number)
     gain = Parameter(1.0, minimum=0.0, maximum=10.0)
     flags = Parameter("", "the folder of what shall go wrong", unit="path", read_only=True)
+    longest_handler = 1.0
 
     def __init__(self) -> None:
         self.passed = 0
@@ -58,32 +61,34 @@ class Relay(Component):
         self.relayed.publish(Number(number.origin, number.n, self.gain))
 
     def on_configure(self) -> None:
-        self._fail_if_told()
+        self._fail_if_told("on_configure")
 
     def on_activate(self) -> None:
-        self._fail_if_told()
+        self._fail_if_told("on_activate")
 
     def on_deactivate(self) -> None:
-        self._fail_if_told()
+        self._fail_if_told("on_deactivate")
 
     def on_cleanup(self) -> None:
-        self._fail_if_told()
+        self._fail_if_told("on_cleanup")
 
     def on_parameters(self, changed: frozenset[str]) -> None:
-        self._fail_if_told()
+        self._fail_if_told("on_parameters")
 
     def snapshot(self) -> PlainValue:
-        self._fail_if_told()
+        self._fail_if_told("snapshot")
         return {"passed": self.passed}
 
     def restore(self, state: PlainValue) -> None:
-        self._fail_if_told()
+        self._fail_if_told("restore")
         self.passed = int(state["passed"])
 
-    def _fail_if_told(self) -> None:
+    def _fail_if_told(self, method: str) -> None:
         flag = Path(self.flags) / self.kit.name
         try:
-            how = flag.read_text()
+            how, where = flag.read_text().split(" in ")
+            if where not in ("any", method):
+                return
             flag.unlink()
         except OSError:
             return

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import Outcome
+from bus_schema.adaptation import Outcome, Swap
 from tests.failures.injecting import Fault
 from tests.failures.kinds import KINDS, STACK
 from tests.failures.walk import Walk, plan, walk
@@ -22,6 +22,8 @@ WAYS = (
     ("during", "hang", "manager"),
 )
 """How a step can fail: when, how, and who."""
+OF_SWAPS = tuple((method, how) for method in ("restore", "on_activate") for how in ("die", "hang", "refuse", "late"))
+"""How it can fail besides where one run of a component takes over from another: in which method, and how."""
 
 Start = Callable[[], System]
 
@@ -50,11 +52,14 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
 def _walks(system: System, kind: str) -> list[Walk]:
     changes = KINDS[kind]
     concerned = plan(system, changes)
-    return [
-        Walk(kind, changes, Fault(step, when, how, who), component)
-        for step, component in enumerate(concerned, start=1)
-        for when, how, who in WAYS
-    ]
+    swapped = {change.component for change in changes if isinstance(change, Swap)}
+    walks = []
+    for step, component in enumerate(concerned, start=1):
+        faults = [Fault(step, when, how, who) for when, how, who in WAYS]
+        if component in swapped:
+            faults += [Fault(step, "inside", how, method=method) for method, how in OF_SWAPS]
+        walks += [Walk(kind, changes, fault, component) for fault in faults]
+    return walks
 
 
 def _walk_all(system: System, walks: list[Walk]) -> Counter[Outcome]:
@@ -77,6 +82,5 @@ def test_whatever_fails_at_any_step_all_of_it_has_happened_or_none(start: Start,
 
 def test_whatever_fails_at_some_steps_of_several_changes_all_of_it_has_happened_or_none(start: Start) -> None:
     system = start()
-    walks = _walks(system, "several")
-    outcomes = _walk_all(system, walks[::5])
+    outcomes = _walk_all(system, [*_walks(system, "several")[::7], *_walks(system, "swap")[::5]])
     assert outcomes[Outcome.ROLLED_BACK] > 0
