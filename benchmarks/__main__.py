@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import adaptations, frog, restart, rewire, round_trip, set_parameter, start_up, tree_tick
+from benchmarks import adaptations, frog, restart, rewire, round_trip, set_parameter, start_up, swap, tree_tick
 from benchmarks.harness import Effort, Result, machine
 from benchmarks.table import table
 
@@ -26,6 +26,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "set_parameter": set_parameter.set_parameter,
     "adaptations": adaptations.adaptations,
     "rewire": rewire.rewire,
+    "swap": swap.swap,
     "restart": restart.restart,
     "start_up": start_up.start_up,
     "tree_tick": tree_tick.tree_tick,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count
+from bus_schema.annotations import Count, PlainValue
 from bus_schema.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
 
@@ -96,3 +96,31 @@ class Trivial(Component):
     def tick(self) -> None:
         """Say that it is there."""
         self.out.publish(Number(1))
+
+
+class Relay(Component):
+    """Passes on what it hears, and counts it."""
+
+    heard = Input(Number)
+    passed = Output(Number)
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    @heard.handler
+    def pass_on(self, number: Number) -> None:
+        """Count, and pass on."""
+        self.count += 1
+        self.passed.publish(number)
+
+    def snapshot(self) -> PlainValue:
+        """Return the count."""
+        return {"count": self.count}
+
+    def restore(self, state: PlainValue) -> None:
+        """Go on counting."""
+        self.count = int(state["count"])
+
+
+class OtherRelay(Relay):
+    """Does the same, as another class."""

@@ -1,0 +1,73 @@
+"""Replacing a running process by hand, with raw Zenoh: a source at a steady rate, and relays that come and go."""
+
+from __future__ import annotations
+
+import os
+import signal
+import struct
+import threading
+import time
+from multiprocessing.connection import Connection
+
+import zenoh
+
+from regraft.host.children import die_with_parent
+from regraft.zenoh_config import Endpoints, config
+
+IN, OUT, SERVING = "raw/in", "raw/out", "raw/serving"
+CLOSED_WITHIN = 0.2
+NUMBER = struct.Struct("<Q")
+
+
+def source(endpoint: str, rate: float) -> None:
+    """Put 1, 2, 3 ... at ``rate`` (Hz), until terminated."""
+    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    publisher = session.declare_publisher(IN, congestion_control=zenoh.CongestionControl.BLOCK)
+    number, due = 0, time.monotonic()
+    while True:
+        number += 1
+        publisher.put(NUMBER.pack(number))
+        due += 1.0 / rate
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+def relays(endpoint: str, commands: Connection) -> None:
+    """Start a relay for each ``("start", number)``, end it for each ``("stop", number)``; answer when that is done.
+
+    A relay is forked, as the host's are: this process opens no session. It says by a token that it serves.
+    """
+    pids: dict[int, int] = {}
+    parent = os.getpid()
+    while True:
+        verb, number = commands.recv()
+        if verb == "start":
+            pid = os.fork()
+            if pid == 0:
+                _relay(endpoint, number, parent)
+            pids[number] = pid
+        else:
+            os.kill(pids[number], signal.SIGTERM)
+            os.waitpid(pids.pop(number), 0)
+        commands.send(number)
+
+
+def _relay(endpoint: str, number: int, parent: int) -> None:
+    over = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: over.set())
+    die_with_parent(parent)
+    try:
+        session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+        publisher = session.declare_publisher(OUT, congestion_control=zenoh.CongestionControl.BLOCK)
+        subscriber = session.declare_subscriber(IN, lambda sample: publisher.put(sample.payload.to_bytes()))
+        token = session.liveliness().declare_token(f"{SERVING}/{number}")
+        while not over.wait(0.002):
+            # A signal's handler runs only between two steps of the main thread.
+            pass
+        del token
+        subscriber.undeclare()  # type: ignore[no-untyped-call]
+        # Closing a session has been seen to wait for a callback that waits itself.
+        closing = threading.Thread(target=session.close, daemon=True)
+        closing.start()
+        closing.join(CLOSED_WITHIN)
+    finally:
+        os._exit(0)
