@@ -10,6 +10,7 @@ from adaptation_manager.controls import Asked, ControlFailed, Controls
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
+from adaptation_manager.processes import NOT_RUNNING
 from adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from adaptation_manager.steps.draft import Draft
 from bus_schema.adaptation import (
@@ -150,13 +151,16 @@ async def _read(
     live, silent = {}, []
     removed = {change.component for change in request.changes if isinstance(change, Remove)}
     moved = {change.component for change in request.changes if isinstance(change, Move)}
+    swapped = {change.component for change in request.changes if isinstance(change, Swap)}
     for name, index in first_use.items():
         try:
             live[name] = await asked[name].view()
         except ControlFailed as error:
-            host = architecture.components[name].host
+            host, process = architecture.components[name].host, controls.processes.get(name)
             if name in removed or (name in moved and host in hosts.lost):
                 continue  # what does not answer, or is not there, can go as it is, and start elsewhere
+            if name in swapped and host not in hosts.silent and process is not None and process.state in NOT_RUNNING:
+                continue  # what is broken can be replaced
             why = f"its {hosts.why_not_there(host)}" if host in hosts.silent else _why_silent(controls, name, error)
             silent.append(Violation(index, name, "status", why))
     return live, silent
@@ -167,7 +171,7 @@ def _why_silent(controls: Controls, name: str, error: ControlFailed) -> str:
     if process is None:
         return "is not running: no host has a process for it"
     if process.state is ProcessState.QUARANTINED:
-        return f"is quarantined after {process.restarts} restarts: start it first ({process.last_end})"
+        return f"is quarantined after {process.restarts} restarts: start or swap it first ({process.last_end})"
     if controls.living(name) is None:
         return f"is not running: its process is {process.state.value} ({process.last_end or 'never started'})"
     return str(error)

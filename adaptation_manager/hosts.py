@@ -210,9 +210,11 @@ class Hosts:
         asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec, context)), DESCRIBED_WITHIN)
         return _read(spec.host, "describe", await asked, DescribedComponent)
 
-    async def start(self, component: str, host: str, resume: bool, leave_out: int = 0) -> dict[str, ProcessStatus]:
+    async def start(
+        self, component: str, host: str, resume: bool, *, leave_out: int = 0, afresh: bool = False
+    ) -> dict[str, ProcessStatus]:
         """Have a component's process started; returns the processes of the host. Raises ControlFailed."""
-        message = StartComponent(component, term=self.term, resume=resume, leave_out=leave_out)
+        message = StartComponent(component, term=self.term, resume=resume, leave_out=leave_out, afresh=afresh)
         asked = self._ask(host, "start", codec.encode(message))
         return runs_of(_read(host, "start", await asked, HostStatus))
 

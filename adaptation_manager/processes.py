@@ -27,6 +27,8 @@ KILLED_WITHIN = 4.0
 """Seconds after its grace in which a process is gone."""
 TOLD_WITHIN = 3.0
 """Seconds within which a host knows that a process has ended which is off the bus."""
+NOT_RUNNING = (ProcessState.STOPPED, ProcessState.QUARANTINED)
+"""Such a process is started by nobody until someone asks for it."""
 NOT_YET = RestartPolicy(Restart.NEVER)
 """While a component is being added, its end is the adaptation's failure, not its host's business."""
 
@@ -41,7 +43,9 @@ async def run_process(site: Site, action: RunProcess) -> None:
     await site.hosts.give(UpdateSpecs(site.revision, (held,), topics=topics))
     if action.leave_out:
         site.state_lost.add(spec.name)
-    site.controls.processes |= await site.hosts.start(spec.name, spec.host, action.resume, action.leave_out)
+    site.controls.processes |= await site.hosts.start(
+        spec.name, spec.host, action.resume, leave_out=action.leave_out, afresh=action.afresh
+    )
     deadline = time.monotonic() + site.bounds.start
     await _until_it_runs(site, spec, deadline)
     if not spec.managed:
@@ -63,10 +67,7 @@ async def take_part(site: Site, action: TakePart) -> None:
 
 async def end_process(site: Site, component: str, host: str, grace: float = GRACE) -> None:
     """End a component's process and have its host forget it; does nothing if that is so. Raises ControlFailed."""
-    process = site.controls.processes.get(component)
-    if process is not None and site.before.simulated:
-        with contextlib.suppress(ControlFailed):  # a source of time that is gone knows no members any more
-            await _membership(site, "release", ClockMember(component, process.incarnation))
+    await _release(site, component)
     processes = await site.hosts.give(UpdateSpecs(site.revision, removed=(component,)))
     if component not in processes:
         await site.refresh()
@@ -82,11 +83,34 @@ async def end_process(site: Site, component: str, host: str, grace: float = GRAC
         await site.pause(LOOK_AGAIN_AFTER)
 
 
+async def leave_stopped(site: Site, component: str, host: str) -> None:
+    """End a component's process, and leave it to its host as one that does not run; raises ControlFailed."""
+    await _release(site, component)
+    await site.hosts.stop(component, host, GRACE)
+    deadline = time.monotonic() + GRACE + KILLED_WITHIN
+    while True:
+        await site.refresh()
+        process = site.controls.processes.get(component)
+        if host not in site.hosts.silent and (process is None or process.state in NOT_RUNNING):
+            return
+        if time.monotonic() > deadline:
+            raise NoAnswer(f"host {host!r}: {component} has not ended within {GRACE + KILLED_WITHIN:g} s")
+        await site.pause(LOOK_AGAIN_AFTER)
+
+
+async def _release(site: Site, component: str) -> None:
+    """Let simulated time go on without a component."""
+    process = site.controls.processes.get(component)
+    if process is not None and site.before.simulated:
+        with contextlib.suppress(ControlFailed):  # a source of time that is gone knows no members any more
+            await _membership(site, "release", ClockMember(component, process.incarnation))
+
+
 async def _until_it_runs(site: Site, spec: ComponentSpec, deadline: float) -> None:
     while True:
         await site.refresh()
         process = site.controls.processes.get(spec.name)
-        if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
+        if process is None or process.state in NOT_RUNNING:
             how = process.last_end if process else "its host does not know it any more"
             raise await ended_as_it_started(site, spec, how)
         if process.state is ProcessState.RUNNING and await _answers(site, spec):
@@ -146,6 +170,33 @@ async def _until_it_is_a_member(site: Site, spec: ComponentSpec, deadline: float
             raise NoAnswer(f"{spec.name}: it has not joined simulated time within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
     site.touch(spec.name)
+
+
+async def go_on_in_step(site: Site, name: str) -> None:
+    """Let simulated time go on with the run that now speaks for a component, in the place of the one before it.
+
+    Raises:
+        ControlFailed: the run has ended, or the source of time does not answer.
+    """
+    spec = site.after.components.get(name) or site.before.components[name]
+    if not _is_in_step(site, spec):
+        return
+    deadline = time.monotonic() + site.bounds.start
+    while not await _membership(site, "succeed", ClockMember(name, site.controls.processes[name].incarnation)):
+        if time.monotonic() > deadline:
+            raise NoAnswer(f"{name}: simulated time does not go on with it within {site.bounds.start:g} s")
+        await site.pause(LOOK_AGAIN_AFTER)
+        await site.refresh()
+        if site.controls.living(name) is None:
+            raise NoAnswer(f"{name}: it has ended as it was to go on in simulated time", gone=True)
+    site.touch(name)
+
+
+async def begin_in_step(site: Site, name: str) -> None:
+    """Take a run into simulated time that goes on alone, where another was lost; raises ControlFailed."""
+    spec = site.after.components[name]
+    if _is_in_step(site, spec):
+        await _until_it_is_a_member(site, spec, time.monotonic() + site.bounds.start)
 
 
 async def _membership(site: Site, verb: str, run: ClockMember) -> bool:

@@ -10,7 +10,13 @@ from __future__ import annotations
 import time
 
 from adaptation_manager.controls import BESIDE, ControlFailed, NoAnswer
-from adaptation_manager.processes import KILLED_WITHIN, LOOK_AGAIN_AFTER, ended_as_it_started
+from adaptation_manager.processes import (
+    KILLED_WITHIN,
+    LOOK_AGAIN_AFTER,
+    begin_in_step,
+    ended_as_it_started,
+    go_on_in_step,
+)
 from adaptation_manager.rewiring import see_through
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import EndSuccessor, GiveBack, RunSuccessor, TakeOver
@@ -67,12 +73,26 @@ async def take_over(site: Site, action: TakeOver) -> None:
     site.touch(name)
     step = Handover(HandoverStep.TAKE_OVER, revision=site.revision)
     try:
-        await _hand_over(site, name, successor.begun, step, _takes(site, name))
+        taken = await _hand_over(site, name, successor.begun, step, _takes(site, name))
     except ControlFailed as error:
         if error.code is not ControlCode.TIMED_OUT or await _is_there(site, name, action.incumbent):
             raise
         await _promote(site, action, successor)
+        await _let_speak(site, name, action.host, successor.begun)
+        await begin_in_step(site, name)
+        return
     await _let_speak(site, name, action.host, successor.begun)
+    await go_on_in_step(site, name)
+    _tell_gap(site, name, taken)
+
+
+def _tell_gap(site: Site, name: str, taken: ComponentView) -> None:
+    """Tell for how long nobody held what only one can hold at a time."""
+    description = site.after.components[name].description
+    silent = taken.detail.get("silent")
+    if description is not None and description.exclusive and isinstance(silent, int | float):
+        text = f"{name}: from letting go to taking hold, nobody spoke for it for {silent * 1000:.0f} ms"
+        site.kit.event("adaptation.gap", text, seconds=silent)
 
 
 async def _promote(site: Site, action: TakeOver, successor: ProcessStatus) -> None:
@@ -117,6 +137,7 @@ async def _wake(site: Site, action: GiveBack, former: ProcessStatus, successor: 
         except ControlFailed as error:
             site.kit.log.warning("%s: the state of now could not be handed back: %s", name, error)
         else:
+            await _go_on_if_there_is_time(site, name)
             await _end_successor(site, name, action.host, successor)
             await site.refresh()
             return
@@ -125,7 +146,16 @@ async def _wake(site: Site, action: GiveBack, former: ProcessStatus, successor: 
     peer = successor.begun if successor is not None else 0
     step = Handover(HandoverStep.RESUME, peer, anew, revision=site.revision)
     await _hand_over(site, name, former.begun, step, _takes(site, name))
+    await _go_on_if_there_is_time(site, name)
     await site.refresh()
+
+
+async def _go_on_if_there_is_time(site: Site, name: str) -> None:
+    """Let simulated time go on with a run; to a source of time that is gone, it comes back by itself."""
+    try:
+        await go_on_in_step(site, name)
+    except ControlFailed as error:
+        site.kit.log.warning("%s: simulated time does not go on with it yet: %s", name, error)
 
 
 async def _renamed(site: Site, action: GiveBack, former: ProcessStatus) -> int:
@@ -218,8 +248,11 @@ async def _hand_over(site: Site, name: str, begun: int, step: Handover, within: 
 def _takes(site: Site, name: str) -> float:
     """Return the seconds within which a step of a hand-over is answered."""
     specs = (site.before.components.get(name), site.after.components.get(name))
-    longest = max((spec.description.longest_handler for spec in specs if spec and spec.description), default=0.0)
-    return max(site.bounds.answer, TAKE_OVER_WITHIN) + longest
+    both = [spec.description for spec in specs if spec and spec.description]
+    longest = max((description.longest_handler for description in both), default=0.0)
+    # One run after the other lets go and takes hold, each by its own methods.
+    hooks = sum(2 * description.longest_handler for description in both if description.exclusive)
+    return max(site.bounds.answer, TAKE_OVER_WITHIN) + longest + hooks
 
 
 async def _role(site: Site, name: str, begun: int) -> Role:

@@ -13,7 +13,7 @@ from adaptation_manager.performing import perform
 from adaptation_manager.phases import Phases
 from adaptation_manager.plan import Plan
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, PlannedStep
+from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, LeaveStopped, PlannedStep
 from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, Phase, StepReport, StepState
 from bus_schema.messages.control import ControlCode
@@ -26,7 +26,7 @@ MAY_PASS = (None, ControlCode.TIMED_OUT)
 """Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
 
 
-OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack)
+OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack, LeaveStopped)
 """Actions for which a component need not run."""
 
 

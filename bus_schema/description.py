@@ -79,7 +79,8 @@ class Description:
     ``longest_handler`` is how long one handler may keep the loop before it counts as hung. ``in_step`` says whether
     it is a member of simulated time. ``indispensable`` says why a running system cannot be without it, empty if it can.
     ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
-    versions that it goes on from itself.
+    versions that it goes on from itself. ``makes_time`` is true of the source of simulated time. One that is
+    ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
     """
 
     cls: str
@@ -94,6 +95,8 @@ class Description:
     indispensable: str = ""
     stateful: bool = False
     restores: tuple[Count, ...] = ()
+    makes_time: bool = False
+    exclusive: bool = False
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""

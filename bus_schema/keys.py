@@ -108,7 +108,7 @@ class Keys:
 
     def clock(self, part: str) -> str:
         """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``,
-        ``admit``, ``release``.
+        ``admit``, ``release``, ``succeed``.
         """
         return f"{self.system}/clock/{part}"
 

@@ -21,6 +21,7 @@ class Gateway(Component):
 
     resources = Resources(cpu=0.04, memory=40.0)
     in_step = False
+    exclusive = True  # of its port
     indispensable = "those who watch and adapt the system over HTTP would be cut off"
     longest_handler = 8.0
 

@@ -45,6 +45,17 @@ class Component:
 
     indispensable: ClassVar[str] = ""
     """Why a running system cannot be without the component, so that it cannot be removed; empty if it can."""
+    makes_time: ClassVar[bool] = False
+    """Whether the component makes simulated time go on; `TimeSource` says so."""
+    exclusive: ClassVar[bool] = False
+    """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device,
+    a port, a lock. A run that is succeeded lets go of it first. Who names devices in ``resources`` is exclusive too.
+    """
+
+    @classmethod
+    def is_exclusive(cls) -> bool:
+        """Tell whether another process must let go of something before this one can be configured."""
+        return cls.exclusive or bool(cls.resources.devices)
 
     @classmethod
     def preload(cls) -> None:
@@ -219,6 +230,8 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         cls.indispensable,
         cls.snapshot is not Component.snapshot,
         cls.restorable_versions(),
+        cls.makes_time,
+        cls.is_exclusive(),
     )
 
 

@@ -52,8 +52,8 @@ class ReachState:
 class RunProcess:
     """The component's process runs as ``spec`` says, in ``state`` (unconfigured or inactive), and is not restarted.
 
-    A program that is unmanaged just runs. ``resume`` is that of the addition. ``leave_out`` incarnations are left to
-    runs on a lost host that nobody heard of.
+    A program that is unmanaged just runs. ``resume`` is that of the addition; ``afresh`` leaves the last checkpoint.
+    ``leave_out`` incarnations are left to runs on a lost host that nobody heard of.
     """
 
     action: ClassVar[str] = "run_process"
@@ -62,6 +62,7 @@ class RunProcess:
     state: State
     resume: bool = False
     leave_out: Count = 0
+    afresh: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,15 @@ class EndProcess:
     """The component has no process, and its host has forgotten it."""
 
     action: ClassVar[str] = "end_process"
+    component: str
+    host: str
+
+
+@dataclass(frozen=True, slots=True)
+class LeaveStopped:
+    """The component has no process, but its host knows it, and starts it when someone asks for that."""
+
+    action: ClassVar[str] = "leave_stopped"
     component: str
     host: str
 
@@ -130,6 +140,7 @@ Action = Annotated[
     | RunProcess
     | TakePart
     | EndProcess
+    | LeaveStopped
     | RunSuccessor
     | EndSuccessor
     | TakeOver

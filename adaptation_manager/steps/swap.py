@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
+from adaptation_manager.steps.actions import (
+    EndSuccessor,
+    GiveBack,
+    LeaveStopped,
+    PlannedStep,
+    RunProcess,
+    RunSuccessor,
+    TakeOver,
+    TakePart,
+)
 from adaptation_manager.steps.draft import Draft
 from bus_schema.adaptation import Swap
 from bus_schema.annotations import PlainValue
@@ -36,20 +45,20 @@ def plan(draft: Draft, change: Swap) -> None:
     problem = _of_time(draft, spec, new)
     if problem is not None:
         draft.refuse(name, "cls", problem)
-    for device in _shared_devices(spec, new):
-        problem = f"needs {device} for itself, which the run of before holds until the end: this is not supported yet"
-        draft.refuse(name, "resources.devices", problem)
     draft.update(new)
     live = draft.live.get(name)
     if live is None:
-        return
-    _plan_steps(draft, change, new, live)
+        _plan_replacement(draft, change, new)
+    else:
+        _plan_steps(draft, change, new, live)
 
 
 def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str] | None:
     """Return the field and the reason why there can be no swap at all."""
     name = change.component
     live = draft.live.get(name)
+    if spec.description is not None and spec.description.makes_time:
+        return "component", "cannot be swapped: simulated time goes on with it; it is exchanged with the stack"
     if name == draft.manager:
         return "component", "cannot be swapped: it carries out the swap; it is exchanged with the stack"
     if not spec.cls:
@@ -117,15 +126,35 @@ def _of_state(change: Swap, old: ComponentSpec, new: ComponentSpec) -> str | Non
 
 
 def _of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
-    both = (old.description, new.description)
-    if draft.architecture.simulated and any(description and description.in_step for description in both):
-        return "a member of simulated time cannot be swapped yet"
-    return None
+    """Return why one cannot go on where the other stopped, under simulated time."""
+    before, behind = old.description, new.description
+    if not draft.architecture.simulated or before is None or behind is None or before.in_step == behind.in_step:
+        return None
+    lives = "lives in simulated time, and the component by the wall clock"
+    if before.in_step:
+        lives = "lives by the wall clock, and the component in simulated time"
+    return f"{new.cls} {lives}: remove it, and add another"
 
 
-def _shared_devices(old: ComponentSpec, new: ComponentSpec) -> list[str]:
-    devices = [set(spec.description.resources.devices) if spec.description else set() for spec in (old, new)]
-    return sorted(devices[0] & devices[1])
+def _plan_replacement(draft: Draft, change: Swap, new: ComponentSpec) -> None:
+    """Start a component that does not run as the other that it is to be: there is nobody to take over from."""
+    name, stopped = new.name, LeaveStopped(new.name, new.host)
+    prepared = State.UNCONFIGURED if new.state is State.UNCONFIGURED else State.INACTIVE
+    start = RunProcess(name, new, prepared, afresh=not change.with_state)
+    draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))
+    if new.state is State.ACTIVE:
+        draft.steps.append(PlannedStep(name, "connect and activate", TakePart(name), stopped))
+    configured = new.state is not State.UNCONFIGURED
+    draft.live[name] = _view_of(ComponentView(name, 0, new.state, 0, {}, {}), new, connected=configured)
+
+
+def _view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True) -> ComponentView:
+    """Return how a component will be once it is as its new spec says."""
+    description = new.description
+    assert description is not None
+    values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters
+    topics = {port.name: new.connections.get(port.name, "") if connected else "" for port in description.ports}
+    return replace(live, parameters=values, connections=topics)
 
 
 def _plan_steps(draft: Draft, change: Swap, new: ComponentSpec, live: ComponentView) -> None:
@@ -144,13 +173,11 @@ def _plan_steps(draft: Draft, change: Swap, new: ComponentSpec, live: ComponentV
     draft.steps.append(
         PlannedStep(
             name,
-            f"hand over to {new.cls}" + ("" if with_state or not old or not old.stateful else ", without its state"),
+            f"hand over to {new.cls}"
+            + ("" if with_state or not old or not old.stateful else ", without its state")
+            + (", with a gap: it lets go first" if old and old.exclusive else ""),
             TakeOver(name, host, incumbent, live.state),
             GiveBack(name, host, incumbent),
         )
     )
-    description = new.description
-    assert description is not None
-    values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters
-    topics = {port.name: new.connections.get(port.name, "") for port in description.ports}
-    draft.live[name] = replace(live, parameters=values, connections=topics)
+    draft.live[name] = _view_of(live, new)

@@ -64,7 +64,9 @@ class Handover:
 class HandoverOffer:
     """What an incumbent would hand over: the reply to ``prepare``.
 
-    ``longest_handler`` is how long it may take to notice a ``pull``; ``writes`` has the encoding of each key it writes.
+    ``longest_handler`` is how long it may take to notice a ``pull``, and to let go of what it holds for itself;
+    ``writes`` has the encoding of each key it writes; ``now`` (nanoseconds) and ``tick`` are those of its clock, for a
+    successor in step with it.
     """
 
     component: str
@@ -77,6 +79,8 @@ class HandoverOffer:
     longest_handler: Seconds
     parameters: dict[str, PlainValue]
     writes: dict[str, str]
+    now: Count = 0
+    tick: Count | None = None
 
 
 @message("regraft/HeldSample")
@@ -93,7 +97,10 @@ class HeldSample:
 @message("regraft/StreamPlace")
 @dataclass(frozen=True, slots=True)
 class StreamPlace:
-    """How far one source on one key was handled; None if nothing was. ``wired`` as in docs/protocol.md, "Sequences"."""
+    """How far one source on one key was handled; None if nothing was. ``wired`` as in docs/protocol.md, "Sequences".
+
+    ``since`` is the first sequence of this incarnation, if it goes on with the numbering of another, else 0.
+    """
 
     key: str
     source: str
@@ -101,6 +108,7 @@ class StreamPlace:
     incarnation: Count
     handled: Count | None
     wired: bool
+    since: Count = 0
 
 
 @message("regraft/ServedClient")
@@ -123,7 +131,8 @@ class HandedOver:
     ``frozen_at`` is nanoseconds of the component's clock; ``writes`` the last sequence of every key ever written in
     ``epoch``; ``unhandled`` what had come but was not handled, without what the successor holds itself; ``inputs``
     per port its newest message, then what it keeps; ``asked`` the number of the last request made; ``reads`` every key
-    read; ``timers`` when each is due, in nanoseconds.
+    read; ``timers`` when each is due, in nanoseconds. ``advanced`` (in step only) is what it has published and not yet
+    acknowledged.
     """
 
     snapshot: Snapshot
@@ -139,3 +148,4 @@ class HandedOver:
     clients: tuple[ServedClient, ...]
     asked: Count
     timers: dict[str, Count]
+    advanced: dict[str, Count] = field(default_factory=dict)

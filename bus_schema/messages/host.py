@@ -143,8 +143,8 @@ class DescribedComponent:
 class StartComponent:
     """Start a component's process, also out of quarantine; ``incarnation`` None lets the host choose the next.
 
-    ``resume`` gives a new component the last checkpoint of the one of its name that was removed, or ran elsewhere.
-    ``leave_out`` numbers are left to runs that nobody may have heard of.
+    ``resume`` gives a new component the last checkpoint of the one of its name that was removed, or ran elsewhere;
+    ``afresh`` forgets the last checkpoint. ``leave_out`` numbers are left to runs that nobody may have heard of.
     """
 
     component: str
@@ -152,6 +152,7 @@ class StartComponent:
     term: Count | None = None
     resume: bool = False
     leave_out: Count = 0
+    afresh: bool = False
 
 
 @message("regraft/StopComponent")

@@ -101,6 +101,8 @@ class Questions:
             ward.history.pardon()
             if asked.resume:
                 ward.checkpoint = self._host.past.checkpoint(ward.spec.name)
+            if asked.afresh:
+                ward.checkpoint = b""
             ward.incarnation += asked.leave_out
             if asked.incarnation is not None:
                 ward.incarnation = max(ward.incarnation, asked.incarnation - 1)

@@ -6,9 +6,9 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
-from bus_schema.lifecycle import State
+from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.control import ControlCode
-from bus_schema.messages.handover import Handover, HandoverOffer, Role
+from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, Role
 from regraft.runtime import passing_on
 from regraft.runtime.held import First
 from regraft.runtime.lifecycle import TransitionFailed
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 CATCH_UP = 150_000_000
 """Nanoseconds of wall-clock time that an incumbent may take to handle what its successor does not hold."""
+CATCH_UP_IN_STEP = 500_000_000
+"""The same for what has to come first, in step: what has not come by then is not handed over."""
 DRAIN = 0.1
 """Seconds that it then lets services and handlers under way finish."""
 LOOK_EVERY = 0.001
@@ -36,6 +38,7 @@ class Incumbent:
         self._standing = standing
         self._barred = 0
         self._frozen_at = 0
+        self._let_go: HandedOver | None = None
 
     def prepare(self, asked: Handover) -> HandoverOffer:
         """Say what would be handed over; nothing changes."""
@@ -46,13 +49,16 @@ class Incumbent:
     def pull(self, asked: Handover) -> Pending | bytes:
         """Freeze and hand over, to a successor that was not given up; asked again, hand over again."""
         self._refuse_barred(asked)
+        if self._standing.role is Role.FROZEN:
+            return codec.encode(self._handed_over(asked))
         if self._standing.role is Role.WAITING or self._runtime.state not in (State.ACTIVE, State.INACTIVE):
             how = self._standing.role.value if self._standing.role is Role.WAITING else self._runtime.state.value
             raise ControlRefused(ControlCode.REFUSED, f"this run is {how}: there is nothing to hand over")
-        if self._standing.role is Role.FROZEN:
-            return self._handed_over(asked)
         return Pending(
-            lambda: self._has_caught_up(asked.first), lambda: self._freeze(asked), CATCH_UP, self._standing.stand_still
+            lambda: self._has_caught_up(asked.first),
+            lambda: self._freeze(asked),
+            CATCH_UP_IN_STEP if self._runtime.stepped else CATCH_UP,
+            self._standing.stand_still,
         )
 
     def _refuse_barred(self, asked: Handover) -> None:
@@ -60,6 +66,8 @@ class Incumbent:
             raise ControlRefused(ControlCode.REFUSED, f"incarnation {asked.peer} is no successor of this run any more")
 
     def _has_caught_up(self, first: First) -> bool:
+        if self._runtime.stepped:
+            return self._has_all(first)
         inbound = self._runtime.inbound
         for key, sources in first.items():
             if inbound.consumer_of(key) is None:
@@ -71,31 +79,55 @@ class Incumbent:
                     return False
         return True
 
+    def _has_all(self, first: First) -> bool:
+        """Tell whether all has come that the successor does not hold: in a slot nothing is handled, but handed over."""
+        runtime = self._runtime
+        for item in runtime.inbox.take_shelved():
+            runtime.take(item)
+        for key, sources in first.items():
+            for source, place in sources.items():
+                stream = runtime.inbound.streams.get((key, source))
+                if stream is None or not stream.wired or stream.epoch > place.epoch:
+                    continue
+                if stream.epoch < place.epoch or not stream.reaches(place.sequence - 1):
+                    return False
+        return True
+
     def _freeze(self, asked: Handover) -> bytes:
         """Take no more messages, finish what is under way, and return what is handed over."""
         self._refuse_barred(asked)
         runtime = self._runtime
+        if runtime.stepped and not self._has_all(asked.first):
+            raise ControlRefused(ControlCode.FAILED, "some of the messages that this run was sent have not come yet")
+        self._let_go = None
         self._frozen_at = runtime.clock.now()
         self._finish_answers()
         while (item := runtime.inbox.get(0.0)) is not None:
             self._put_aside(item)
         try:
             handed = self._handed_over(asked)
+            payload = codec.encode(handed)
         except Exception:
             self._standing.go_on()
             raise
         self._standing.role = Role.FROZEN
         self._standing.step_aside()
         self._standing.show()
-        return handed
+        if type(runtime.component).is_exclusive():
+            self._let_go = passing_on.hand_over(runtime, self._standing.held, {}, self._frozen_at)
+            runtime.lifecycle.let_go()
+        return payload
 
-    def _handed_over(self, asked: Handover) -> bytes:
-        handed = passing_on.hand_over(self._runtime, self._standing.held, asked.first, self._frozen_at)
-        return codec.encode(handed)
+    def _handed_over(self, asked: Handover) -> HandedOver:
+        if self._let_go is not None:
+            return self._let_go
+        return passing_on.hand_over(self._runtime, self._standing.held, asked.first, self._frozen_at)
 
     def _finish_answers(self) -> None:
         """Let what was begun for a message or request finish: that takes replies and time, nothing else."""
         runtime = self._runtime
+        if runtime.stepped:
+            return  # in a slot there is neither
         until = time.monotonic() + DRAIN
         while any(task.answers for task in runtime.tasks.alive) and time.monotonic() < until:
             item = runtime.inbox.get(LOOK_EVERY)
@@ -131,12 +163,27 @@ class Incumbent:
             raise ControlRefused(ControlCode.REFUSED, problem)
         if asked.incarnation:
             self._standing.become(asked.incarnation)
+        failed = self._take_hold_again() if self._let_go is not None else None
         passing_on.speak(runtime, runtime.identity.epoch)
         self._standing.be_live()
         runtime.herald.beat()
         self._standing.go_on()
         runtime.control.note_revision(asked.revision)
+        if failed is not None:
+            raise ControlRefused(ControlCode.FAILED, f"{failed}; now {runtime.state.value}")
         return {}
+
+    def _take_hold_again(self) -> Exception | None:
+        """Go on from what this run itself had handed over before it let go; returns why it could not."""
+        runtime, handed, self._let_go = self._runtime, self._let_go, None
+        assert handed is not None, "only a run that has let go takes hold again"
+        try:
+            runtime.lifecycle.perform(Transition.CONFIGURE)
+            passing_on.take_over(runtime, handed, self._standing.held, with_state=True)
+        except Exception as error:
+            runtime.herald.fault("resuming", error)
+            return error
+        return None
 
     def retire(self, _: Handover) -> Pending:
         """End a run that does not speak for its component."""

@@ -24,6 +24,7 @@ class Lifecycle:
         """Begin unconfigured."""
         self._runtime = runtime
         self._subscriptions: dict[str, Closable] = {}
+        self._connected = False
 
     def perform(self, transition: Transition) -> None:
         """Go through one transition.
@@ -58,7 +59,8 @@ class Lifecycle:
             self.perform(transition)
 
     def _configure(self, _: State) -> None:
-        self._connect()
+        if not self._connected:
+            self.connect()
         self._runtime.component.on_configure()
 
     def _activate(self, _: State) -> None:
@@ -81,6 +83,19 @@ class Lifecycle:
             self._runtime.component.on_deactivate()
         self._runtime.component.on_shutdown()
         self.disconnect()
+
+    def let_go(self) -> None:
+        """Deactivate and clean up, but stay on the bus: another run needs what this one holds for itself.
+
+        What an author's method raises is reported; whether all was let go shows when the other run is configured.
+        """
+        runtime = self._runtime
+        if runtime.state is State.ACTIVE:
+            self._stop_acting("the component is handed over")
+            runtime.guarded("on_deactivate", runtime.component.on_deactivate)
+            runtime.herald.say(state=State.INACTIVE)
+        runtime.guarded("on_cleanup", runtime.component.on_cleanup)
+        runtime.herald.say(state=State.UNCONFIGURED)
 
     def _pause(self, paused: bool) -> None:
         for port in self._runtime.inputs.values():
@@ -118,7 +133,9 @@ class Lifecycle:
 
     # --- ports on the bus ---
 
-    def _connect(self) -> None:
+    def connect(self) -> None:
+        """Put all ports on the bus, before the component is configured: nothing is handled until it is active."""
+        self._connected = True
         runtime = self._runtime
         connections = runtime.assignment.connections
         for name, port in runtime.inputs.items():
@@ -156,6 +173,7 @@ class Lifecycle:
 
     def disconnect(self) -> None:
         """Take all ports off the bus and forget what they received."""
+        self._connected = False
         runtime = self._runtime
         for name, port in runtime.inputs.items():
             for key in filter(None, (port.key, port.move.key if port.move else "")):

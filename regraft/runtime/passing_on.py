@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
 from regraft.bus import Sample
+from regraft.clock import SteppedClock
 from regraft.component import Component, class_path, restore_state
 from regraft.parameters import ParameterError
 from regraft.runtime.held import First, Held, envelope_of, is_held
@@ -29,9 +30,11 @@ def offer(runtime: Runtime) -> HandoverOffer:
         runtime.state,
         cls.snapshot is not Component.snapshot,
         cls.state_version,
-        cls.longest_handler,
+        cls.longest_handler * (2 if cls.is_exclusive() else 1),
         runtime.parameters.plain(),
         {key: writer.encoding for key, writer in runtime.writers.open_keys.items()},
+        runtime.clock.now(),
+        runtime.tick,
     )
 
 
@@ -67,12 +70,13 @@ def hand_over(runtime: Runtime, held: Held, first: First, frozen_at: int) -> Han
         runtime.parameters.plain(),
         runtime.writers.numbering(),
         tuple(runtime.inbound.consumers),
-        tuple(StreamPlace(*pair, s.epoch, s.incarnation, s.handled, s.wired) for pair, s in streams.items()),
+        tuple(StreamPlace(*pair, s.epoch, s.incarnation, s.handled, s.wired, s.since) for pair, s in streams.items()),
         tuple(HeldSample(*sample) for sample in (*early, *held.samples) if not _has(first, sample)),
         {name: _named(first, port.hand_over()) for name, port in runtime.inputs.items()},
         tuple(client for server in runtime.servers for client in server.hand_over()),
         runtime.caller.asked,
         {timer.name: timer.due for timer in runtime.timers.periodic},
+        dict(runtime.writers.advanced) if runtime.stepped else {},
     )
 
 
@@ -91,6 +95,13 @@ def _named(first: First, samples: tuple[HeldSample, ...]) -> tuple[HeldSample, .
     return (newest, *samples[1:])
 
 
+def set_clock(runtime: Runtime, now: int, tick: int | None) -> None:
+    """Live at the time of the incumbent, if this is a member of simulated time: nobody has told this run yet."""
+    if runtime.stepped and isinstance(runtime.clock, SteppedClock):
+        runtime.clock.advance_to(now)
+        runtime.tick = tick
+
+
 def take_over(runtime: Runtime, handed: HandedOver, held: Held, *, with_state: bool) -> int:
     """Go on where the incumbent froze; returns the nanoseconds for which nobody spoke for the component.
 
@@ -103,6 +114,7 @@ def take_over(runtime: Runtime, handed: HandedOver, held: Held, *, with_state: b
     _take_places(runtime, handed)
     _take_inputs(runtime, handed, held)
     speak(runtime, handed.epoch)
+    runtime.writers.advanced |= handed.advanced
     if handed.state is State.ACTIVE:
         runtime.lifecycle.perform(Transition.ACTIVATE)
         _take_timers(runtime, handed)
@@ -110,6 +122,7 @@ def take_over(runtime: Runtime, handed: HandedOver, held: Held, *, with_state: b
             server.begin_again()
     else:
         runtime.herald.beat()
+    _take_streams(runtime, handed)
     silent = runtime.clock.now() - handed.frozen_at
     recent = {id(sample) for sample in held.since_mark()}
     samples = held.take_all()
@@ -162,9 +175,14 @@ def _take_places(runtime: Runtime, handed: HandedOver) -> None:
     runtime.caller.go_on_from(handed.asked)
     for server in runtime.servers:
         server.take_over(client for client in handed.clients if client.service == server.name)
+
+
+def _take_streams(runtime: Runtime, handed: HandedOver) -> None:
+    """Go on with the streams of the inputs: behind activating them, for that begins them anew."""
     for p in handed.streams:
         if runtime.inbound.consumer_of(p.key) is not None:
-            runtime.inbound.go_on(p.key, p.source, Stream(p.epoch, p.incarnation, p.handled, p.wired))
+            stream = Stream(p.epoch, p.incarnation, p.handled, p.wired, since=p.since)
+            runtime.inbound.go_on(p.key, p.source, stream)
 
 
 def _take_inputs(runtime: Runtime, handed: HandedOver, held: Held) -> None:

@@ -44,15 +44,15 @@ class Runtime:
 
         Raises:
             ParameterError: the assignment's parameters do not fit the class.
-            BadMessage: it is to take over from another run, in simulated time.
+            BadMessage: it is to take over from another run, and makes simulated time go on.
         """
         self.assignment = assignment
         self.bus = bus
         self.clock = clock
         self.keys = Keys(assignment.system)
         self.stepped = assignment.simulated and cls.in_step
-        if self.stepped and assignment.succeeds is not None:
-            raise BadMessage("succeeds: a member of simulated time cannot take over from another run")
+        if cls.makes_time and assignment.succeeds is not None:
+            raise BadMessage("succeeds: a source of simulated time cannot take over from another run")
         of_class = declared(cls)
         self.parameters = ParameterSet(of_class.parameters)
         self.parameters.set(assignment.parameters, starting=True)

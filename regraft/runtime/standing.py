@@ -103,6 +103,9 @@ class Standing:
         for item in later:
             runtime.inbox.put(item)
         overheard, self._overheard = self._overheard, {}
+        numbering = runtime.writers.numbering()
+        # What the successor said counts, but nobody has acknowledged it.
+        runtime.writers.advanced |= {key: n for key, n in overheard.items() if n > numbering.get(key, 0)}
         runtime.writers.go_on_from(overheard)
 
     def become(self, incarnation: int) -> None:

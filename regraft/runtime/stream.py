@@ -20,7 +20,7 @@ class Stream:
     """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
 
     ``wired`` is set by the first marker. ``waiting`` holds what has arrived but may not be given out yet. ``since`` is
-    the first sequence heard of this incarnation, if it goes on with the numbering of another.
+    the first sequence of this incarnation that is known of, if it goes on with the numbering of another.
     """
 
     epoch: int = 0
@@ -42,7 +42,8 @@ class Stream:
             self.stale += 1
             return False
         if envelope.incarnation > self.incarnation:
-            self.since = envelope.sequence if envelope.epoch == self.epoch and envelope.kind is Kind.DATA else 0
+            behind = envelope.sequence + (envelope.kind is Kind.MARKER)
+            self.since = behind if envelope.epoch == self.epoch else 0
         if envelope.epoch > self.epoch:
             known = self.epoch > 0
             self.epoch = envelope.epoch

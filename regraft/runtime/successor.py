@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
 from bus_schema.errors import SchemaError
-from bus_schema.lifecycle import State
+from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
 from regraft.assignment import Succession
@@ -89,11 +89,15 @@ class Successor:
         problems = passing_on.misfits(self._runtime, offer, with_state=with_state)
         if problems:
             raise ControlRefused(ControlCode.REFUSED, *problems)
+        passing_on.set_clock(self._runtime, offer.now, offer.tick)
         return offer
 
     def _get_ready(self, epoch: int) -> None:
         runtime = self._runtime
-        runtime.lifecycle.reach(State.INACTIVE)
+        if type(runtime.component).is_exclusive():
+            runtime.lifecycle.connect()  # and is configured when the incumbent has let go
+        else:
+            runtime.lifecycle.reach(State.INACTIVE)
         name, own = runtime.assignment.name, runtime.assignment.incarnation
         runtime.herald.get_ready(Identity(name, own, own))
         runtime.caller.client = f"{name}-{epoch}"
@@ -114,7 +118,9 @@ class Successor:
             raise ControlRefused(ControlCode.FAILED, "the incumbent has not said yet what it hands over")
         else:
             self._pull(self._succession.incarnation, asked)
-        at_most = TAKE_OVER_WITHIN + round(self._longest_handler() * 1e9)
+        cls = type(self._runtime.component)
+        longest = self._longest_handler() + (cls.longest_handler if cls.is_exclusive() else 0.0)
+        at_most = TAKE_OVER_WITHIN + round(longest * 1e9)
         return Pending(lambda: self._outcome is not None, self._tell_outcome, at_most)
 
     def _longest_handler(self) -> float:
@@ -177,6 +183,8 @@ class Successor:
             with_state = self._succession.with_state
         if self._offer is not None and self._offer.cls == class_path(type(runtime.component)):
             passing_on.take_parameters(runtime, handed.parameters)
+        if runtime.state is State.UNCONFIGURED:
+            runtime.lifecycle.perform(Transition.CONFIGURE)
         silent = passing_on.take_over(runtime, handed, self._standing.held, with_state=with_state)
         return {"silent": silent / 1e9, "left_over": len(handed.unhandled)}
 

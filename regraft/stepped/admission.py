@@ -22,14 +22,14 @@ Decide = Callable[[ClockMember], bool]
 
 
 class Admission:
-    """Answers the queries ``admit`` and ``release``, on the source's thread, while a slot is granted."""
+    """Answers the queries ``admit``, ``release`` and ``succeed``, on the source's thread, while a slot is granted."""
 
-    def __init__(self, runtime: Runtime, admit: Decide, release: Decide) -> None:
-        """Ask ``admit`` and ``release``, which return whether the run is a member then."""
+    def __init__(self, runtime: Runtime, admit: Decide, release: Decide, succeed: Decide) -> None:
+        """Ask ``admit``, ``release`` and ``succeed``, which return whether the run is a member then."""
         self._runtime = runtime
         self._open = False
         self._released: set[tuple[str, int]] = set()
-        self._verbs: dict[str, Decide] = {"admit": admit, "release": release}
+        self._verbs: dict[str, Decide] = {"admit": admit, "release": release, "succeed": succeed}
 
     def declare(self) -> list[Closable]:
         """Be found on the bus."""
@@ -43,6 +43,11 @@ class Admission:
                 self._runtime.post(lambda: self._answer(verb, query))
 
         return take
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a slot is granted."""
+        return self._open
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -59,7 +64,7 @@ class Admission:
 
     def _answer(self, verb: str, query: Query) -> None:
         if not self._open:
-            _refuse(query, ControlCode.REFUSED, "members are admitted and released in a slot only")
+            _refuse(query, ControlCode.REFUSED, "members are admitted, released and succeeded in a slot only")
             return
         try:
             run = codec.decode(query.payload, ClockMember)

@@ -17,7 +17,7 @@ from regraft.bus import Closable, Presence, Sample
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.admission import Admission
 from regraft.stepped.errands import STEP_BOUND, Errands, Moment
-from regraft.stepped.living import Living
+from regraft.stepped.living import Living, Run
 from regraft.stepped.roster import MemberState, Pair, Roster
 from regraft.stepped.run_report import RunReport
 from regraft.stepped.slot import hold_slot
@@ -28,6 +28,7 @@ from regraft.stepped.wiring import same_wiring, wiring_of
 MARK_AGAIN_AFTER = 0.1
 WIRED_WITHIN = 5.0
 MOST_ROUNDS = 32
+RUN_ENDED = "its run has ended"
 
 M = TypeVar("M")
 
@@ -49,7 +50,8 @@ class Coordinator:
         self._name = runtime.assignment.name
         self._living = Living()
         self._joining: dict[str, Join] = {}
-        self._admission = Admission(runtime, self._admit, self._release)
+        self._admission = Admission(runtime, self._admit, self._release, self._succeed)
+        self._ended_in_slot: set[Run] = set()
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
@@ -131,7 +133,10 @@ class Coordinator:
             del self._joining[name]
         member = self.roster.members.get(name)
         if member is not None and member.incarnation == incarnation:
-            self._drop(name, "its run has ended")
+            if self._admission.is_open and not self._errands.awaits(name):
+                self._ended_in_slot.add((name, incarnation))  # another run may be about to go on in its place
+            else:
+                self._drop(name, RUN_ENDED)
 
     def _drop(self, name: str, why: str) -> None:
         self.roster.remove(name)
@@ -163,6 +168,16 @@ class Coordinator:
             self.roster.leave(run.member)
             self._forget(run.member)
         return False
+
+    def _succeed(self, run: ClockMember) -> bool:
+        """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
+        member = self.roster.members.get(run.member)
+        if member is None:
+            return self._admit(run)
+        if run.incarnation > member.incarnation and self._living.has((run.member, run.incarnation)):
+            self._joining.pop(run.member, None)
+            member.succeed(run.incarnation)
+        return member.incarnation == run.incarnation
 
     def take_in(self) -> None:
         """Take in who asked to join, and wire them; between ticks only."""
@@ -287,7 +302,15 @@ class Coordinator:
         self._errands.send({member.name: StepKind.SLOT}, outside=outside)
         with self._admission.opened():
             touched = self._collect([member.name], bounded=False)
+        self._drop_ended()
         return touched if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
+
+    def _drop_ended(self) -> None:
+        ended, self._ended_in_slot = self._ended_in_slot, set()
+        for name, incarnation in sorted(ended):
+            member = self.roster.members.get(name)
+            if member is not None and member.incarnation == incarnation:
+                self._drop(name, RUN_ENDED)
 
     def _slot_local(self) -> tuple[str, ...]:
         outside = tuple(sorted(self.local.outside))

@@ -44,6 +44,10 @@ class Errands:
         if step is not None and ack.incarnation == step.incarnation and ack.number == step.number:
             self._acks[ack.member] = ack
 
+    def awaits(self, name: str) -> bool:
+        """Tell whether a member's acknowledgement is waited for."""
+        return name in self._steps and name not in self._acks
+
     def forget(self, name: str) -> None:
         """Wait for a member no longer."""
         self._steps.pop(name, None)

@@ -30,6 +30,10 @@ class Living:
         self._runs.add(run)
         return self._early.pop(run, None)
 
+    def has(self, run: Run) -> bool:
+        """Tell whether a run's token is there."""
+        return run in self._runs
+
     def vanished(self, run: Run) -> None:
         """Note that a token has gone."""
         self._runs.discard(run)

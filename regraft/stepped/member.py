@@ -38,9 +38,9 @@ class Member:
         self._line = ClockLine(runtime.bus)
         self._keys = runtime.keys
         self._name = runtime.assignment.name
-        self._incarnation = runtime.assignment.incarnation
         self._step: Step | None = None
         self._begun = 0
+        self._stepped_as = self._incarnation
         self._last_ack: Ack | None = None
         self._told: Wiring | None = None
         self._started = False
@@ -48,21 +48,31 @@ class Member:
         self._next_join = 0.0
         self._next_want = 0.0
 
+    @property
+    def _incarnation(self) -> int:
+        """As which this run is known now: one that was handed over from and goes on again has a new one."""
+        return self._runtime.assignment.incarnation
+
     def run(self) -> None:
         """Join and work until the component is finalized."""
         runtime = self._runtime
         runtime.take_in = self._shelve
-        runtime.declare()
-        self._configure()
         step_key = self._keys.clock(f"step/{self._name}")
         runtime.direct[step_key] = self._take_step
+        declared = [runtime.bus.subscribe(step_key, runtime.inbox.put)]
+        if runtime.assignment.succeeds is None:
+            runtime.declare()
+            self._configure()
+        else:
+            runtime.handover.stand_by()
+            self._started = True
         runtime.marker_listeners.append(self._saw_marker)
-        declared = [
-            runtime.bus.subscribe(step_key, runtime.inbox.put),
-            runtime.bus.watch(self._keys.clock("alive/*"), lambda p: runtime.post(lambda: self._coordinator(p))),
-        ]
+        declared.append(
+            runtime.bus.watch(self._keys.clock("alive/*"), lambda p: runtime.post(lambda: self._coordinator(p)))
+        )
         while runtime.state is not State.FINALIZED:
-            self._pump_once()
+            if self._step is None:
+                self._pump_once()
             if self._step is not None:
                 step, self._step = self._step, None
                 self._perform(step)
@@ -137,6 +147,9 @@ class Member:
             return
         if step.incarnation != self._incarnation:
             return
+        if step.incarnation != self._stepped_as:
+            # The steps of the run between, which this one had handed over to, were not numbered with its own.
+            self._stepped_as, self._begun, self._last_ack = step.incarnation, 0, None
         if self._last_ack is not None and step.number == self._last_ack.number:
             self._line.put(self._keys.clock("ack"), self._last_ack)
         elif step.kind is StepKind.WELCOME or step.number > self._begun:
@@ -157,6 +170,8 @@ class Member:
             self._mark(step.marks)
         elif step.kind is StepKind.STEP:
             error = self._work(step)
+        elif step.kind is StepKind.REPORT:
+            self._settle()  # whoever took over in the slot may have begun heavy work
         elif step.kind is StepKind.SLOT:
             self._clock.advance_to(step.time)
             touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)

@@ -35,6 +35,10 @@ class MemberState:
     gone: set[str] = field(default_factory=set)
     wanted: tuple[str, ...] | None = None
 
+    def succeed(self, incarnation: int) -> None:
+        """Be another run of the component, with all that this one still has to handle."""
+        self.incarnation, self.wanted = incarnation, None
+
     def begin_step(self) -> Frontier:
         """Return what is to be handled in the step that begins now; from here on, nothing is pending."""
         frontier, self.pending = self.pending, {}

@@ -29,6 +29,7 @@ class TimeSource(Component):
     """A component that advances simulated time, tick by tick."""
 
     indispensable = "without it simulated time does not go on"
+    makes_time = True
 
     tick_rate = Parameter(
         20.0, "world ticks per simulated second", minimum=1.0, maximum=1000.0, unit="Hz", read_only=True

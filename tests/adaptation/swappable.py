@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
-from regraft import Input, Output, Parameter, service
+from regraft import Component, Input, Output, Parameter, service
 from tests.handover.parts import Ask, Item, Totaller
 
 
@@ -64,7 +63,7 @@ class Lame(Totaller):
         raise RuntimeError("cannot get up")
 
 
-class Holder(Totaller):
-    """Needs a device for itself."""
+class Onlooker(Component):
+    """Lives by the wall clock, also under simulated time."""
 
-    resources = Resources(devices=("arm",))
+    in_step = False

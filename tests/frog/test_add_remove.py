@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.perception import Detect, Detections, Sightings
-from tests.frog.frog import STACK, Frog, Run, run_frog, speed_of
+from tests.frog.frog import Frog, speed_of
+from tests.frog.scripted import twice
 from tests.kit.site import wait_until
 
 SECOND_DETECTOR = {
@@ -52,32 +51,6 @@ DETECTOR = {
 NO_EXPLORER = {"change": "remove", "component": "explorer"}
 
 
-def _run(folder: Path, stack: str, seconds: float, script: list[Any]) -> tuple[Run, list[str]]:
-    """Run a stack of FROG's with a changer in it; returns how it ended, and what became of the adaptations."""
-    folder.mkdir()
-    for part in STACK.iterdir():
-        if part.suffix != ".yaml":
-            (folder / part.name).symlink_to(part)
-    (folder / "script.json").write_text(json.dumps(script))
-    changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
-    (folder / "stack.yaml").write_text((STACK / stack).read_text() + changer)
-    run = run_frog(folder / "home", seconds, "--speed", "max", stack=folder / "stack.yaml")
-    log = next((folder / "home").glob("*/logs/changer.log")).read_text()
-    return run, [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
-
-
-def _twice(tmp_path: Path, stack: str, seconds: float, script: list[Any]) -> Run:
-    (first, said), (second, said_again) = (_run(tmp_path / name, stack, seconds, script) for name in ("one", "two"))
-    adaptations = [line for line in said if line.startswith("adaptation")]
-    assert [line.split()[1] for line in adaptations] == ["applied"] * len(script), said
-    assert len(said) == len(script) + sum(bool(service) for *_, service in script)
-    assert said == said_again
-    assert first.summary["reproducible"] is True, first.errors
-    assert first.summary["dropped"] == []
-    assert first.summary["digest"] == second.summary["digest"], second.errors
-    return first
-
-
 def test_a_second_detector_comes_and_goes_while_frog_drives(frog: Frog) -> None:
     velocity = frog.listen("velocity", Twist)
     wait_until(lambda: any(speed_of(twist) > 0.1 for twist in velocity), "the robot to drive")
@@ -108,9 +81,9 @@ def test_equal_runs_in_which_a_component_comes_and_goes_are_equal(tmp_path: Path
         [9.0, [NO_SECOND_DETECTOR], ""],
         [10.0, [SECOND_DETECTOR], "corner_detect"],
     ]
-    _twice(tmp_path, "stack.yaml", 15, script)
+    twice(tmp_path, "stack.yaml", 15, script)
 
 
 def test_from_exploring_to_detecting_in_one_adaptation_and_equal_runs_are_equal(tmp_path: Path) -> None:
-    run = _twice(tmp_path, "explore.yaml", 12, [[5.0, [NO_EXPLORER, CAMERA, DETECTOR], "detect"]])
+    run = twice(tmp_path, "explore.yaml", 12, [[5.0, [NO_EXPLORER, CAMERA, DETECTOR], "detect"]])
     assert run.code == 0, run.errors

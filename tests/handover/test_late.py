@@ -46,3 +46,19 @@ def test_the_run_before_cannot_go_on_where_the_next_one_is_heard() -> None:
             put(rig, before, -number % 100)
         put(rig, after, 3)
         assert [item.number for item in said] == [1, 2, 3]
+
+
+def test_late_messages_are_handled_too_where_a_marker_of_the_next_run_came_first() -> None:
+    with Rig() as rig:
+        rig.add(Totaller)
+        said = rig.collect("totals", Item)
+        before, after = writer(rig, 1, 0), writer(rig, 2, 3)
+        before.mark()
+        put(rig, before, 1)
+        after.mark()
+        rig.settle()
+        for number in (2, 3):
+            put(rig, before, number)
+        put(rig, before, 99)
+        put(rig, after, 4)
+        assert [item.number for item in said] == [1, 2, 3, 4]

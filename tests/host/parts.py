@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from bus_schema.annotations import Count
 from bus_schema.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
-from tests.handover.parts import Sink, Totaller
+from tests.handover.parts import Item, Sink, Totaller
 
 
 @message("host_tests/Tick")
@@ -176,3 +176,15 @@ class Listener(Component):
 
     def snapshot(self) -> dict[str, int]:
         return {"heard": self.heard, "wrong": self.wrong}
+
+
+class DyingTotaller(Totaller):
+    """Keeps checkpoints, and dies again and again."""
+
+    checkpoint_every = 0.02
+
+    @Totaller.items.handler
+    def add(self, item: Item) -> None:
+        super().add(item)
+        if item.number > 2000:
+            os._exit(1)

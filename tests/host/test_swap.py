@@ -19,7 +19,7 @@ from bus_schema.adaptation import (
     Swap,
 )
 from bus_schema.lifecycle import Transition
-from bus_schema.messages.host import ProcessStatus
+from bus_schema.messages.host import ProcessState, ProcessStatus
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
@@ -89,6 +89,11 @@ def faults(system: System) -> tuple[int, int, int, int]:
 NOTHING = (0, 0, 0, 0)
 
 
+def speaks_again(system: System, before: ProcessStatus) -> ProcessStatus:
+    """Wait until the host has told that the process of before speaks for its component; returns its status."""
+    return system.wait_for(before.component, lambda p: (p.pid, p.begun) == (before.pid, before.begun), "as before")
+
+
 def test_another_class_goes_on_with_the_state_and_nobody_misses_anything(running: System) -> None:
     before = running.processes()["totaller"]
     swapped = adapt(running, DOUBLER)
@@ -119,6 +124,26 @@ def test_the_same_class_is_configured_otherwise(running: System) -> None:
     assert adapt(running, SetParameters("totaller", {"offset": 1})).outcome is Outcome.APPLIED
 
 
+def test_what_is_quarantined_is_replaced_and_goes_on_from_its_checkpoint(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
+    dying = "{class: 'tests.host.parts:DyingTotaller', restart: {when: always, limit: 1, window: 30.0}}"
+    system = start(STACK.replace("{class: 'tests.handover.parts:Totaller', parameters: {offset: 3}}", dying))
+    system.wait_running("totaller")
+    calls = [system.client.call("count", Ask(), Item, PATIENCE).total for _ in range(3)]
+    system.wait_for("totaller", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    system.wait_running("adaptation_manager")
+    refused = adapt(system, SetParameters("totaller", {"offset": 1}))
+    assert "start or swap it first" in refused.violations[0].problem
+    report = adapt(system, DOUBLER)
+    assert report.outcome is Outcome.APPLIED, report
+    assert system.wait_running("totaller", 3).restarts == 1
+    hears_on(system, 50)
+    assert system.client.call("double", Ask(21), Item, PATIENCE) == Item(42)
+    assert system.client.call("count", Ask(), Item, PATIENCE).total == calls[-1] + 1
+
+
 # --- what goes wrong ---
 
 
@@ -136,8 +161,7 @@ def test_a_successor_that_is_lost_on_the_way_is_not_missed(running: System, cls:
     report = adapt(running, Swap("totaller", cls))
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert text in report.error
-    after = running.processes()["totaller"]
-    assert (after.pid, after.begun) == (before.pid, 1)
+    speaks_again(running, before)
     assert children_of(running.process.pid) == processes
     hears_on(running, 50)
     assert faults(running) == NOTHING
@@ -153,9 +177,9 @@ def test_a_later_failure_gives_the_living_state_back_to_the_process_of_before(ru
     assert report.outcome is Outcome.REJECTED, report
     report = adapt(running, DOUBLER, Swap("sink", "tests.host.parts:LameSink"))
     assert report.outcome is Outcome.ROLLED_BACK, report
+    speaks_again(running, before)
+    wait_until(lambda: running.client.view("totaller").incarnation == running.processes()["totaller"].incarnation > 2)
     after = running.processes()["totaller"]
-    assert (after.pid, after.begun) == (before.pid, 1)
-    assert running.client.view("totaller").incarnation == after.incarnation
     hears_on(running, 50)
     assert faults(running) == NOTHING
     os.kill(after.pid, signal.SIGKILL)
@@ -205,8 +229,7 @@ def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: S
     os.kill(before["adaptation_manager"].pid, signal.SIGKILL)
     running.wait_running("adaptation_manager", 2)
     assert line_of(running, pending).outcome is Outcome.ROLLED_BACK
-    after = running.processes()["totaller"]
-    assert (after.pid, after.begun) == (before["totaller"].pid, 1)
+    speaks_again(running, before["totaller"])
     wait_until(lambda: beside(running) == ())
     hears_on(running, 50)
     assert faults(running) == NOTHING

@@ -140,8 +140,8 @@ def test_who_is_started_and_ended_in_slots_leaves_equal_runs_equal_and_loses_not
     assert len(runs) == 1
 
 
-@pytest.mark.parametrize("verb", ["admit", "release"])
-def test_nobody_is_admitted_or_released_outside_of_a_slot(steps: StepSite, verb: str) -> None:
+@pytest.mark.parametrize("verb", ["admit", "release", "succeed"])
+def test_nobody_is_admitted_released_or_succeeded_outside_of_a_slot(steps: StepSite, verb: str) -> None:
     steps.start(Adviser, "adviser")
     steps.start_world(TinyWorld, ("adviser",), 3600.0)
     steps.wait_for_time(1.0)

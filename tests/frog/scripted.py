@@ -1,0 +1,35 @@
+"""Runs of FROG in which a changer carries out a script of adaptations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tests.frog.frog import STACK, Run, run_frog
+
+
+def scripted(folder: Path, stack: str, seconds: float, script: list[Any]) -> tuple[Run, list[str]]:
+    """Run a stack of FROG's with a changer in it; returns how it ended, and what became of the adaptations."""
+    folder.mkdir()
+    for part in STACK.iterdir():
+        if part.suffix != ".yaml":
+            (folder / part.name).symlink_to(part)
+    (folder / "script.json").write_text(json.dumps(script))
+    changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
+    (folder / "stack.yaml").write_text((STACK / stack).read_text() + changer)
+    run = run_frog(folder / "home", seconds, "--speed", "max", stack=folder / "stack.yaml")
+    log = next((folder / "home").glob("*/logs/changer.log")).read_text()
+    return run, [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
+
+
+def twice(tmp_path: Path, stack: str, seconds: float, script: list[Any]) -> Run:
+    (first, said), (second, said_again) = (scripted(tmp_path / name, stack, seconds, script) for name in ("one", "two"))
+    adaptations = [line for line in said if line.startswith("adaptation")]
+    assert [line.split()[1] for line in adaptations] == ["applied"] * len(script), said
+    assert len(said) == len(script) + sum(bool(service) for *_, service in script)
+    assert said == said_again
+    assert first.summary["reproducible"] is True, first.errors
+    assert first.summary["dropped"] == []
+    assert first.summary["digest"] == second.summary["digest"], second.errors
+    return first
