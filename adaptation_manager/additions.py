@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from adaptation_manager.controls import ControlFailed
 from adaptation_manager.hosts import Hosts
-from bus_schema.adaptation import AdaptationRequest, Add, Swap, Violation
+from bus_schema.adaptation import AdaptationRequest, Add, Change, Move, Swap, Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import DescribedComponent
 from bus_schema.suggestions import instead_of
@@ -25,7 +25,7 @@ async def described_additions(
         if isinstance(change, Add):
             wanted: ComponentSpec | None = replace(change.spec, name=change.component)
         else:
-            wanted = _successor(change, architecture) if isinstance(change, Swap) else None
+            wanted = _successor(change, architecture, hosts)
         if wanted is None:
             continue
         violations = _of_spec(wanted, architecture)
@@ -51,10 +51,18 @@ def _of_spec(spec: ComponentSpec, architecture: Architecture) -> list[Violation]
     return []
 
 
-def _successor(change: Swap, architecture: Architecture) -> ComponentSpec | None:
-    """Return what a swap starts, with all parameters of before: the host takes those that decide on its ports."""
+def _successor(change: Change, architecture: Architecture, hosts: Hosts) -> ComponentSpec | None:
+    """Return what a swap or move starts, with all parameters of before: the host takes those that decide on its ports.
+
+    None for what can only be refused, and for what is started on another host because its own is lost.
+    """
     spec = architecture.components.get(change.component)
     if spec is None or not spec.cls:
+        return None
+    if isinstance(change, Move):
+        stays = spec.host in (change.host, *hosts.lost) or change.host in hosts.absent()
+        return None if stays else replace(spec, host=change.host, description=None)
+    if not isinstance(change, Swap):
         return None
     return replace(
         spec,

@@ -101,6 +101,7 @@ class Carrying:
             violations=found,
             error=self.transaction.error,
         )
+        self.all_ended = not self.site.unfinished
         self.books.ended(self.report)
         return self.report
 

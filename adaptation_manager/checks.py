@@ -202,5 +202,5 @@ def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
             return index
     if same:
         return same[-1]
-    elsewhere = [index for index, change in enumerate(changes) if isinstance(change, Add | Remove)]
+    elsewhere = [index for index, change in enumerate(changes) if isinstance(change, Add | Remove | Move)]
     return elsewhere[0] if len(elsewhere) == 1 else None

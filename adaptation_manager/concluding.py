@@ -31,7 +31,8 @@ async def clear_up(site: Site, tell: Callable[[str, str], object]) -> bool:
     for name in sorted(site.controls.processes):
         component = name.removesuffix(BESIDE)
         if component != name and component in site.after.components:
-            all_ended &= await retire_or_tell(site, component, site.after.components[component].host, tell)
+            host = site.hosts.where(site.controls.processes[name]) or site.after.components[component].host
+            all_ended &= await retire_or_tell(site, component, host, tell)
     return all_ended
 
 

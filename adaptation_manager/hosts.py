@@ -23,6 +23,7 @@ from bus_schema.messages.host import (
     LogLines,
     LogRequest,
     OtherHost,
+    ProcessState,
     ProcessStatus,
     StartComponent,
     StartSuccessor,
@@ -49,17 +50,22 @@ class Update:
 
     waiting: dict[str, Waiting[list[Answer]]]
     learn: Callable[[HostStatus], object]
+    left: frozenset[str] = frozenset()
+    """The hosts that only lose components: one that does not answer learns of it by joining again."""
 
     async def processes(self) -> dict[str, ProcessStatus]:
         """Return the processes that the hosts run now that they have the specs; raises ControlFailed."""
         processes, failures = await self.answers()
+        for host in self.left & failures.keys():
+            if isinstance(failures[host], NoAnswer):
+                del failures[host]
         if failures:
             raise ControlFailed("; ".join(map(str, failures.values())), next(iter(failures.values())).code)
         return processes
 
     async def answers(self) -> tuple[dict[str, ProcessStatus], dict[str, ControlFailed]]:
         """Return the processes of the hosts that answered, and what went wrong with the others."""
-        processes: dict[str, ProcessStatus] = {}
+        told: list[HostStatus] = []
         failures: dict[str, ControlFailed] = {}
         for host, waiting in self.waiting.items():
             try:
@@ -68,14 +74,29 @@ class Update:
                 failures[host] = error
                 continue
             self.learn(status)
-            processes |= runs_of(status)
-        return processes, failures
+            told.append(status)
+        return runs_of(*told), failures
 
 
-def runs_of(status: HostStatus) -> dict[str, ProcessStatus]:
-    """Return a host's processes by component, those that stand beside one under its name and a plus sign."""
-    beside = {f"{process.component}{BESIDE}": process for process in status.beside}
-    return {process.component: process for process in status.processes} | beside
+def runs_of(*told: HostStatus) -> dict[str, ProcessStatus]:
+    """Return hosts' processes by component, those that stand beside one under its name and a plus sign.
+
+    Where two hosts each have a run that speaks for a component, one of them has not heard yet that it is succeeded.
+    """
+    speaking: dict[str, ProcessStatus] = {}
+    beside: dict[str, ProcessStatus] = {}
+    for process in sorted((p for status in told for p in status.processes), key=_rank):
+        former = speaking.get(process.component)
+        if former is not None and former.pid:
+            beside[f"{process.component}{BESIDE}"] = former
+        speaking[process.component] = process
+    for process in sorted((p for status in told for p in status.beside), key=_rank):
+        beside[f"{process.component}{BESIDE}"] = process
+    return speaking | beside
+
+
+def _rank(process: ProcessStatus) -> tuple[bool, int]:
+    return bool(process.pid), process.incarnation
 
 
 class Hosts:
@@ -90,6 +111,7 @@ class Hosts:
         self.silent: frozenset[str] = frozenset()
         self.others: dict[str, OtherHost] = {}
         self.term = 0
+        self._told: dict[str, HostStatus] = {}
         self._within = within
         self._kit = kit
         self._keys = Keys(kit.system)
@@ -119,9 +141,33 @@ class Hosts:
     # --- who is there ---
 
     def _learn(self, status: HostStatus) -> None:
+        self._told[status.host] = status
         if status.host == FIRST:
             self.others = {other.host: other for other in status.others}
             self.names = tuple(sorted({*self.names, *self.others}))
+
+    def runs(self, component: str) -> list[tuple[str, ProcessStatus]]:
+        """Return the runs of a component that have not ended, each with its host, as the hosts told last."""
+        return [
+            (host, process)
+            for host, status in sorted(self._told.items())
+            if host not in self.lost
+            for process in _all_of(status)
+            if process.component == component and process.state is not ProcessState.STOPPED
+        ]
+
+    def where(self, process: ProcessStatus) -> str | None:
+        """Return the host that told of a process last."""
+        for host, status in self._told.items():
+            if any((p.component, p.begun) == (process.component, process.begun) for p in _all_of(status)):
+                return host
+        return None
+
+    def known(self, component: str) -> dict[str, ProcessStatus]:
+        """Return the runs of a component, by its name and with a plus sign, as the hosts told last."""
+        table = runs_of(*(status for host, status in self._told.items() if host not in self.lost))
+        names = (component, f"{component}{BESIDE}")
+        return {name: table[name] for name in names if name in table}
 
     def is_there(self, host: str) -> bool:
         """Tell whether a host is part of the system now, as far as is known."""
@@ -163,22 +209,20 @@ class Hosts:
 
         A host that is silent concerns only its own components. Raises ControlFailed if one refuses.
         """
-        told: dict[str, ProcessStatus] = {}
         asked: set[str] = set()
         answered: set[str] = set()
         # The first host may tell of some that were not there, or not known, before.
         while names := {name for name in self.names if self.is_there(name)} - asked:
             asked |= names
             update = self._update({name: UpdateSpecs(revision, term=self.term) for name in names})
-            processes, failures = await update.answers()
+            _, failures = await update.answers()
             for error in failures.values():
                 if not isinstance(error, NoAnswer):
                     raise error
             answered |= names - failures.keys()
-            told |= processes
         self.silent = frozenset(set(self.names) - answered)
         elsewhere = {p.component: p for host in self.others.values() for p in host.processes}
-        return elsewhere | told
+        return elsewhere | runs_of(*(self._told[name] for name in sorted(answered)))
 
     async def give(self, update: UpdateSpecs) -> dict[str, ProcessStatus]:
         """Give an update to the hosts it concerns; returns the processes that these then run. Raises ControlFailed."""
@@ -187,21 +231,25 @@ class Hosts:
     def begin_giving(self, update: UpdateSpecs) -> Update:
         """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
 
-        A spec concerns its host, and the first one, which gives it to a host that joins again; topics, and that
-        components are not there any more, concern all. Who is not there is told when it joins.
+        A spec concerns its host, any other that has a run of the component, and the first one, which gives it to a
+        host that joins again; topics, and that components are not there any more, concern all. Who is not there is
+        told when it joins.
         """
         update = replace(update, term=self.term)
         of_all = update.removed or update.topics or update.removed_topics
         concerned = {*self.names} if of_all else {spec.host for spec in update.specs}
         if self.others and update.specs:
             concerned.add(FIRST)
-        return self._update(
+        has_run = {spec.name: {host for host, _ in self.runs(spec.name)} for spec in update.specs}
+        left = set().union(*has_run.values()) - concerned
+        asked = self._update(
             {
-                host: replace(update, specs=tuple(s for s in update.specs if host in (s.host, FIRST)))
-                for host in concerned
+                host: replace(update, specs=tuple(s for s in update.specs if host in (s.host, FIRST, *has_run[s.name])))
+                for host in concerned | left
                 if self.is_there(host)
             }
         )
+        return replace(asked, left=frozenset(left))
 
     async def describe(self, spec: ComponentSpec, context: dict[str, PlainValue]) -> DescribedComponent:
         """Ask a component's host what the component would be, and give in ``context``; raises ControlFailed."""
@@ -216,23 +264,35 @@ class Hosts:
         """Have a component's process started; returns the processes of the host. Raises ControlFailed."""
         message = StartComponent(component, term=self.term, resume=resume, leave_out=leave_out, afresh=afresh)
         asked = self._ask(host, "start", codec.encode(message))
-        return runs_of(_read(host, "start", await asked, HostStatus))
+        status = _read(host, "start", await asked, HostStatus)
+        self._learn(status)
+        return runs_of(status)
 
-    async def succeed(self, spec: ComponentSpec, incumbent: int, with_state: bool) -> dict[str, ProcessStatus]:
-        """Have a successor started beside a component's run; returns the host's processes. Raises ControlFailed."""
+    async def succeed(self, spec: ComponentSpec, incumbent: int, home: str, with_state: bool) -> None:
+        """Have a successor started beside a component's run, which is on the host ``home``; raises ControlFailed."""
         wanted = StartSuccessor(spec, incumbent, with_state, self.term)
-        asked = self._ask(spec.host, "succeed", codec.encode(wanted))
-        return runs_of(_read(spec.host, "succeed", await asked, HostStatus))
+        if home != spec.host:
+            if not self.is_there(spec.host):
+                raise NoAnswer(self.why_not_there(spec.host))
+            kept = await self._succeed(home, wanted)
+            wanted = replace(wanted, incarnation=_highest(kept, spec.name))
+        await self._succeed(spec.host, wanted)
+
+    async def _succeed(self, host: str, wanted: StartSuccessor) -> HostStatus:
+        asked = self._ask(host, "succeed", codec.encode(wanted))
+        status = _read(host, "succeed", await asked, HostStatus)
+        self._learn(status)
+        return status
 
     async def let_speak(
-        self, component: str, host: str, begun: int, above: int | None = None
-    ) -> dict[str, ProcessStatus]:
-        """Tell a host which run speaks for a component; returns its processes. Raises ControlFailed.
+        self, component: str, host: str, begun: int, above: int | None = None, elsewhere: str = ""
+    ) -> None:
+        """Tell a host which run speaks for a component, its own or one ``elsewhere``; raises ControlFailed.
 
         ``above`` makes it speak as another incarnation, higher than that.
         """
-        asked = self._ask(host, "speak", codec.encode(LetSpeak(component, begun, above, self.term)))
-        return runs_of(_read(host, "speak", await asked, HostStatus))
+        asked = self._ask(host, "speak", codec.encode(LetSpeak(component, begun, above, self.term, elsewhere)))
+        self._learn(_read(host, "speak", await asked, HostStatus))
 
     async def stop(self, component: str, host: str, grace: float, begun: int | None = None) -> None:
         """Have a component's process ended, by force after ``grace`` seconds; raises ControlFailed.
@@ -240,7 +300,7 @@ class Hosts:
         ``begun`` names a run, by the incarnation as which it was started; None means who speaks for the component.
         """
         asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term, begun)))
-        _read(host, "stop", await asked, HostStatus)
+        self._learn(_read(host, "stop", await asked, HostStatus))
 
     async def last_line(self, component: str, host: str) -> str:
         """Return the last line of a component's log, empty if there is none or the host does not say."""
@@ -250,6 +310,14 @@ class Hosts:
         except ControlFailed:
             return ""
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+
+def _all_of(status: HostStatus) -> tuple[ProcessStatus, ...]:
+    return (*status.processes, *status.beside)
+
+
+def _highest(status: HostStatus, component: str) -> int:
+    return max(process.highest for process in _all_of(status) if process.component == component)
 
 
 def _read(host: str, verb: str, answers: list[Answer], cls: type[M]) -> M:

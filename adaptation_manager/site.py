@@ -11,6 +11,7 @@ from adaptation_manager.controls import BESIDE, Controls
 from adaptation_manager.hosts import Hosts
 from bus_schema.adaptation import Outcome
 from bus_schema.architecture import Architecture
+from bus_schema.messages.host import ProcessStatus
 
 if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
@@ -30,7 +31,8 @@ class Bounds:
 class Site:
     """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot.
 
-    ``state_lost`` are the components that go on without what they knew last: the run of before was lost.
+    ``state_lost`` are the components that go on without what they knew last: the run of before was lost. ``unfinished``
+    is set if something is left that could not be ended: it does nothing, and is ended once its host answers.
     """
 
     kit: Kit
@@ -42,6 +44,7 @@ class Site:
     after: Architecture
     revision: int
     state_lost: set[str] = field(default_factory=set)
+    unfinished: bool = False
 
     @property
     def loss(self) -> str:
@@ -58,13 +61,13 @@ class Site:
         """Ask the hosts which processes run now; of a host that is silent, what it said last holds. ControlFailed."""
         known = self.controls.processes
         told = await self.hosts.processes(self.before.revision)
-        silent = {name: process for name, process in known.items() if self._host(name) in self.hosts.silent}
+        silent = {name: process for name, process in known.items() if self._host(name, process) in self.hosts.silent}
         self.controls.processes = silent | told
 
-    def _host(self, component: str) -> str:
+    def _host(self, component: str, process: ProcessStatus) -> str:
         name = component.removesuffix(BESIDE)
         spec = self.after.components.get(name) or self.before.components.get(name)
-        return spec.host if spec else ""
+        return self.hosts.where(process) or (spec.host if spec else "")
 
     async def pause(self, seconds: float) -> None:
         """Let wall-clock time pass; in an exclusive slot there is no other."""

@@ -24,12 +24,14 @@ from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView, ControlCode
 from bus_schema.messages.handover import Handover, HandoverStep, Role
-from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.messages.host import ProcessState, ProcessStatus, UpdateSpecs
 
 TAKE_OVER_WITHIN = 1.5
 """Seconds, beyond the longest handler of both, that a run may take to answer when it is to take over."""
 LOOK_AT_HOST_AFTER = 0.05
 """Seconds between two looks whether a process is still there whose token is waited for."""
+LOST_WITHIN = 3.0
+"""Seconds, beyond those after which a silent host counts as lost, within which that is known."""
 WITHOUT_MERCY = 0.0
 
 
@@ -37,7 +39,8 @@ async def run_successor(site: Site, action: RunSuccessor) -> None:
     """Start a successor beside a component's run and wait until it is ready; raises ControlFailed."""
     name, spec = action.component, action.spec
     deadline = time.monotonic() + site.bounds.start
-    _note(site, name, await site.hosts.succeed(spec, action.incumbent, action.with_state))
+    await site.hosts.succeed(spec, action.incumbent, site.before.components[name].host, action.with_state)
+    _note(site, name)
     successor = await _until_ready(site, spec, deadline)
     view = await site.controls.hand_over(name, successor.begun, Handover(HandoverStep.READ)).view()
     problems = view.detail.get("problems", [])
@@ -60,6 +63,10 @@ async def _until_ready(site: Site, spec: ComponentSpec, deadline: float) -> Proc
         if time.monotonic() > look_at:
             look_at = time.monotonic() + LOOK_AT_HOST_AFTER
             await site.refresh()
+            if spec.host in site.hosts.silent and not site.hosts.is_there(spec.host):
+                raise NoAnswer(
+                    f"{spec.name}: {site.hosts.why_not_there(spec.host)}, and with it the successor", gone=True
+                )
 
 
 async def take_over(site: Site, action: TakeOver) -> None:
@@ -78,12 +85,24 @@ async def take_over(site: Site, action: TakeOver) -> None:
         if error.code is not ControlCode.TIMED_OUT or await _is_there(site, name, action.incumbent):
             raise
         await _promote(site, action, successor)
-        await _let_speak(site, name, action.host, successor.begun)
+        await _speaks_now(site, action, successor)
         await begin_in_step(site, name)
         return
-    await _let_speak(site, name, action.host, successor.begun)
+    await _speaks_now(site, action, successor)
     await go_on_in_step(site, name)
     _tell_gap(site, name, taken)
+
+
+async def _speaks_now(site: Site, action: TakeOver, successor: ProcessStatus) -> None:
+    """Tell the host of the successor, and that of the incumbent if it is another, that the former speaks now."""
+    name, target = action.component, site.after.components[action.component].host
+    await _let_speak(site, name, target, successor.begun)
+    if action.host != target:
+        try:
+            await _step_aside(site, name, action.host, target, successor.begun)
+        except NoAnswer as error:
+            # The run there is frozen, or has ended: it is told when its host is heard again.
+            site.kit.log.warning("%s: its former host has not heard that it is moved: %s", name, error)
 
 
 def _tell_gap(site: Site, name: str, taken: ComponentView) -> None:
@@ -99,8 +118,8 @@ async def _promote(site: Site, action: TakeOver, successor: ProcessStatus) -> No
     """Let the successor go on alone, from the last checkpoint if there is one: the incumbent died, or hangs."""
     name = action.component
     await _end_run(site, name, action.host, action.incumbent)
-    incumbent = site.controls.processes.get(name)
-    if incumbent is not None and incumbent.begun != action.incumbent:
+    known = (action.incumbent, successor.begun)
+    if any(host == action.host and run.begun not in known for host, run in site.hosts.runs(name)):
         raise ControlFailed(f"{name}: run {action.incumbent} was lost as it handed over, and has been restarted")
     step = Handover(HandoverStep.PROMOTE, revision=site.revision)
     await _hand_over(site, name, successor.begun, step, _takes(site, name))
@@ -110,20 +129,45 @@ async def _promote(site: Site, action: TakeOver, successor: ProcessStatus) -> No
 async def give_back(site: Site, action: GiveBack) -> None:
     """Have the former run speak for the component again, whatever has become of its successor; raises ControlFailed."""
     name = action.component
-    await site.refresh()
+    its_host_answers = await _hear(site, action.host)
     site.touch(name)
-    runs = {run.begun: run for run in _runs(site, name)}
-    former = runs.pop(action.incumbent, None)
-    successor = next(iter(runs.values()), None)
-    if former is None:
+    former, successor = _both(site, action)
+    if not its_host_answers:
+        # The component is lost with its host, as it would have been without the adaptation.
+        await _end_successor(site, action, successor)
+    elif former is None:
         await _begin_again(site, action, successor)
     elif await _role(site, name, former.begun) is Role.LIVE:
-        await _end_successor(site, name, action.host, successor)
-        if successor is not None:
-            bar = Handover(HandoverStep.RESUME, successor.begun)
-            await site.controls.hand_over(name, former.begun, bar).view()
+        await _stay(site, action, former, successor)
     else:
         await _wake(site, action, former, successor)
+
+
+def _both(site: Site, action: GiveBack) -> tuple[ProcessStatus | None, ProcessStatus | None]:
+    """Return the run of before and its successor, None for one that has ended."""
+    target = action.successor_host or action.host
+    former = successor = None
+    for host, run in site.hosts.runs(action.component):
+        if host == action.host and run.begun == action.incumbent:
+            former = run
+        elif host == target:
+            successor = run
+    return former, successor
+
+
+async def _stay(site: Site, action: GiveBack, former: ProcessStatus, successor: ProcessStatus | None) -> None:
+    """Give up the successor of a run that never stopped speaking."""
+    name = action.component
+    try:
+        await _end_successor(site, action, successor, patient=False)
+    except NoAnswer as error:
+        # It only waits, and will wait in vain: its host ends it if it is cut off, or is asked again later.
+        site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
+        site.unfinished = True
+    if successor is not None:
+        bar = Handover(HandoverStep.RESUME, successor.begun)
+        await site.controls.hand_over(name, former.begun, bar).view()
+    await _let_speak(site, name, action.host, former.begun)
 
 
 async def _wake(site: Site, action: GiveBack, former: ProcessStatus, successor: ProcessStatus | None) -> None:
@@ -138,10 +182,10 @@ async def _wake(site: Site, action: GiveBack, former: ProcessStatus, successor: 
             site.kit.log.warning("%s: the state of now could not be handed back: %s", name, error)
         else:
             await _go_on_if_there_is_time(site, name)
-            await _end_successor(site, name, action.host, successor)
+            await _end_successor(site, action, successor)
             await site.refresh()
             return
-    await _end_successor(site, name, action.host, successor)
+    await _end_successor(site, action, successor)
     anew = await _renamed(site, action, former)
     peer = successor.begun if successor is not None else 0
     step = Handover(HandoverStep.RESUME, peer, anew, revision=site.revision)
@@ -161,25 +205,27 @@ async def _go_on_if_there_is_time(site: Site, name: str) -> None:
 async def _renamed(site: Site, action: GiveBack, former: ProcessStatus) -> int:
     """Tell the host as what a run will speak, before it does: its heartbeats are to be known."""
     name = action.component
-    await _let_speak(
-        site, name, action.host, former.begun, max(run.incarnation for run in (former, *_runs(site, name)))
-    )
-    return site.controls.processes[name].incarnation
+    above = max(run.incarnation for run in (former, *(run for _, run in site.hosts.runs(name))))
+    await _let_speak(site, name, action.host, former.begun, above)
+    return next(run.incarnation for _, run in site.hosts.runs(name) if run.begun == former.begun)
 
 
 async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | None) -> None:
     """Start the component as it was before: the run of before has ended, as any component may at any time."""
     name = action.component
-    await _end_successor(site, name, action.host, successor)
+    await _end_successor(site, action, successor)
     spec = site.before.components[name]
     deadline = time.monotonic() + site.bounds.start
+    if action.successor_host not in ("", action.host):
+        await site.hosts.give(UpdateSpecs(site.revision, (spec,)))
     while True:
         await site.refresh()
         process = site.controls.processes.get(name)
         if process is not None and process.state is ProcessState.RUNNING:
             return
         if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            _note(site, name, await site.hosts.start(name, action.host, resume=False))
+            await site.hosts.start(name, action.host, resume=False)
+            _note(site, name)
         if time.monotonic() > deadline:
             raise NoAnswer(f"{spec.name}: it has not come back within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
@@ -187,36 +233,82 @@ async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | 
 
 async def end_successor(site: Site, action: EndSuccessor) -> None:
     """End what stands beside a component's run; does nothing if nobody does. Raises ControlFailed."""
+    name = action.component
+    home = site.before.components[name].host
     await site.refresh()
-    beside = _beside(site, action.component)
-    if beside is not None and beside.begun != action.incumbent:
-        await _end_successor(site, action.component, action.host, beside)
+    runs = site.hosts.runs(name)
+    for host, run in runs:
+        if host != action.host or run.begun == action.incumbent or (host == home and not _is_beside(site, run)):
+            continue
+        try:
+            await _end_run(site, name, host, run.begun, patient=False)
+        except NoAnswer as error:
+            if host == home:
+                raise
+            site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
+            site.unfinished = True
+    is_there = action.incumbent in (run.begun for host, run in runs if host == home)
+    if home != action.host and is_there and await _hear(site, home):
+        await _let_speak(site, name, home, action.incumbent)
 
 
 async def retire(site: Site, name: str, host: str, grace: float) -> None:
     """End the run beside a component, which nobody will ask to go on any more; raises ControlFailed."""
-    beside = _beside(site, name)
-    if beside is not None:
-        await _end_run(site, name, host, beside.begun, grace)
+    home, speaks = site.after.components[name].host, site.controls.processes.get(name)
+    for where, run in site.hosts.runs(name):
+        if where != host or (where == home and not _is_beside(site, run)):
+            continue
+        if where != home:
+            await _step_aside(site, name, where, home, speaks.begun if speaks else 0)
+        await _end_run(site, name, where, run.begun, grace, patient=False)
 
 
-async def _end_successor(site: Site, name: str, host: str, successor: ProcessStatus | None) -> None:
-    if successor is not None:
-        await _end_run(site, name, host, successor.begun)
+async def _end_successor(
+    site: Site, action: GiveBack, successor: ProcessStatus | None, *, patient: bool = True
+) -> None:
+    if successor is None:
+        return
+    name, host = action.component, action.successor_host or action.host
+    if host != action.host and (not patient or await _hear(site, host)):
+        await _step_aside(site, name, host, action.host, action.incumbent)
+    await _end_run(site, name, host, successor.begun, patient=patient)
 
 
-async def _end_run(site: Site, name: str, host: str, begun: int, grace: float = WITHOUT_MERCY) -> None:
-    """End one run for certain; raises ControlFailed."""
-    await site.hosts.stop(name, host, grace, begun)
+async def _end_run(
+    site: Site, name: str, host: str, begun: int, grace: float = WITHOUT_MERCY, *, patient: bool = True
+) -> None:
+    """End one run for certain; raises ControlFailed. ``patient``: a host that is silent is waited for until it is lost.
+
+    What ran on a lost host, and took part in an adaptation, has ended: the host sees to that itself.
+    """
     deadline = time.monotonic() + grace + KILLED_WITHIN
+    if patient and not await _hear(site, host):
+        return
+    await site.hosts.stop(name, host, grace, begun)
     while True:
         await site.refresh()
-        run = next((run for run in _runs(site, name) if run.begun == begun), None)
-        if host not in site.hosts.silent and (run is None or run.state is ProcessState.STOPPED):
+        its_host_answers = host not in site.hosts.silent
+        if its_host_answers and (host, begun) not in ((at, run.begun) for at, run in site.hosts.runs(name)):
+            return
+        if not its_host_answers and patient and not await _hear(site, host):
             return
         if time.monotonic() > deadline:
             raise NoAnswer(f"host {host!r}: run {begun} of {name} has not ended within {grace + KILLED_WITHIN:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
+
+
+async def _hear(site: Site, host: str) -> bool:
+    """Wait until a host answers, or is lost; returns whether it answers. Raises ControlFailed if neither comes."""
+    deadline = time.monotonic() + site.before.rules(host).lost_after + LOST_WITHIN
+    while True:
+        await site.refresh()
+        if host in site.hosts.lost:
+            return False
+        if host not in site.hosts.silent:
+            return True
+        if time.monotonic() > deadline:
+            raise NoAnswer(site.hosts.why_not_there(host))
+        await site.pause(LOOK_AT_HOST_AFTER)
 
 
 # --- who there is ---
@@ -226,19 +318,28 @@ def _beside(site: Site, name: str) -> ProcessStatus | None:
     return site.controls.processes.get(f"{name}{BESIDE}")
 
 
-def _runs(site: Site, name: str) -> list[ProcessStatus]:
-    processes = (site.controls.processes.get(name), _beside(site, name))
-    return [process for process in processes if process is not None and process.state is not ProcessState.STOPPED]
+def _is_beside(site: Site, run: ProcessStatus) -> bool:
+    """Tell whether a run stands beside the one that speaks for its component."""
+    beside = _beside(site, run.component)
+    return beside is not None and beside.begun == run.begun
 
 
-def _note(site: Site, name: str, told: dict[str, ProcessStatus]) -> None:
-    """Take what a host has told of its processes, also that nobody stands beside a component any more."""
+def _note(site: Site, name: str) -> None:
+    """Take what hosts have told of a component, also that nobody stands beside it any more."""
     site.controls.processes.pop(f"{name}{BESIDE}", None)
-    site.controls.processes |= told
+    site.controls.processes |= site.hosts.known(name)
 
 
 async def _let_speak(site: Site, name: str, host: str, begun: int, above: int | None = None) -> None:
-    _note(site, name, await site.hosts.let_speak(name, host, begun, above))
+    """Tell a host that a run of its own speaks for a component; raises ControlFailed."""
+    await site.hosts.let_speak(name, host, begun, above)
+    _note(site, name)
+
+
+async def _step_aside(site: Site, name: str, host: str, home: str, begun: int) -> None:
+    """Tell a host that a run of another one, its ``home``, speaks for a component; raises ControlFailed."""
+    await site.hosts.let_speak(name, host, begun, elsewhere=home)
+    _note(site, name)
 
 
 async def _hand_over(site: Site, name: str, begun: int, step: Handover, within: float) -> ComponentView:

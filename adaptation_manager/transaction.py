@@ -150,7 +150,7 @@ async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...]
     problems = []
     site.revision = site.before.revision
     try:
-        await site.hosts.give(former)
+        await _give(site, former)
         await site.refresh()
     except ControlFailed as error:
         names = sorted({*(spec.name for spec in former.specs), *former.removed})
@@ -165,6 +165,20 @@ async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...]
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
     return problems
+
+
+async def _give(site: Site, former: UpdateSpecs) -> None:
+    """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
+    deadline = time.monotonic() + site.bounds.undo
+    while True:
+        try:
+            await site.hosts.give(former)
+            return
+        except ControlFailed as error:
+            if error.code is not None or time.monotonic() > deadline:
+                raise
+        await site.pause(UNDO_AGAIN_AFTER)
+        await site.refresh()
 
 
 async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:

@@ -14,6 +14,7 @@ from bus_schema.adaptation import (
     Change,
     ChangeState,
     Connect,
+    Move,
     Outcome,
     Remove,
     SetParameters,
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 PRESENCE = "component"
 """The field of a component that says whether it is there."""
+HOST = "host"
+"""The field of a component that a move decides on."""
 CLASS = "cls"
 """The field of a component that a swap decides on, with all that its class has."""
 
@@ -66,6 +69,8 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
         spec = before.components[change.component]
         if isinstance(change, Swap):
             back.append((_swap_back(spec, with_state=change.with_state),))
+        elif isinstance(change, Move):
+            back.append((Move(spec.name, spec.host, change.with_state),))
         elif isinstance(change, SetParameters | Connect) and change.component in swapped:
             continue  # the swap back gives all values and connections
         elif isinstance(change, SetParameters):
@@ -102,6 +107,8 @@ def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
             pairs.add((change.component, CLASS))
             pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
             pairs |= {(change.component, f"connections.{port}") for port in change.connections}
+        elif isinstance(change, Move):
+            pairs.add((change.component, HOST))
         else:
             pairs.add((change.component, "state"))
     return pairs
@@ -157,6 +164,8 @@ def _value(architecture: Architecture, component: str, where: str) -> object:
         return "there"
     if where == CLASS:
         return spec.cls
+    if where == HOST:
+        return spec.host
     kind, _, name = where.partition(".")
     if kind == "parameters":
         return _parameter(spec, name)

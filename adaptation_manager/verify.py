@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from adaptation_manager.additions import PATH
 from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.hosts import Update
 from adaptation_manager.plan import Plan
@@ -16,6 +17,7 @@ from adaptation_manager.steps.actions import (
     TakeOver,
     TakePart,
 )
+from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 
@@ -80,10 +82,16 @@ def _wanted(action: Action) -> dict[str, object]:
     if isinstance(action, TakePart):
         return {"state": State.ACTIVE.value}
     if isinstance(action, RunSuccessor):
-        values = {f"parameters.{name}": value for name, value in action.spec.parameters.items()}
+        values = {f"parameters.{name}": value for name, value in _same_anywhere(action.spec)}
         return values | {f"connections.{port}": topic for port, topic in action.spec.connections.items()}
     assert isinstance(action, ReachState | RunProcess | TakeOver)
     return {"state": action.state.value}
+
+
+def _same_anywhere(spec: ComponentSpec) -> list[tuple[str, object]]:
+    """Return the parameters of a spec, without paths: each host has folders of its own."""
+    paths = {p.name for p in spec.description.parameters if p.unit == PATH} if spec.description else set()
+    return [(name, value) for name, value in spec.parameters.items() if name not in paths]
 
 
 def _plain(value: object) -> object:

@@ -90,11 +90,12 @@ class Swap:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Redeployment: the component continues on another host, with its state."""
+    """Redeployment: the component continues on another host, with its state unless ``with_state`` is False."""
 
     change: ClassVar[str] = "move"
     component: str
     host: str
+    with_state: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -95,13 +95,15 @@ class HostRules:
 
     ``lost_after`` seconds without a sign of life from a host count as its loss. ``move_to`` names the host that its
     components are then started on; empty: they wait for its return. ``cpu`` (cores) and ``memory`` (MiB) are
-    what its components may need together; None: no limit.
+    what its components may need together; None: no limit. ``devices`` are those that it has for a component that
+    needs one for itself and is moved there.
     """
 
     move_to: str = ""
     lost_after: Annotated[Seconds, Bounds(0.5, 3600.0)] = 3.0
     cpu: Annotated[float, Bounds(0.0)] | None = None
     memory: Annotated[float, Bounds(0.0)] | None = None
+    devices: tuple[str, ...] = ()
 
 
 class ConstraintKind(Enum):

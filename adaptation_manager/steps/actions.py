@@ -93,7 +93,10 @@ class LeaveStopped:
 
 @dataclass(frozen=True, slots=True)
 class RunSuccessor:
-    """Beside the component's run that began as ``incumbent`` runs a successor, as ``spec`` says, ready to take over."""
+    """Beside the component's run that began as ``incumbent`` runs a successor, as ``spec`` says, ready to take over.
+
+    It may be on another host.
+    """
 
     action: ClassVar[str] = "run_successor"
     component: str
@@ -104,7 +107,7 @@ class RunSuccessor:
 
 @dataclass(frozen=True, slots=True)
 class EndSuccessor:
-    """Beside the component's run that began as ``incumbent`` there is no other."""
+    """Beside the component's run that began as ``incumbent`` there is no other on ``host``."""
 
     action: ClassVar[str] = "end_successor"
     component: str
@@ -114,7 +117,10 @@ class EndSuccessor:
 
 @dataclass(frozen=True, slots=True)
 class TakeOver:
-    """The successor of ``incumbent`` speaks for the component, in ``state``, and has all that this knew."""
+    """The successor of ``incumbent`` speaks for the component, in ``state``, and has all that this knew.
+
+    ``host`` is that of the incumbent.
+    """
 
     action: ClassVar[str] = "take_over"
     component: str
@@ -125,12 +131,16 @@ class TakeOver:
 
 @dataclass(frozen=True, slots=True)
 class GiveBack:
-    """The run that began as ``incumbent`` speaks for the component, with all that its successor knew if that can be."""
+    """The run that began as ``incumbent`` speaks for the component, with all that its successor knew if that can be.
+
+    ``host`` is that of the incumbent, ``successor_host`` that of its successor, empty for the same.
+    """
 
     action: ClassVar[str] = "give_back"
     component: str
     host: str
     incumbent: Count
+    successor_host: str = ""
 
 
 Action = Annotated[

@@ -35,6 +35,7 @@ class Draft:
     unclear: set[str] = field(default_factory=set)
     begun: dict[str, int] = field(default_factory=dict)
     swapped: set[str] = field(default_factory=set)
+    moved: set[str] = field(default_factory=set)
     violations: list[Violation] = field(default_factory=list)
     lost: frozenset[str] = frozenset()
     absent: dict[str, str] = field(default_factory=dict)

@@ -23,6 +23,9 @@ def plan(draft: Draft, change: Remove) -> None:
     if name in draft.swapped:
         draft.refuse(name, "component", "is swapped in the same request: leave that out")
         return
+    if name in draft.moved:
+        draft.refuse(name, "component", "is moved in the same request: leave that out")
+        return
     if name in draft.added:
         draft.refuse(name, "component", "is added in the same request: leave both out")
         return

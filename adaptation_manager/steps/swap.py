@@ -15,7 +15,7 @@ from adaptation_manager.steps.actions import (
     TakePart,
 )
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Swap
+from bus_schema.adaptation import Move, Swap
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import ComponentSpec
 from bus_schema.description import Description, ParameterDescription, PortDescription
@@ -39,10 +39,10 @@ def plan(draft: Draft, change: Swap) -> None:
     if described is None or described.violations or described.spec.description is None:
         return
     new = _successor(change, spec, described.spec, draft)
-    problem = _of_state(change, spec, new)
+    problem = of_state(change, spec, new)
     if problem is not None:
         draft.refuse(name, "with_state", problem)
-    problem = _of_time(draft, spec, new)
+    problem = of_time(draft, spec, new)
     if problem is not None:
         draft.refuse(name, "cls", problem)
     draft.update(new)
@@ -65,6 +65,8 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
         return "component", "runs a program, which hands nothing over: remove it, and add another"
     if name in draft.added:
         return "component", "is added in the same request: add it as it is to be"
+    if name in draft.moved:
+        return "component", "is moved in the same request: swap it in another, before or after that"
     if name in draft.swapped:
         return "component", "is swapped twice in the same request: leave one out"
     if live is not None and live.state not in HANDS_OVER:
@@ -110,7 +112,7 @@ def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
     return parameter.schema.get("type"), parameter.unit
 
 
-def _of_state(change: Swap, old: ComponentSpec, new: ComponentSpec) -> str | None:
+def of_state(change: Swap | Move, old: ComponentSpec, new: ComponentSpec) -> str | None:
     """Return why the state cannot be handed over; where there is none, nothing is lost."""
     before, behind = old.description, new.description
     if not change.with_state or before is None or behind is None or not before.stateful:
@@ -125,8 +127,8 @@ def _of_state(change: Swap, old: ComponentSpec, new: ComponentSpec) -> str | Non
     )
 
 
-def _of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
-    """Return why one cannot go on where the other stopped, under simulated time."""
+def of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
+    """Return why one run cannot go on where another stopped, under simulated time; None if it can."""
     before, behind = old.description, new.description
     if not draft.architecture.simulated or before is None or behind is None or before.in_step == behind.in_step:
         return None

@@ -46,7 +46,8 @@ class HostState(Enum):
 class ProcessStatus:
     """One component's process on a host; ``pid`` 0 while there is none, ``last_end`` says how the last one ended.
 
-    ``begun`` is the incarnation as which it was started: it has another since it took the component back.
+    ``begun`` is the incarnation as which it was started: it has another since it took the component back. ``highest``
+    is the highest one that the host knows of any run of the component, or keeps for a run elsewhere.
     """
 
     component: str
@@ -58,6 +59,7 @@ class ProcessStatus:
     last_end: str = ""
     managed: bool = True
     begun: Count = 0
+    highest: Count = 0
 
 
 @message("regraft/OtherHost")
@@ -176,12 +178,15 @@ class StartSuccessor:
     """Start a successor beside a component's run ``incumbent``, as ``spec`` says; the host chooses its incarnation.
 
     As long as both are there, a run that ends is not restarted at once: whoever asked for this decides who goes on.
+    If the spec is of another host than the incumbent, both are asked. The incumbent's host starts nobody, but keeps an
+    incarnation for the successor, the ``highest`` of its reply; the other is told it as ``incarnation``, 0 otherwise.
     """
 
     spec: ComponentSpec
     incumbent: Count
     with_state: bool = True
     term: Count | None = None
+    incarnation: Count = 0
 
 
 @message("regraft/LetSpeak")
@@ -191,12 +196,14 @@ class LetSpeak:
 
     It is the one that is watched over and restarted, by its own spec; another run stands beside it. With ``above`` it
     will do so as another incarnation, higher than that and than any that the host knows: the host says which.
+    ``host`` is where the run is, empty for the host that is asked: another one's own run then stands beside it.
     """
 
     component: str
     begun: Count
     above: Count | None = None
     term: Count | None = None
+    host: str = ""
 
 
 @message("regraft/LogRequest")

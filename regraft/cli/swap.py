@@ -49,13 +49,14 @@ def move(
     ctx: typer.Context,
     component: ComponentArgument,
     host: Annotated[str, typer.Argument(metavar="HOST", help="The host that it goes on at.")],
+    without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Have a component go on at another host, with its state; nothing is missed."""
-    change = Move(component_name(component), host)
+    change = Move(component_name(component), host, with_state=not without_state)
     with reached(ctx, system) as there:
         report = managing.adapt(there, AdaptationRequest((change,), reason, user(), dry_run=dry_run))
         managing.show_report(report, as_json=as_json)

@@ -124,9 +124,12 @@ class Board:
         """Return the components that are alive (name and living run) or that a host has a process for, by name."""
         with self._changed:
             now = time.monotonic()
-            processes = {
-                process.component: (host, process) for host in self._names(set()) for process in self._processes(host)
-            }
+            processes: dict[str, tuple[str, ProcessStatus]] = {}
+            for host in self._names(set()):
+                for process in self._processes(host):
+                    # While a component is moved, both hosts may tell of it.
+                    if process.component not in processes or process.incarnation == alive.get(process.component):
+                        processes[process.component] = (host, process)
             names = sorted(alive | processes.keys())
             return {name: self._component(name, alive.get(name), processes.get(name), now) for name in names}
 

@@ -130,13 +130,24 @@ class Guest(Host):
             return
         self._lapsed = True
         rules = self.plan.architecture.rules(self.plan.name)
-        names = [name for name, ward in sorted(self.wards.items()) if ward.has_process or ward.start_at is not None]
-        what = f"ends {', '.join(names)}" if rules.move_to and names else "goes on alone"
+        living = [name for name, ward in sorted(self.wards.items()) if ward.has_process or ward.start_at is not None]
+        names = [name for name in living if rules.move_to or self._is_handed_over(name)]
+        ended = sorted({*names, *self.beside.wards})
+        what = f"ends {', '.join(ended)}" if ended else "goes on alone"
         self._voice.event("host.alone", self.plan.name, f"host {self.plan.name} hears nothing of the system: it {what}")
-        if rules.move_to:
-            for name in names:
-                self._cut_off(self.wards[name])
-                self._cut.add(name)
+        for name in names:
+            self._cut_off(self.wards[name])
+            self._cut.add(name)
+        self._end_beside()
+
+    def _is_handed_over(self, name: str) -> bool:
+        """Tell whether a component is being moved, from here or to here: it may go on elsewhere, whatever the rules."""
+        return self.wards[name].awaited or self._is_elsewhere(name)
+
+    def _end_beside(self) -> None:
+        """End what stands beside components: nobody may ever say what is to become of it."""
+        for ward in list(self.beside.wards.values()):
+            self._cut_off(ward)
 
     def _cut_off(self, ward: Ward) -> None:
         """End a component's process at once; it has had no say in the matter."""
@@ -161,6 +172,7 @@ class Guest(Host):
             # It is placed elsewhere now, or nowhere: whatever runs here has no say any more.
             self.wards[name].remove()
             self._cut_off(self.wards[name])
+        self._end_beside()
         for spec in mine.values():
             self._take_spec(spec)
         for run in joined.past:

@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+from dataclasses import replace
 from typing import Any
 
 from bus_schema import codec
@@ -15,7 +16,7 @@ from bus_schema.envelope import Envelope
 from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, ProcessState, UpdateSpecs
+from bus_schema.messages.host import HostStatus, ProcessState, ProcessStatus, UpdateSpecs
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside
@@ -48,7 +49,8 @@ class Host:
         self.term = 0
         self.revision = plan.architecture.revision
         self.wards = {name: Ward(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()}
-        self.beside = Beside(self.wards)
+        self.past = PastRuns()
+        self.beside = Beside(self.wards, self.past)
         self.inbox = Inbox()
         self.ended = False
         self._bus = bus
@@ -62,7 +64,6 @@ class Host:
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
-        self.past = PastRuns()
         self.questions = Questions(self, Describer(zygote, plan.stack_folder, plan.folder))
 
     # --- life ---
@@ -162,6 +163,7 @@ class Host:
         ward.started = self._clock.now() / 1e9
         log = str(self.plan.folder / "logs" / f"{ward.spec.name}.log")
         order = ward.order(self.plan, self.revision, self.term)
+        ward.awaited = False
         ward.succeeds = None  # whoever is restarted succeeds nobody that lives
         try:
             self._zygote.spawn(order, str(self.plan.stack_folder), log, list(ward.spec.command) or None)
@@ -224,11 +226,14 @@ class Host:
             ward.state = ProcessState.STOPPED
             ward.start_at = time.monotonic() if ward.start_again else None
             return
+        if self._is_elsewhere(name):
+            ward.state = ProcessState.STOPPED
+            return
         if not ward.history.wants_restart(code):
             ward.state = ProcessState.STOPPED
             self._voice.event("component.ended", name, f"{name} ended: {ward.last_end}")
             return
-        if self.beside.has_process(name):
+        if self.beside.awaits(ward):
             ward.state, ward.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_WITHIN
             text = f"{name} ended: {ward.last_end}; another run of it waits to go on"
             self._voice.event("component.ended", name, text)
@@ -243,6 +248,11 @@ class Host:
         ward.state = ProcessState.WAITING
         text = f"{name} ended: {ward.last_end}; it is restarted as incarnation {ward.incarnation + 1}"
         self._voice.event("component.restarted", name, text, incarnation=ward.incarnation + 1, ended=ward.last_end)
+
+    def _is_elsewhere(self, name: str) -> bool:
+        """Tell whether a component is placed on another host by now."""
+        spec = self.plan.architecture.components.get(name)
+        return spec is not None and spec.host != self.plan.name
 
     def _forget(self, ward: Ward) -> None:
         del self.wards[ward.spec.name]
@@ -334,12 +344,18 @@ class Host:
         for spec in update.specs:
             if spec.host == self.plan.name:
                 self._take_spec(spec)
+            elif spec.name in self.wards and not self.wards[spec.name].has_process:
+                self.beside.step_aside(spec.name)
         for name in self.wards.keys() & set(update.removed):
             self.wards[name].remove()
 
     def _take_spec(self, spec: ComponentSpec) -> None:
         ward = self.wards.get(spec.name)
-        if ward is None:
+        aside = self.beside.wards.get(spec.name)
+        if ward is None and aside is not None and not aside.stopping:
+            # The component comes back to the run that stands aside; whoever has it moved says when.
+            aside.spec, aside.history.policy = spec.described_as(aside.spec), spec.restart
+        elif ward is None:
             last = self.past.incarnation(spec.name)
             self.wards[spec.name] = Ward(spec, RestartHistory(spec.restart), incarnation=last)
         else:
@@ -352,6 +368,9 @@ class Host:
 
     def status(self) -> HostStatus:
         """Return the host's status."""
-        processes = tuple(ward.status() for _, ward in sorted(self.wards.items()))
-        beside = tuple(ward.status() for _, ward in sorted(self.beside.wards.items()))
+        processes = tuple(self._status_of(ward) for _, ward in sorted(self.wards.items()))
+        beside = tuple(self._status_of(ward) for _, ward in sorted(self.beside.wards.items()))
         return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, beside)
+
+    def _status_of(self, ward: Ward) -> ProcessStatus:
+        return replace(ward.status(), highest=self.beside.highest(ward.spec.name))

@@ -122,8 +122,13 @@ class Questions:
 
     def _start_successor(self, payload: bytes) -> HostStatus:
         asked = codec.decode(payload, StartSuccessor)
+        if asked.incarnation > LARGEST_INCARNATION:
+            raise BadMessage(f"incarnation: is {asked.incarnation}, must be at most {LARGEST_INCARNATION}")
         self._fence(asked.term)
-        self._host.spawn(self._host.beside.add(asked))
+        if asked.spec.host == self._host.plan.name:
+            self._host.spawn(self._host.beside.add(asked))
+        else:
+            self._host.beside.expect(asked)
         return self._host.status()
 
     def _let_speak(self, payload: bytes) -> HostStatus:
@@ -131,7 +136,10 @@ class Questions:
         if asked.above is not None and asked.above >= LARGEST_INCARNATION:
             raise BadMessage(f"above: is {asked.above}, must be lower than {LARGEST_INCARNATION}")
         self._fence(asked.term)
-        self._host.beside.let_speak(asked)
+        if asked.host in ("", self._host.plan.name):
+            self._host.beside.let_speak(asked)
+        else:
+            self._host.beside.step_aside(asked.component)
         self._host.tell_soon()
         return self._host.status()
 

@@ -24,7 +24,7 @@ class Ward:
     any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
     ``begun`` is the incarnation as which its process was started, ``formerly`` are those that it has had until now;
     ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands beside
-    it, in monotonic seconds.
+    it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
     """
 
     spec: ComponentSpec
@@ -48,6 +48,7 @@ class Ward:
     formerly: tuple[int, ...] = ()
     succeeds: Succession | None = None
     restart_by: float | None = None
+    awaited: bool = False
 
     @property
     def run(self) -> str:

@@ -16,7 +16,8 @@ WAIT = "wait"
 def read_hosts(root: Section) -> tuple[tuple[str, ...], dict[str, HostRules]]:
     """Return the names of all hosts, the first one first, and the rules of those that have any.
 
-    ``hosts`` is a list of names, or a map from name to ``when_lost``, ``lost_after``, ``cpu`` and ``memory``.
+    ``hosts`` is a list of names, or a map from name to ``when_lost``, ``lost_after``, ``cpu``, ``memory``,
+    ``devices``.
     """
     node = root.node("hosts")
     if node is None:
@@ -41,7 +42,7 @@ def _check_name(root: Section, place: str, name: str) -> None:
 
 
 def _rules(section: Section, name: str) -> HostRules:
-    section.only("when_lost", "lost_after", "cpu", "memory")
+    section.only("when_lost", "lost_after", "cpu", "memory", "devices")
     usual = HostRules()
     lost_after = section.number("lost_after")
     rules = HostRules(
@@ -49,6 +50,7 @@ def _rules(section: Section, name: str) -> HostRules:
         usual.lost_after if lost_after is None else lost_after,
         section.number("cpu"),
         section.number("memory"),
+        tuple(section.texts("devices")),
     )
     if name == FIRST:
         for field in ("when_lost", "lost_after"):

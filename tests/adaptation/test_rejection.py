@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
-
 from bus_schema.adaptation import (
     AdaptationReport,
-    Change,
     ChangeState,
     Connect,
-    Move,
     Outcome,
     SetParameters,
     StepState,
@@ -78,19 +74,6 @@ def test_a_component_that_hangs_already_is_named(impatient: System) -> None:
     report = system.adapt(SetParameters("fragile", {"mood": "well"}))
     assert _fields(report) == {(0, "fragile", "status")}
     assert "no answer within 0.5 s" in report.violations[0].problem
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        Move("talker", "elsewhere"),
-    ],
-    ids=lambda change: change.change,
-)
-def test_changes_that_are_not_carried_out_yet_say_so(system: System, change: Change) -> None:
-    report = system.adapt(change)
-    assert report.outcome is Outcome.REJECTED
-    assert any(f"{change.change} is not supported yet by this version" in v.problem for v in report.violations)
 
 
 def test_an_empty_adaptation_is_rejected(system: System) -> None:

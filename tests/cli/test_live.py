@@ -77,7 +77,7 @@ def test_a_component_is_swapped_while_it_works_and_back_again(tiny: System) -> N
     assert found.returncode == 1
     assert "has no class 'Nobody'" in found.stderr
     found = regraft(tiny.home, "move", "talker", "elsewhere")
-    assert "not supported yet" in found.stderr
+    assert "there is no host 'elsewhere'" in found.stderr
 
 
 def test_a_stale_revision_is_refused(tiny: System, tmp_path: Path) -> None:

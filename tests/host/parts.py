@@ -9,6 +9,7 @@ import time
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count
+from bus_schema.description import Resources
 from bus_schema.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
 from tests.handover.parts import Item, Sink, Totaller
@@ -188,3 +189,9 @@ class DyingTotaller(Totaller):
         super().add(item)
         if item.number > 2000:
             os._exit(1)
+
+
+class Holder(Totaller):
+    """Needs a device for itself."""
+
+    resources = Resources(memory=8.0, devices=("lidar",))

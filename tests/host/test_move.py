@@ -1,0 +1,63 @@
+"""Components are moved to another host while the system runs: nothing is lost, and nobody notices."""
+
+from __future__ import annotations
+
+import pytest
+
+from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
+from bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
+from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
+from tests.host.several import Site
+from tests.host.system import children_of, exists
+from tests.kit.site import PATIENCE, wait_until
+
+
+@pytest.fixture
+def moving(site: Site) -> Moving:
+    """Return the stream, with the host edge."""
+    made = Moving(site)
+    made.join()
+    made.wait_flowing()
+    return made
+
+
+def test_a_component_goes_on_at_another_host_and_comes_back_and_nobody_misses_anything(moving: Moving) -> None:
+    guest = moving.site.guests[0]
+    goal = moving.system.client.goal("walk", Ask(300), Item, Item)
+    before = moving.wait_alone("local")
+    report = moving.adapt(TO_EDGE)
+    assert report.outcome is Outcome.APPLIED, report
+    assert [step.action for step in report.steps] == ["start it on edge beside that on local", "hand over to edge"]
+    there = moving.wait_alone("edge")
+    assert not exists(before.pid)
+    assert there.pid in children_of(guest.process.pid)
+    moving.check()
+    assert moving.system.client.view("totaller").parameters["offset"] == 3
+    assert moving.adapt(SetParameters("totaller", {"offset": 4})).outcome is Outcome.APPLIED
+
+    back = moving.adapt(HOME)
+    assert back.outcome is Outcome.APPLIED, back
+    moving.wait_alone("local")
+    assert not exists(there.pid)
+    moving.check()
+    assert moving.system.client.view("totaller").parameters["offset"] == 4
+    assert goal.result(PATIENCE) == Item(300)
+
+    undone = moving.system.client.call("adaptation_manager/undo", UndoAdaptation(back.id), AdaptationReport, PATIENCE)
+    assert undone.outcome is Outcome.APPLIED, undone
+    moving.wait_alone("edge")
+    moving.check()
+
+
+def test_a_move_that_is_not_confirmed_hands_the_living_state_back_to_the_process_of_before(moving: Moving) -> None:
+    before = moving.wait_alone("local")
+    held = moving.adapt(TO_EDGE, confirm=60.0, wait=False)
+    wait_until(lambda: [at for at, speaks, _ in moving.runs() if speaks] == ["edge"], "the run on edge to speak")
+    wait_until(lambda: moving.site.journal()[0].outcome is Outcome.CONFIRMING, "it to be confirmed")
+    moving.hears_on()
+    assert exists(before.pid), "it is frozen, not ended"
+    cancel = CancelAdaptation(held.id)
+    cancelled = moving.system.client.call("adaptation_manager/cancel", cancel, AdaptationReport, PATIENCE)
+    assert cancelled.outcome is Outcome.CANCELLED, cancelled
+    assert moving.wait_alone("local").pid == before.pid
+    moving.check()
