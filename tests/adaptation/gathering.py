@@ -149,5 +149,5 @@ class Swapper(Component):
             request = AdaptationRequest(changes, who="swapper")
             report = await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=9.0)
             self.reports.append(
-                replace(report, duration=0.0, steps=tuple(replace(s, duration=0.0) for s in report.steps))
+                replace(report, duration=0.0, phases=(), steps=tuple(replace(s, duration=0.0) for s in report.steps))
             )

@@ -68,11 +68,11 @@ def dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, whe
         count += 1
         return count == call
 
-    async def die_async(*arguments: Any) -> Any:
+    async def die_async(*arguments: Any, **named: Any) -> Any:
         time_has_come = is_time()
         if time_has_come and when == "before":
             raise SystemExit
-        result = await real(*arguments)
+        result = await real(*arguments, **named)
         if time_has_come:
             raise SystemExit
         return result
