@@ -208,6 +208,7 @@ def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Si
     assert site.host_of("ticker") == "local", "it stays where it is now"
 
 
+@pytest.mark.evidence
 def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site) -> None:
     site.up()
     guest = site.join()
@@ -220,6 +221,7 @@ def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site) -> None:
     assert site.host_of("ticker") == "local"
 
 
+@pytest.mark.evidence
 def test_a_host_that_is_lost_again_loses_its_components_again(site: Site) -> None:
     system = site.up(TICKER + "  moody: {class: 'tests.host.parts:Moody'}\n", MOVE)
     for loss in (1, 2):
@@ -281,6 +283,7 @@ def test_a_partition_leaves_components_alone_that_wait_for_their_host(site: Site
     assert site.system.said("host.returned", "edge")
 
 
+@pytest.mark.evidence
 def test_who_was_moved_by_hand_during_a_partition_is_ended_at_once_when_it_heals(site: Site) -> None:
     guest, link = _joined_over_a_link(site, WAIT)
     first, pid = site.wait_active("ticker"), site.pid("ticker")
@@ -296,6 +299,7 @@ def test_who_was_moved_by_hand_during_a_partition_is_ended_at_once_when_it_heals
     assert site.wait_active("ticker") == second
 
 
+@pytest.mark.evidence
 def test_a_host_that_was_frozen_ends_what_has_started_elsewhere(site: Site) -> None:
     system = site.up(hosts=MOVE)
     guest = site.join()
@@ -308,6 +312,7 @@ def test_a_host_that_was_frozen_ends_what_has_started_elsewhere(site: Site) -> N
     assert site.wait_active("ticker") == second
 
 
+@pytest.mark.evidence
 def test_a_host_whose_place_was_taken_ends(site: Site) -> None:
     guest, link = _joined_over_a_link(site, WAIT)
     first, pid = site.wait_active("ticker"), site.pid("ticker")

@@ -18,6 +18,8 @@ from tests.host.system import children_of, exists, wait_gone
 from tests.host.test_swap import faults
 from tests.kit.site import wait_until
 
+pytestmark = pytest.mark.evidence
+
 PARTS = "tests.handover.parts"
 HERE = "tests.host.parts"
 
