@@ -36,8 +36,11 @@ def summary(values: Sequence[float]) -> Summary:
     size = len(known)
     if size == 0:
         return Summary(0, math.nan, math.nan, math.nan, math.nan)
-    spread = float(np.ptp(known)) > 1e-12 * float(np.abs(known).max())
-    normal = float(stats.shapiro(known).pvalue) if size >= 3 and spread else math.nan
+    normal = math.nan
+    spread = float(np.ptp(known))
+    if size >= 3 and spread > 1e-12 * float(np.abs(known).max()):
+        # The test does not depend on the scale, but scipy takes what is very small for all the same.
+        normal = float(stats.shapiro((known - known.min()) / spread).pvalue)
     sd = float(known.std(ddof=1)) if size > 1 else math.nan
     return Summary(size, float(known.mean()), sd, float(np.median(known)), normal)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from evaluation.markdown import mean_and_sd, number, table
@@ -61,6 +61,7 @@ def test_corrected_p_values_are_never_less_and_keep_their_order(p_values: dict[s
 
 
 @given(st.lists(st.floats(-1e6, 1e6), max_size=9))
+@example([0.0, 0.0, 1e-190])
 def test_what_cannot_be_said_of_a_sample_is_nan(values: list[float]) -> None:
     found = summary([*values, math.nan])
     assert found.size == len(values)
