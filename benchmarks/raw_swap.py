@@ -64,9 +64,13 @@ def _relay(endpoint: str, number: int, parent: int) -> None:
             # A signal's handler runs only between two steps of the main thread.
             pass
         del token
-        subscriber.undeclare()  # type: ignore[no-untyped-call]
-        # Closing a session has been seen to wait for a callback that waits itself.
-        closing = threading.Thread(target=session.close, daemon=True)
+
+        def leave() -> None:
+            subscriber.undeclare()  # type: ignore[no-untyped-call]
+            session.close()  # type: ignore[no-untyped-call]
+
+        # Leaving has been seen to wait for a callback that waits itself.
+        closing = threading.Thread(target=leave, daemon=True)
         closing.start()
         closing.join(CLOSED_WITHIN)
     finally:
