@@ -32,7 +32,7 @@ def _ask(
     client: Client, change: Change, *, who: str = "", wait: bool = True, patient: bool = False
 ) -> AdaptationReport:
     request = AdaptationRequest((change,), who=who, wait=wait)
-    return client.call("adaptation_manager/adapt", request, AdaptationReport, 4 * PATIENCE, patient=patient)
+    return client.call("adaptation_manager/adapt", request, AdaptationReport, 12 * PATIENCE, patient=patient)
 
 
 def test_who_asks_too_often_is_told_the_limit_and_when_to_come_again(bare_system: System) -> None:
@@ -107,7 +107,7 @@ def test_a_thousand_at_once_are_applied_one_after_the_other_without_a_gap(system
     for thread in pressing:
         thread.start()
     for thread in pressing:
-        thread.join(4 * PATIENCE)
+        thread.join(12 * PATIENCE)
     assert len(reports) == len(names) * EACH
     assert {report.outcome for report in reports} == {Outcome.APPLIED}
     assert sorted(report.revision_after for report in reports) == list(range(2, 2 + len(reports)))
