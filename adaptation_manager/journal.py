@@ -16,7 +16,7 @@ from adaptation_manager.journal_schema import SCHEMA, VERSION
 from adaptation_manager.plan import Plan
 from adaptation_manager.steps.actions import PlannedStep
 from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, Outcome, StepState
+from bus_schema.adaptation import APPLIED, AdaptationReport, Outcome, StepState
 from bus_schema.architecture import Architecture
 from bus_schema.messages.host import UpdateSpecs
 
@@ -298,7 +298,7 @@ class Journal:
 
 def _revision(report: AdaptationReport) -> int | None:
     """Return the revision that a line gave, None if it gave none."""
-    applied = report.outcome in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
+    applied = report.outcome in APPLIED
     return report.revision_after if applied else None
 
 

@@ -27,6 +27,7 @@ from adaptation_manager.throttle import TURN, Throttle
 from adaptation_manager.undoing import undo_of
 from adaptation_manager.watching import Watch
 from bus_schema.adaptation import (
+    APPLIED,
     AdaptationReport,
     AdaptationRequest,
     Outcome,
@@ -50,7 +51,6 @@ from regraft.runtime.exclusive import Exclusive
 T = TypeVar("T")
 
 OPEN = (Outcome.PENDING, Outcome.CONFIRMING)
-APPLIED = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
 ASK_HOSTS_AGAIN_AFTER = 0.5
 """Seconds between two attempts at finding the hosts."""
 
@@ -135,12 +135,9 @@ class AdaptationManager(Component):
     async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
         """Cancel an adaptation that waits or is under way; answers with how it ended."""
         await self._gate.passed(self.queue_limit)
-        entry = self._entry(wanted.id)
-        if entry is None:
-            ended = self._line_of(wanted.id)
-            if ended is None:
-                raise RequestRefused(f"there is no adaptation {wanted.id!r}")
-            return ended
+        entry = self._entry_or_end(wanted.id)
+        if isinstance(entry, AdaptationReport):
+            return entry
         entry.cancelled = True
         if entry is not self._line.serving:
             self._line.waiting.remove(entry)
@@ -153,14 +150,11 @@ class AdaptationManager(Component):
     async def confirm(self, wanted: ConfirmAdaptation) -> AdaptationReport:
         """Make an adaptation that is being confirmed final at once; answers with how it ended."""
         await self._gate.passed(self.queue_limit)
-        entry = self._entry(wanted.id)
-        if entry is None:
-            ended = self._line_of(wanted.id)
-            if ended is None:
-                raise RequestRefused(f"there is no adaptation {wanted.id!r}")
-            if ended.outcome not in APPLIED:
-                raise RequestRefused(f"adaptation {wanted.id!r} has ended as {ended.outcome.value}")
-            return ended
+        entry = self._entry_or_end(wanted.id)
+        if isinstance(entry, AdaptationReport):
+            if entry.outcome not in APPLIED:
+                raise RequestRefused(f"adaptation {wanted.id!r} has ended as {entry.outcome.value}")
+            return entry
         if self._pending(entry).outcome is not Outcome.CONFIRMING:
             raise RequestRefused(f"adaptation {wanted.id!r} is not being confirmed: it waits or is under way")
         entry.confirmed = True
@@ -203,6 +197,13 @@ class AdaptationManager(Component):
 
     def _entry(self, given: str) -> Entry | None:
         return next((e for e in self._line.entries() if e.number and str(e.number) == given), None)
+
+    def _entry_or_end(self, given: str) -> Entry | AdaptationReport:
+        """Return an adaptation that waits or is under way, or how it has ended; raises RequestRefused."""
+        found = self._entry(given) or self._line_of(given)
+        if found is None:
+            raise RequestRefused(f"there is no adaptation {given!r}")
+        return found
 
     def _line_of(self, given: str) -> AdaptationReport | None:
         entry = self._entry(given)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from adaptation_manager.modes import unfolded
 from bus_schema.adaptation import (
+    APPLIED,
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -15,7 +16,6 @@ from bus_schema.adaptation import (
     ChangeState,
     Connect,
     Move,
-    Outcome,
     Remove,
     SetParameters,
     Swap,
@@ -39,7 +39,7 @@ def undo_of(
     undone: AdaptationReport, request: AdaptationRequest, journal: Journal, now: Architecture
 ) -> tuple[AdaptationRequest, tuple[Violation, ...]]:
     """Return the request that undoes an ended adaptation, and what stands in its way; raises JournalError."""
-    if undone.outcome not in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
+    if undone.outcome not in APPLIED:
         problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
         return request, (Violation(None, "", "undoes", problem),)
     before, behind = journal.architecture(undone.revision_before), journal.architecture(undone.revision_after)

@@ -126,6 +126,10 @@ class Outcome(Enum):
     STUCK = "stuck"
 
 
+APPLIED = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
+"""The outcomes after which the changes hold."""
+
+
 @message("regraft/AdaptationRequest")
 @dataclass(frozen=True, slots=True)
 class AdaptationRequest:

@@ -101,6 +101,7 @@ class Campaign:
     wanted: Wanted
     folder: Path
     parallel: int = 1
+    _total: int = 0
     _todo: list[Plan] = field(default_factory=list)
     _running: list[RunProcess] = field(default_factory=list)
     _began: float = 0.0
@@ -124,6 +125,7 @@ class Campaign:
         plans = self.wanted.plans()
         for plan in () if report_only else plans:
             self._check_same(plan)
+        self._total = len(plans)
         self._todo = [plan for plan in plans if not self.home(plan).is_dir()]
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -198,7 +200,7 @@ class Campaign:
 
     def progress(self) -> Progress:
         """Return how far it is."""
-        total = len(self.wanted.plans())
+        total = self._total
         done = total - len(self._todo) - len(self._running) - self._failed
         under_way = [process.simulated() for process in self._running]
         simulated = self._simulated + sum(under_way)

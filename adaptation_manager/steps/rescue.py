@@ -9,10 +9,8 @@ from adaptation_manager.steps.draft import Draft
 from bus_schema.adaptation import Move
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
+from bus_schema.messages.host import LEAVE_OUT
 from bus_schema.suggestions import instead_of
-
-LEAVE_OUT = 1000
-"""Incarnations left to runs on the lost host that nobody heard of: more than it can have restarted meanwhile."""
 
 
 def is_rescue(draft: Draft, change: Move) -> bool:

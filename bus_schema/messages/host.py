@@ -140,6 +140,10 @@ class DescribedComponent:
     estimated: dict[str, float] = field(default_factory=dict)
 
 
+LEAVE_OUT = 1000
+"""Incarnations left to runs on a lost host that nobody heard of: more than it can have restarted meanwhile."""
+
+
 @message("regraft/StartComponent")
 @dataclass(frozen=True, slots=True)
 class StartComponent:

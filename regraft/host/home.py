@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bus_schema import codec
 from bus_schema.errors import SchemaError
-from bus_schema.messages.host import HostStatus
+from bus_schema.messages.host import LEAVE_OUT, HostStatus
 from bus_schema.messages.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
 from regraft.bus import Bus, Presence, Sample
 from regraft.host.host import END_WITHIN, LOOK_EVERY, Host
@@ -16,9 +16,6 @@ from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.rescue import Rescue
 from regraft.host.zygote import Zygote
-
-LEAVE_OUT = 1000
-"""Incarnations left to runs on a lost host that nobody heard of: more than it can have restarted meanwhile."""
 
 
 class Home(Host):

@@ -7,18 +7,17 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Move, Outcome
+from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
 from bus_schema.errors import SchemaError
+from bus_schema.hosts import ADAPT
 from regraft.bus import Bus, BusError
 from regraft.client import Client
 from regraft.runtime.calling import CallFailed
 
-ADAPT = "adaptation_manager/adapt"
 ANSWER_WITHIN = 10.0
 KEEP_TRYING = 60.0
 """Seconds for which a manager is looked for: it may have to be restarted itself."""
 TRY_AGAIN_AFTER = 0.5
-APPLIED = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
 
 
 class Rescue:

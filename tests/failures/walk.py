@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, Swap
+from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Outcome, Swap
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
 from regraft import CallFailed, rundir
 from tests.failures.injecting import Fault
@@ -16,7 +16,6 @@ from tests.kit.site import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 UNTOUCHED = (Outcome.REJECTED, Outcome.ROLLED_BACK, Outcome.CANCELLED)
-DONE = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +54,7 @@ def walk(system: System, one: Walk) -> Outcome:
     # On a busy machine somebody who is late may have been taken for hung.
     died = one.fault.how != "late" or _hung(system, one) > hung
     _judge_data(system, one, arrived, died=died and one.fault.who == "component")
-    if report.outcome in DONE:
+    if report.outcome in APPLIED:
         undone = _ended(system, _undo(system, report.id))
         assert undone.outcome is Outcome.APPLIED, undone
         assert _values(settled(system)) == _values(before)
@@ -64,11 +63,11 @@ def walk(system: System, one: Walk) -> Outcome:
 
 def _judge(one: Walk, report: AdaptationReport, before: Standings, after: Standings) -> None:
     struck = MANAGER if one.fault.who == "manager" else one.component
-    assert report.outcome in (*UNTOUCHED, *DONE), report
+    assert report.outcome in (*UNTOUCHED, *APPLIED), report
     if report.outcome in UNTOUCHED:
         assert _values(after) == _values(before), report
     others = {struck}
-    if report.outcome in DONE:
+    if report.outcome in APPLIED:
         others |= {change.component for change in one.changes if isinstance(change, Swap)}
     same = (after.keys() & before.keys()) - others
     assert {name: after[name].pid for name in same} == {name: before[name].pid for name in same}, report

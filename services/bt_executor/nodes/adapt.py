@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest
 from bus_schema.annotations import PlainValue
 from bus_schema.registry import type_of
 from services.bt_executor.engine import SUCCESS, Input, Node, Output, Status
@@ -57,7 +57,7 @@ class Adapt(Asking):
         """Succeed if it was applied."""
         write_if_connected(self, "outcome", answer.outcome.value)
         write_if_connected(self, "revision", answer.revision_after)
-        if answer.outcome in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
+        if answer.outcome in APPLIED:
             return SUCCESS
         problems = [f"{each.component}: {each.problem}" for each in answer.violations]
         why = "; ".join([*([answer.error] if answer.error else []), *problems]) or "no reason given"
