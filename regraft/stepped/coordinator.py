@@ -127,10 +127,15 @@ class Coordinator:
             if early is not None:
                 self._take_join(early)
             return
-        self._living.vanished((name, incarnation))
+        waited = self._living.vanished((name, incarnation))
         joining = self._joining.get(name)
         if joining is not None and joining.incarnation == incarnation:
             del self._joining[name]
+        self._ended(name, incarnation)
+        for join in waited:
+            self._take_join(join)
+
+    def _ended(self, name: str, incarnation: int) -> None:
         member = self.roster.members.get(name)
         if member is not None and member.incarnation == incarnation:
             if self._admission.is_open and not self._errands.awaits(name):
@@ -190,7 +195,8 @@ class Coordinator:
         if name in self.roster.members:
             self._drop(name, "it was replaced by a newer run")
         self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
-        self.moment.time = max(self.moment.time, join.time)
+        if self.local.incarnation > 1:  # who has lived under the source before this one knows how late it was
+            self.moment.time = max(self.moment.time, join.time)
         self._exchange({name: StepKind.WELCOME})
 
     def wire(self) -> None:

@@ -1,4 +1,4 @@
-"""Which runs live, by their liveliness tokens: only a run that lives can join the clock."""
+"""Which runs live, by their liveliness tokens: only a run that lives can join the clock, and only alone."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ Run = tuple[str, int]
 
 
 class Living:
-    """The tokens that are there, and the joins that came before their run's token; if none comes, they are forged."""
+    """The tokens that are there, and the joins that came too early: before their run's token, or while an older run
+    of the component lives. A forged one waits for ever.
+    """
 
     def __init__(self) -> None:
         """Nobody lives."""
@@ -19,11 +21,12 @@ class Living:
         self._early: dict[Run, Join] = {}
 
     def admits(self, join: Join) -> bool:
-        """Tell whether the run that asks lives; otherwise its join is kept until it does."""
+        """Tell whether the run that asks lives, and none before it; otherwise its join is kept until that is so."""
         run = (join.member, join.incarnation)
-        if run not in self._runs and len(self._early) < MOST_EARLY:
+        admitted = run in self._runs and not any(name == join.member and n < run[1] for name, n in self._runs)
+        if not admitted and len(self._early) < MOST_EARLY:
             self._early[run] = join
-        return run in self._runs
+        return admitted
 
     def appeared(self, run: Run) -> Join | None:
         """Note a token; returns the join that waited for it."""
@@ -34,6 +37,8 @@ class Living:
         """Tell whether a run's token is there."""
         return run in self._runs
 
-    def vanished(self, run: Run) -> None:
-        """Note that a token has gone."""
+    def vanished(self, run: Run) -> list[Join]:
+        """Note that a token has gone; returns the joins that may have waited for that."""
         self._runs.discard(run)
+        waited = [other for other in self._early if other[0] == run[0] and other in self._runs]
+        return [self._early.pop(other) for other in sorted(waited)]

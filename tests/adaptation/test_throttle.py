@@ -18,7 +18,6 @@ from tests.adaptation.parts import Fragile
 from tests.adaptation.system import PATIENCE, SYSTEM, System, wait_until
 
 AT_ONCE = 40
-EACH = 200
 
 
 @contextmanager
@@ -90,7 +89,8 @@ def test_a_component_is_one_source_in_all_its_requests(system: System) -> None:
     assert seen == ["scanner", "tester"]
 
 
-def test_a_thousand_at_once_are_applied_one_after_the_other_without_a_gap(system: System) -> None:
+@pytest.mark.parametrize("each", [40, pytest.param(200, marks=pytest.mark.evidence)])
+def test_what_five_ask_at_once_is_applied_one_after_the_other_without_a_gap(system: System, each: int) -> None:
     def change(number: int) -> Change:
         if number % 10 == 0:
             return Connect("listener", "hint", ("hints", "spare")[number // 10 % 2])
@@ -101,16 +101,16 @@ def test_a_thousand_at_once_are_applied_one_after_the_other_without_a_gap(system
 
     def press(name: str) -> None:
         with source(system, name) as client, ThreadPoolExecutor(AT_ONCE) as at_once:
-            reports.extend(at_once.map(lambda n: _ask(client, change(n), who=name, patient=True), range(EACH)))
+            reports.extend(at_once.map(lambda n: _ask(client, change(n), who=name, patient=True), range(each)))
 
     pressing = [threading.Thread(target=press, args=(name,)) for name in names]
     for thread in pressing:
         thread.start()
     for thread in pressing:
         thread.join(12 * PATIENCE)
-    assert len(reports) == len(names) * EACH
+    assert len(reports) == len(names) * each
     assert {report.outcome for report in reports} == {Outcome.APPLIED}
     assert sorted(report.revision_after for report in reports) == list(range(2, 2 + len(reports)))
     assert all(report.revision_after == report.revision_before + 1 for report in reports)
-    assert {name: sum(report.request.who == name for report in reports) for name in names} == dict.fromkeys(names, EACH)
+    assert {name: sum(report.request.who == name for report in reports) for name in names} == dict.fromkeys(names, each)
     assert len({report.id for report in reports}) == len(reports)

@@ -58,20 +58,28 @@ def table(out: Path) -> list[str]:
     return [line for line in (out / "report.md").read_text().splitlines() if line.startswith("|")]
 
 
-def test_every_configuration_is_run_with_every_seed_and_equal_campaigns_are_equal_byte_for_byte(tmp_path: Path) -> None:
-    first, second = tmp_path / "first", tmp_path / "second"
-    assert run(first)[0] == 0
-    assert run(second, "--parallel", "2")[0] == 0
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a campaign that has ended."""
+    out = tmp_path_factory.mktemp("whole")
+    assert run(out)[0] == 0
+    return out
+
+
+def test_every_configuration_is_run_with_every_seed_and_equal_campaigns_are_equal_byte_for_byte(
+    whole: Path, tmp_path: Path
+) -> None:
+    assert run(tmp_path, "--parallel", "2")[0] == 0
     files = [
         f"runs/{key}/00{n}/{name}.csv" for key in ("slow", "fast") for n in (1, 2) for name in ("rows", "adaptations")
     ]
-    assert sorted(contents(first)) == sorted(["note.txt", *files])
-    assert contents(first) == contents(second)
-    assert table(first) == table(second)
-    rows = (first / "runs" / "slow" / "001" / "rows.csv").read_text().splitlines()
+    assert sorted(contents(whole)) == sorted(["note.txt", *files])
+    assert contents(whole) == contents(tmp_path)
+    assert table(whole) == table(tmp_path)
+    rows = (whole / "runs" / "slow" / "001" / "rows.csv").read_text().splitlines()
     assert rows[0] == "time,number,heard,even"
     assert len(rows) >= 4
-    assert (first / "runs" / "slow" / "001" / "timing.csv").read_text().startswith("what,time,wall_s\nstartup,,")
+    assert (whole / "runs" / "slow" / "001" / "timing.csv").read_text().startswith("what,time,wall_s\nstartup,,")
 
 
 def test_the_stack_as_it_was_run_can_be_run_again(tmp_path: Path) -> None:
@@ -81,9 +89,8 @@ def test_the_stack_as_it_was_run_can_be_run_again(tmp_path: Path) -> None:
     assert "CountRecorder" in text
 
 
-def test_killed_at_any_point_it_goes_on_and_ends_with_the_same_tables(tmp_path: Path) -> None:
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
-    assert run(whole)[0] == 0
+def test_killed_at_any_point_it_goes_on_and_ends_with_the_same_tables(whole: Path, tmp_path: Path) -> None:
+    killed = tmp_path / "killed"
     for number, how in enumerate((signal.SIGKILL, signal.SIGINT, signal.SIGTERM)):
         process = started(killed, *(["--resume"] if number else []))
         deadline = time.monotonic() + 60.0

@@ -23,13 +23,19 @@ def scripted(folder: Path, stack: str, seconds: float, script: list[Any]) -> tup
     return run, [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
 
 
-def twice(tmp_path: Path, stack: str, seconds: float, script: list[Any]) -> Run:
-    (first, said), (second, said_again) = (scripted(tmp_path / name, stack, seconds, script) for name in ("one", "two"))
+def applied(run: Run, said: list[str], script: list[Any]) -> Run:
+    """Return a run all of whose adaptations were applied, and which simulated time has not left."""
     adaptations = [line for line in said if line.startswith("adaptation")]
     assert [line.split()[1] for line in adaptations] == ["applied"] * len(script), said
     assert len(said) == len(script) + sum(bool(service) for *_, service in script)
+    assert run.summary["reproducible"] is True, run.errors
+    assert run.summary["dropped"] == []
+    return run
+
+
+def twice(tmp_path: Path, stack: str, seconds: float, script: list[Any]) -> Run:
+    """Run one script twice, to the same end; returns the first run."""
+    (first, said), (second, said_again) = (scripted(tmp_path / name, stack, seconds, script) for name in ("one", "two"))
     assert said == said_again
-    assert first.summary["reproducible"] is True, first.errors
-    assert first.summary["dropped"] == []
     assert first.summary["digest"] == second.summary["digest"], second.errors
-    return first
+    return applied(first, said, script)

@@ -8,7 +8,7 @@ import sys
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count
+from bus_schema.annotations import Count, PlainValue
 from bus_schema.description import Resources
 from bus_schema.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
@@ -195,3 +195,24 @@ class Holder(Totaller):
     """Needs a device for itself."""
 
     resources = Resources(memory=8.0, devices=("lidar",))
+
+
+class KeepingSink(Sink):
+    """Hands over what it has noticed."""
+
+    KEPT = ("last", "total", "heard", "lost", "doubled", "disordered", "wrong", "gap", "before")
+
+    def snapshot(self) -> PlainValue:
+        return {name: getattr(self, name) for name in self.KEPT}
+
+    def restore(self, state: PlainValue) -> None:
+        for name in self.KEPT:
+            setattr(self, name, state[name])
+
+
+class SlowSink(KeepingSink):
+    """Takes its time to go on."""
+
+    def on_activate(self) -> None:
+        print("takes its time", flush=True)
+        time.sleep(0.5)

@@ -236,6 +236,25 @@ def test_a_manager_killed_in_the_middle_undoes_the_swap_on_its_return(running: S
     assert adapt(running, DOUBLER).outcome is Outcome.APPLIED
 
 
+def test_two_that_feed_each_other_both_go_back_when_the_manager_is_killed_between_them(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
+    system = start(STACK.replace(f"{PARTS}:Sink", "tests.host.parts:KeepingSink"))
+    for name in ("source", "totaller", "sink", "adaptation_manager"):
+        system.wait_running(name)
+    hears_on(system, 50)
+    before = system.processes()
+    pending = adapt(system, DOUBLER, Swap("sink", "tests.host.parts:SlowSink"), wait=False)
+    wait_until(lambda: any("takes its time" in line for line in system.client.logs("sink")))
+    os.kill(before["adaptation_manager"].pid, signal.SIGKILL)
+    assert line_of(system, pending).outcome is Outcome.ROLLED_BACK
+    speaks_again(system, before["totaller"])
+    speaks_again(system, before["sink"])
+    hears_on(system, 50)
+    assert faults(system) == NOTHING
+
+
 def beside(system: System) -> tuple[ProcessStatus, ...]:
     status = system.client.hosts()["local"].status
     return status.beside if status else ()
