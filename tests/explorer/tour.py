@@ -32,7 +32,7 @@ class Tour:
         return self.answers[-1]
 
     def go(self, goal: Frontier, *, look_on_the_way: bool = False) -> bool:
-        """Go to a goal if the room really has a way there, and look round; tell whether it has."""
+        """Go to a goal, or as near to it as the room has a way, and look round there; tell whether it was reached."""
         assert goal.goal is not None
         there = (goal.goal.pose.x, goal.goal.pose.y)
         truth = self.room.ground(self.place)
@@ -40,6 +40,9 @@ class Tour:
         lengths = truth.ways(np.array([last]))[0] if truth.allowed[last] else np.full(truth.allowed.shape, math.inf)
         cell = truth.start
         if not math.isfinite(lengths[cell]):
+            near = np.argwhere(truth.reachable)
+            row, column = near[np.hypot(*(near - last).T).argmin()]
+            self._stand(*truth.point((int(row), int(column))))
             return False
         self.distance += float(lengths[cell])
         while look_on_the_way and cell != last:
