@@ -22,14 +22,17 @@ from regraft import Parameter
 from tests.failures.parts import LATE
 
 SOON = 0.002
+HOST_PID = "edge.pid"
+"""The file with the process of the second host."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
     """What goes wrong at the ``step``-th step (from 1).
 
-    ``how`` is die, hang, late or refuse; ``who`` the component that the step concerns, or the manager itself;
-    ``when`` before, during or after the step, or ``inside``: when ``method`` of the component's class is called.
+    ``how`` is die, hang, late or refuse; ``who`` the component that the step concerns, the manager itself, or the
+    second host (``host``); ``when`` before, during or after the step, or ``inside``: when ``method`` of the
+    component's class is called.
     """
 
     step: int
@@ -96,16 +99,17 @@ class _Injector:
             flags.mkdir(exist_ok=True)
             (flags / component).write_text(f"{fault.how} in {fault.method}")
             return
-        pid = os.getpid()
-        if fault.who == "component":
-            process = site.controls.living(component)
-            if process is None:
-                return
-            pid = process.pid or 0
+        pid = self._pid_of(site, component, fault.who)
         if fault.when == "during":
             threading.Timer(SOON, _hit, (pid, fault.how)).start()
         else:
             _hit(pid, fault.how)
+
+    def _pid_of(self, site: Site, component: str, who: str) -> int:
+        if who == "component":
+            process = site.controls.living(component)
+            return process.pid if process is not None else 0
+        return os.getpid() if who == "manager" else int((self.path.parent / HOST_PID).read_text())
 
 
 def _hit(pid: int, how: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Remove, SetParameters, Swap
+from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Move, Remove, SetParameters, Swap
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.lifecycle import Transition
 
@@ -45,6 +45,21 @@ modes:
     - {change: connect, component: relay, port: numbers, topic: others}
 """
 
+OF_TWO_HOSTS = STACK.replace(
+    "topics:", "hosts: {edge: {lost_after: 1.0}}\ntopics:\n  away: {type: failures/Number}"
+).replace(
+    "  meter:",
+    """\
+  far:
+    class: tests.failures.parts:Relay
+    host: edge
+    parameters: {flags: $RUN/flags}
+    connect: {numbers: others, relayed: away}
+    restart: {limit: 100, window: 1, backoff: 0.01}
+  meter:""",
+)
+"""The same with a component on a second host."""
+
 THIRD = ComponentSpec(
     cls="tests.failures.parts:Relay",
     connections={"numbers": "numbers", "relayed": "more"},
@@ -71,6 +86,15 @@ KINDS: dict[str, tuple[Change, ...]] = {
         SetParameters("relay", {"gain": 3.0}),
     ),
 }
-"""Each begins and ends with the stack as it is in ``STACK``."""
+KINDS_OF_TWO_HOSTS: dict[str, tuple[Change, ...]] = {
+    "move": (Move("relay", "edge"),),
+    "move home": (Move("far", "local"),),
+    "several with a move": (
+        SetParameters("far", {"gain": 2.0}),
+        Move("relay", "edge"),
+        Swap("second", "tests.failures.parts:Loud", {"gain": 4.0}),
+    ),
+}
+"""Each begins and ends with the stack as it is in ``STACK``, or ``OF_TWO_HOSTS``."""
 WITH_A_GAP = {"connect", "mode", "several", "transition", "remove"}
 """Kinds that move inputs, or make a component inactive: what is told where nobody listens then is not lost."""

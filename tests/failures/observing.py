@@ -13,14 +13,16 @@ from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
 from regraft.client import ClientError
+from tests.host.guests import Guest
 from tests.host.system import System, children_of
 from tests.kit.site import PATIENCE, wait_until
 
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """One component as it stands: its class, its state, its values, and the process that it is."""
+    """One component as it stands: its host, its class, its state, its values, and the process that it is."""
 
+    host: str
     cls: str
     state: str
     parameters: dict[str, Any]
@@ -31,13 +33,14 @@ class Standing:
 Standings = dict[str, Standing]
 
 
-def settled(system: System) -> Standings:
+def settled(system: System, *others: Guest) -> Standings:
     """Wait until every process that a host has is well, and return how each component stands."""
     found: list[Standings] = []
+    hosts = {"local": system.process.pid} | {guest.name: guest.process.pid for guest in others}
 
     def well() -> bool:
         with contextlib.suppress(ClientError, AssertionError):
-            found.append(_look(system))
+            found.append(_look(system, hosts))
             return True
         return False
 
@@ -45,23 +48,38 @@ def settled(system: System) -> Standings:
     return found[-1]
 
 
-def _look(system: System) -> Standings:
-    specs = {spec.name: spec for spec in system.client.host_view("local").specs}
-    processes = system.processes()
-    assert processes.keys() == specs.keys()
+def _look(system: System, hosts: dict[str, int]) -> Standings:
+    standings: Standings = {}
+    for host, pid in hosts.items():
+        there = _look_at_host(system, host)
+        assert not standings.keys() & there.keys()
+        standings |= there
+        # Its host and the process that all are forked from run beside them.
+        strangers = set(children_of(pid)) - {standing.pid for standing in there.values()}
+        assert len(strangers) == 1, f"processes of nobody: {strangers}"
+    return standings
+
+
+def _look_at_host(system: System, host: str) -> Standings:
+    specs = {spec.name: spec for spec in system.client.host_view(host).specs}
+    status = system.client.hosts()[host].status
+    assert status is not None
+    assert not [process for process in status.beside if process.pid]
+    assert {process.component for process in status.processes} == specs.keys()
     standings = {}
-    for name, process in processes.items():
+    for process in status.processes:
+        name = process.component
         assert process.state is ProcessState.RUNNING
         view = system.client.view(name)
         assert view.incarnation == process.incarnation
-        standings[name] = Standing(
-            specs[name].cls, view.state.value, dict(view.parameters), dict(view.connections), process.pid
-        )
-    # Its host and the process that all are forked from run beside them.
-    pids = {standing.pid for standing in standings.values()}
-    strangers = set(children_of(system.process.pid)) - pids
-    assert len(strangers) == 1, f"processes of nobody: {strangers}"
+        values = {name: _as_at_first_host(value, host) for name, value in view.parameters.items()}
+        standings[name] = Standing(host, specs[name].cls, view.state.value, values, dict(view.connections), process.pid)
     return standings
+
+
+def _as_at_first_host(value: Any, host: str) -> Any:
+    """Return a value as it is at the first host: each host has a folder of its own for what a run writes."""
+    return value.replace(f"/tests@{host}/", "/tests/") if isinstance(value, str) else value
 
 
 def architecture(system: System) -> Architecture:
@@ -92,6 +110,8 @@ def disagreements(standings: Standings, should_be: Architecture) -> list[str]:
 
 def _differences(standing: Standing, spec: ComponentSpec) -> list[str]:
     found = []
+    if standing.host != spec.host:
+        found.append(f"it is on {standing.host}, should be on {spec.host}")
     if standing.cls != spec.cls:
         found.append(f"its class is {standing.cls}, should be {spec.cls}")
     if standing.state != spec.state.value:
@@ -107,7 +127,7 @@ def _differences(standing: Standing, spec: ComponentSpec) -> list[str]:
 
 
 def delivered(system: System) -> dict[str, dict[str, dict[str, int]]]:
-    """Return what has arrived at the end of both lines: per line and origin."""
+    """Return what has arrived at the end of each line: per line and origin."""
     snapshot = system.client.control("meter", "state")
     assert isinstance(snapshot, Snapshot)
     lines: dict[str, dict[str, dict[str, int]]] = snapshot.state

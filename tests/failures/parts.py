@@ -129,13 +129,14 @@ class _Tracks:
 
 
 class Meter(Component):
-    """Counts what arrives at the end of both lines: per line and origin what was heard, lost and doubled."""
+    """Counts what arrives at the end of each line: per line and origin what was heard, lost and doubled."""
 
     relayed = Input(Number)
     aside = Input(Number, required=False)
+    away = Input(Number, required=False)
 
     def __init__(self) -> None:
-        self.lines = {"relayed": _Tracks(), "aside": _Tracks()}
+        self.lines = {"relayed": _Tracks(), "aside": _Tracks(), "away": _Tracks()}
 
     @relayed.handler
     def take_relayed(self, number: Number) -> None:
@@ -144,6 +145,10 @@ class Meter(Component):
     @aside.handler
     def take_aside(self, number: Number) -> None:
         self.lines["aside"].take(number)
+
+    @away.handler
+    def take_away(self, number: Number) -> None:
+        self.lines["away"].take(number)
 
     def snapshot(self) -> PlainValue:
         return {

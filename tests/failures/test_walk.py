@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import Outcome, Swap
+from bus_schema.adaptation import Move, Outcome, Swap
 from tests.failures.injecting import Fault
-from tests.failures.kinds import KINDS, STACK
+from tests.failures.kinds import KINDS, KINDS_OF_TWO_HOSTS
+from tests.failures.place import Place
 from tests.failures.walk import Walk, plan, walk
-from tests.host.system import System, children_of, exists
 
 WAYS = (
     *(("before", how, "component") for how in ("die", "hang", "late")),
@@ -22,65 +22,71 @@ WAYS = (
     ("during", "hang", "manager"),
 )
 """How a step can fail: when, how, and who."""
-OF_SWAPS = tuple((method, how) for method in ("restore", "on_activate") for how in ("die", "hang", "refuse", "late"))
+OF_HAND_OVERS = tuple(
+    (method, how) for method in ("restore", "on_activate") for how in ("die", "hang", "refuse", "late")
+)
 """How it can fail besides where one run of a component takes over from another: in which method, and how."""
 
-Start = Callable[[], System]
+OF_HOSTS = (*((when, "die", "host") for when in ("before", "during", "after")), ("before", "late", "host"))
+"""How it can fail besides where a second host takes part."""
+
+Start = Callable[..., Place]
 
 
 @pytest.fixture
 def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     """Return what starts the system that is changed; it leaves nothing behind."""
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    (tmp_path / "stack.yaml").write_text(STACK)
-    started: list[System] = []
+    started: list[Place] = []
 
-    def run() -> System:
-        system = System(tmp_path / "stack.yaml")
-        started.append(system)
-        for name in ("relay", "second", "meter", "adaptation_manager"):
-            system.wait_running(name)
-        return system
+    def run(hosts: int = 1) -> Place:
+        started.append(Place(tmp_path, hosts=hosts))
+        return started[-1]
 
     yield run
-    for system in started:
-        processes = children_of(system.process.pid)
-        system.end()
-        assert not [pid for pid in processes if exists(pid)]
+    for place in started:
+        place.end()
 
 
-def _walks(system: System, kind: str) -> list[Walk]:
-    changes = KINDS[kind]
-    concerned = plan(system, changes)
-    swapped = {change.component for change in changes if isinstance(change, Swap)}
+def _walks(place: Place, kind: str) -> list[Walk]:
+    changes = (KINDS | KINDS_OF_TWO_HOSTS)[kind]
+    concerned = plan(place.system, changes)
+    handed_over = {change.component for change in changes if isinstance(change, Swap | Move)}
+    ways = (*WAYS, *OF_HOSTS) if place.guests else WAYS
     walks = []
     for step, component in enumerate(concerned, start=1):
-        faults = [Fault(step, when, how, who) for when, how, who in WAYS]
-        if component in swapped:
-            faults += [Fault(step, "inside", how, method=method) for method, how in OF_SWAPS]
+        faults = [Fault(step, when, how, who) for when, how, who in ways]
+        if component in handed_over:
+            faults += [Fault(step, "inside", how, method=method) for method, how in OF_HAND_OVERS]
         walks += [Walk(kind, changes, fault, component) for fault in faults]
     return walks
 
 
-def _walk_all(system: System, walks: list[Walk]) -> Counter[Outcome]:
+def _walk_all(place: Place, walks: list[Walk]) -> Counter[Outcome]:
     outcomes: Counter[Outcome] = Counter()
     for one in walks:
         print(one, end=": ", flush=True)
-        outcome = walk(system, one)
+        outcome = walk(place, one)
         print(outcome.value, flush=True)
         outcomes[outcome] += 1
     return outcomes
 
 
 @pytest.mark.evidence
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, *KINDS_OF_TWO_HOSTS])
 def test_whatever_fails_at_any_step_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
-    system = start()
-    outcomes = _walk_all(system, _walks(system, kind))
+    place = start(hosts=1 if kind in KINDS else 2)
+    outcomes = _walk_all(place, _walks(place, kind))
     print(kind, {outcome.value: count for outcome, count in outcomes.items()})
 
 
 def test_whatever_fails_at_some_steps_of_several_changes_all_of_it_has_happened_or_none(start: Start) -> None:
-    system = start()
-    outcomes = _walk_all(system, [*_walks(system, "several")[::9], *_walks(system, "swap")[::7]])
+    place = start()
+    outcomes = _walk_all(place, [*_walks(place, "several")[::9], *_walks(place, "swap")[::7]])
+    assert outcomes[Outcome.ROLLED_BACK] > 0
+
+
+def test_whatever_fails_at_some_steps_of_a_move_all_of_it_has_happened_or_none(start: Start) -> None:
+    place = start(hosts=2)
+    outcomes = _walk_all(place, _walks(place, "move")[3::9])
     assert outcomes[Outcome.ROLLED_BACK] > 0

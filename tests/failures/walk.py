@@ -5,16 +5,18 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 
-from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Outcome, Swap
+from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Move, Outcome, Swap
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
-from regraft import CallFailed, rundir
+from regraft import CallFailed
 from tests.failures.injecting import Fault
 from tests.failures.kinds import WITH_A_GAP
 from tests.failures.observing import Standings, architecture, delivered, disagreements, settled
+from tests.failures.place import Place
 from tests.host.system import System
 from tests.kit.site import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
+FIRST = "local"
 Arrived = dict[str, dict[str, dict[str, int]]]
 UNTOUCHED = (Outcome.REJECTED, Outcome.ROLLED_BACK, Outcome.CANCELLED)
 
@@ -40,36 +42,40 @@ def plan(system: System, changes: tuple[Change, ...]) -> tuple[str, ...]:
     return tuple(step.component for step in report.steps)
 
 
-def walk(system: System, one: Walk) -> Outcome:
+def walk(place: Place, one: Walk) -> Outcome:
     """Adapt with a fault on the way, check what stands, and undo it if it was applied; returns the outcome."""
-    before, arrived, hung = settled(system), delivered(system), _hung(system, one)
-    assert disagreements(before, architecture(system)) == []
-    folder = rundir.folder("tests")
-    one.fault.prepare(folder)
+    system = place.system
+    before, arrived, hung = settled(system, *place.guests), delivered(system), _hung(system, one)
+    differences = disagreements(before, architecture(system))
+    assert not differences, differences
+    one.fault.prepare(place.folder)
     report = _ended(system, _adapt(system, AdaptationRequest(one.changes, reason=str(one), key=_key())))
-    (folder / "fault.json").unlink(missing_ok=True)
-    shutil.rmtree(folder / "flags", ignore_errors=True)
-    after = settled(system)
+    (place.folder / "fault.json").unlink(missing_ok=True)
+    shutil.rmtree(place.folder / "flags", ignore_errors=True)
+    place.complete()
+    after = settled(system, *place.guests)
     _judge(one, report, before, after)
     assert disagreements(after, architecture(system)) == [], report
     # On a busy machine somebody who is late may have been taken for hung.
     died = one.fault.how != "late" or _hung(system, one) > hung
-    _judge_data(system, one, arrived, report.outcome, died=died and one.fault.who == "component")
+    _judge_data(system, one, arrived, report.outcome, died=died and one.fault.who != "manager")
     if report.outcome in APPLIED:
         undone = _ended(system, _undo(system, report.id))
         assert undone.outcome is Outcome.APPLIED, undone
-        assert _values(settled(system)) == _values(before)
+        assert _values(settled(system, *place.guests)) == _values(before)
     return report.outcome
 
 
 def _judge(one: Walk, report: AdaptationReport, before: Standings, after: Standings) -> None:
-    struck = MANAGER if one.fault.who == "manager" else one.component
+    struck = {MANAGER if one.fault.who == "manager" else one.component}
+    if one.fault.who == "host":
+        struck = {name for standings in (before, after) for name in standings if standings[name].host != FIRST}
     assert report.outcome in (*UNTOUCHED, *APPLIED), report
     if report.outcome in UNTOUCHED:
         assert _values(after) == _values(before), report
-    others = {struck}
+    others = struck
     if report.outcome in APPLIED:
-        others |= {change.component for change in one.changes if isinstance(change, Swap)}
+        others = others | {change.component for change in one.changes if isinstance(change, Swap | Move)}
     same = (after.keys() & before.keys()) - others
     assert {name: after[name].pid for name in same} == {name: before[name].pid for name in same}, report
 

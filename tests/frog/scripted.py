@@ -11,6 +11,18 @@ from tests.frog.frog import STACK, Run, run_frog
 
 def scripted(folder: Path, stack: str, seconds: float, script: list[Any]) -> tuple[Run, list[str]]:
     """Run a stack of FROG's with a changer in it; returns how it ended, and what became of the adaptations."""
+    path = with_changer(folder, stack, script)
+    return run_frog(folder / "home", seconds, "--speed", "max", stack=path), told(folder / "home")
+
+
+def told(home: Path) -> list[str]:
+    """Return what the changer of a run has said."""
+    log = next(home.glob("*/logs/changer.log")).read_text()
+    return [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
+
+
+def with_changer(folder: Path, stack: str, script: list[Any]) -> Path:
+    """Write a stack of FROG's with a changer in it into a new folder; returns its file."""
     folder.mkdir()
     for part in STACK.iterdir():
         if part.suffix != ".yaml":
@@ -18,9 +30,7 @@ def scripted(folder: Path, stack: str, seconds: float, script: list[Any]) -> tup
     (folder / "script.json").write_text(json.dumps(script))
     changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
     (folder / "stack.yaml").write_text((STACK / stack).read_text() + changer)
-    run = run_frog(folder / "home", seconds, "--speed", "max", stack=folder / "stack.yaml")
-    log = next((folder / "home").glob("*/logs/changer.log")).read_text()
-    return run, [line for line in log.splitlines() if line.startswith(("adaptation", "seen"))]
+    return folder / "stack.yaml"
 
 
 def applied(run: Run, said: list[str], script: list[Any]) -> Run:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import pytest
 
 from bus_schema.messages.mission import MissionState, MissionStatus
 from bus_schema.messages.perception import Detections
-from tests.frog.frog import Frog
+from regraft import rundir
+from tests.frog.frog import Frog, Run, run_frog
+from tests.frog.scripted import told, with_changer
 from tests.host.guests import Guest
 from tests.kit.site import wait_until
 
@@ -26,12 +31,40 @@ def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_n
             wait_until(lambda host=host: _host_of(frog, "detector") == host, f"the detector at {host}")  # type: ignore[misc]
             heard = len(looks)
             wait_until(lambda heard=heard: len(looks) > heard, "the detector to look again")  # type: ignore[misc]
-        told = frog.client.clock()
-        assert told is not None
-        assert (told.reproducible, told.dropped) == (True, ())
+        clock = frog.clock()
+        assert (clock.reproducible, clock.dropped) == (True, ())
         assert not [one for one in missions if one.state in (MissionState.FAILED, MissionState.HALTED)]
     finally:
         assert edge.end() == 0
+
+
+@pytest.mark.evidence
+def test_equal_runs_with_moves_are_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = (_run_with_moves(tmp_path / name, monkeypatch) for name in ("one", "two"))
+    assert [line.split()[1] for line in first[1] if line.startswith("adaptation")] == ["applied"] * 3
+    assert first[1] == second[1]
+    assert first[0].summary["reproducible"] is True, first[0].errors
+    assert first[0].summary["digest"] == second[0].summary["digest"]
+
+
+def _run_with_moves(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Run, list[str]]:
+    """Run FROG with its detector on a second host at first; returns how it ended, and what became of the moves."""
+    script = [[4.0, [_move("local")], "detect"], [7.0, [_move("edge")], "detect"], [10.0, [_move("local")], ""]]
+    stack = with_changer(folder, "stack.yaml", script)
+    monkeypatch.setenv("REGRAFT_HOME", str(folder / "home"))
+    with ThreadPoolExecutor(1) as pool:
+        options = ("--speed", "max", "--system", "tests", "--place", "detector=edge")
+        running = pool.submit(run_frog, folder / "home", 13, *options, stack=stack)
+        wait_until(lambda: bool(rundir.running()), "the run to begin")
+        edge = Guest(rundir.find("tests").join, "edge", folder / "edge.log")
+        try:
+            return running.result(), told(folder / "home")
+        finally:
+            assert edge.process.wait(30) == 0  # it ends with the run
+
+
+def _move(host: str) -> dict[str, str]:
+    return {"change": "move", "component": "detector", "host": host}
 
 
 def _host_of(frog: Frog, component: str) -> str | None:

@@ -1,0 +1,53 @@
+"""Where walks are made: a system, with a second host if they need one, which may be killed on the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bus_schema.messages.host import HostState
+from regraft import rundir
+from tests.failures.injecting import HOST_PID
+from tests.failures.kinds import OF_TWO_HOSTS, STACK
+from tests.host.guests import Guest, wait_state
+from tests.host.system import System, children_of, exists
+
+
+class Place:
+    """``folder`` of the run is where faults are prepared."""
+
+    def __init__(self, folder: Path, *, hosts: int = 1) -> None:
+        """Start it, and wait until all run."""
+        stack = folder / "stack.yaml"
+        stack.write_text(STACK if hosts == 1 else OF_TWO_HOSTS)
+        self._logs = folder
+        self.guests: list[Guest] = []
+        self.system = System(stack)
+        self.folder = rundir.folder("tests")
+        for name in ("relay", "second", "meter", "adaptation_manager"):
+            self.system.wait_running(name)
+        if hosts > 1:
+            self._join()
+
+    def _join(self) -> None:
+        guest = Guest(self.system.info.endpoint, "edge", self._logs / "edge.log")
+        guest.wait_joined(self.system)
+        self.guests = [guest]
+        (self.folder / HOST_PID).write_text(str(guest.process.pid))
+        flags = rundir.folder("tests@edge") / "flags"
+        if not flags.is_symlink():
+            flags.symlink_to(self.folder / "flags")
+
+    def complete(self) -> None:
+        """Have the second host join again if it was killed."""
+        if self.guests and self.guests[0].process.poll() is not None:
+            wait_state(self.system, "edge", HostState.LOST)
+            self._join()
+
+    def end(self) -> None:
+        """End it all, and see that nothing is left."""
+        hosts = [self.system.process.pid, *(guest.process.pid for guest in self.guests)]
+        processes = [pid for host in hosts for pid in children_of(host)]
+        for guest in self.guests:
+            guest.end()
+        self.system.end()
+        assert not [pid for pid in processes if exists(pid)]
