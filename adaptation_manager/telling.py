@@ -39,6 +39,10 @@ class Telling:
         if report.revision_after != report.revision_before or Phase.CONFIRM in (phase.phase for phase in report.phases):
             self.architecture()
 
+    def begin(self) -> None:
+        """Tell the architecture for the first time."""
+        self._architecture.publish(self._current())
+
     def architecture(self) -> None:
         """Tell the architecture as it should be now."""
         if self._architecture.wanted:

@@ -42,11 +42,13 @@ MANAGER = """
 class System:
     """Started on entering, ended on leaving. ``begun`` is when the command was given, in monotonic seconds."""
 
-    def __init__(self, topics: str, components: str) -> None:
-        """Take the topics and components of the stack, in YAML, indented by two."""
+    def __init__(self, topics: str, components: str, hosts: tuple[str, ...] = ()) -> None:
+        """Take the topics and components of the stack, in YAML, indented by two, and the hosts that are to join."""
         self._home = tempfile.TemporaryDirectory(prefix="regraft-bench-")
         self._folder = Path(self._home.name)
-        (self._folder / "stack.yaml").write_text(f"{HEAD}{topics}\ncomponents:{components}")
+        (self._folder / "stack.yaml").write_text(
+            f"{HEAD}{topics}\nhosts: [{', '.join(hosts)}]\ncomponents:{components}"
+        )
         self.events: list[tuple[float, Event]] = []
 
     def __enter__(self) -> System:
