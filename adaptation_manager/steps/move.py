@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import fields, replace
 
 from adaptation_manager.steps import rescue
-from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
 from adaptation_manager.steps.draft import Draft
-from adaptation_manager.steps.swap import HANDS_OVER, of_state, of_time
+from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, of_time, plan_steps
 from bus_schema.adaptation import Move
 from bus_schema.architecture import ComponentSpec
 from bus_schema.description import Description
-from bus_schema.messages.control import ComponentView
 
 
 def plan(draft: Draft, change: Move) -> None:
@@ -34,7 +32,12 @@ def plan(draft: Draft, change: Move) -> None:
     draft.update(new)
     live = draft.live.get(name)
     if live is not None and not problems:
-        _plan_steps(draft, change, spec, new, live)
+        plan_steps(
+            draft,
+            Successor(spec, new, live, with_state=change.with_state),
+            start=f"start it on {new.host} beside that on {spec.host}",
+            hand_over=f"hand over to {new.host}",
+        )
 
 
 def _refusals(draft: Draft, change: Move, spec: ComponentSpec) -> list[tuple[str, str]]:
@@ -97,25 +100,3 @@ def _differences(here: Description | None, other: Description) -> str:
         return ""
     names = [field.name for field in fields(Description)]
     return ", ".join(name for name in names if getattr(here, name) != getattr(other, name))
-
-
-def _plan_steps(draft: Draft, change: Move, old: ComponentSpec, new: ComponentSpec, live: ComponentView) -> None:
-    name, incumbent = new.name, draft.begun.get(new.name) or live.incarnation
-    stateful = old.description is not None and old.description.stateful
-    start = PlannedStep(
-        name,
-        f"start it on {new.host} beside that on {old.host}",
-        RunSuccessor(name, new, incumbent, change.with_state and stateful),
-        EndSuccessor(name, new.host, incumbent),
-    )
-    # What has no connections yet hands nothing over: it is configured first.
-    beside = draft.preparing if draft.at_first(name) in HANDS_OVER else draft.steps
-    beside.append(start)
-    draft.steps.append(
-        PlannedStep(
-            name,
-            f"hand over to {new.host}" + (", without its state" if stateful and not change.with_state else ""),
-            TakeOver(name, old.host, incumbent, live.state),
-            GiveBack(name, old.host, incumbent, new.host),
-        )
-    )

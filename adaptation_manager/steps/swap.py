@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import (
-    EndSuccessor,
-    GiveBack,
-    LeaveStopped,
-    PlannedStep,
-    RunProcess,
-    RunSuccessor,
-    TakeOver,
-    TakePart,
-)
+from adaptation_manager.steps.actions import LeaveStopped, PlannedStep, RunProcess, TakePart
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Move, Swap
+from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, of_time, plan_steps
+from bus_schema.adaptation import Swap
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import ComponentSpec
 from bus_schema.description import Description, ParameterDescription, PortDescription
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 from regraft.stack.components import connections
-
-HANDS_OVER = (State.ACTIVE, State.INACTIVE)
 
 
 def plan(draft: Draft, change: Swap) -> None:
@@ -112,32 +102,6 @@ def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
     return parameter.schema.get("type"), parameter.unit
 
 
-def of_state(change: Swap | Move, old: ComponentSpec, new: ComponentSpec) -> str | None:
-    """Return why the state cannot be handed over; where there is none, nothing is lost."""
-    before, behind = old.description, new.description
-    if not change.with_state or before is None or behind is None or not before.stateful:
-        return None
-    if before.state_version in behind.restores:
-        return None
-    takes = ", ".join(map(str, behind.restores))
-    goes_on = f"goes on from version {takes}" if behind.restores else "goes on from none"
-    return (
-        f"the component has a state of version {before.state_version}, and {new.cls} {goes_on}: "
-        "with_state: false lets it begin without"
-    )
-
-
-def of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
-    """Return why one run cannot go on where another stopped, under simulated time; None if it can."""
-    before, behind = old.description, new.description
-    if not draft.architecture.simulated or before is None or behind is None or before.in_step == behind.in_step:
-        return None
-    lives = "lives in simulated time, and the component by the wall clock"
-    if before.in_step:
-        lives = "lives by the wall clock, and the component in simulated time"
-    return f"{new.cls} {lives}: remove it, and add another"
-
-
 def _plan_replacement(draft: Draft, change: Swap, new: ComponentSpec) -> None:
     """Start a component that does not run as the other that it is to be: there is nobody to take over from."""
     name, stopped = new.name, LeaveStopped(new.name, new.host)
@@ -160,26 +124,13 @@ def _view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True)
 
 
 def _plan_steps(draft: Draft, change: Swap, new: ComponentSpec, live: ComponentView) -> None:
-    name, host, incumbent = new.name, new.host, draft.begun.get(new.name) or live.incarnation
-    old = draft.before[name].description
-    with_state = change.with_state and old is not None and old.stateful
-    start = PlannedStep(
-        name,
-        f"start {new.cls} beside it",
-        RunSuccessor(name, new, incumbent, with_state),
-        EndSuccessor(name, host, incumbent),
+    old = draft.before[new.name]
+    lets_go = old.description is not None and old.description.exclusive
+    plan_steps(
+        draft,
+        Successor(old, new, live, with_state=change.with_state),
+        start=f"start {new.cls} beside it",
+        hand_over=f"hand over to {new.cls}",
+        more=", with a gap: it lets go first" if lets_go else "",
     )
-    # What has no connections yet hands nothing over: it is configured first.
-    beside = draft.preparing if draft.at_first(name) in HANDS_OVER else draft.steps
-    beside.append(start)
-    draft.steps.append(
-        PlannedStep(
-            name,
-            f"hand over to {new.cls}"
-            + ("" if with_state or not old or not old.stateful else ", without its state")
-            + (", with a gap: it lets go first" if old and old.exclusive else ""),
-            TakeOver(name, host, incumbent, live.state),
-            GiveBack(name, host, incumbent),
-        )
-    )
-    draft.live[name] = _view_of(live, new)
+    draft.live[new.name] = _view_of(live, new)
