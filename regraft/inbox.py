@@ -10,9 +10,6 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
-SOON = 0.003
-"""Seconds: a shorter wait carries its own time-out, a longer one is ended by the alarm."""
-
 
 class Inbox:
     """Items in the order of their arrival: put from any thread, taken by one.
@@ -20,6 +17,9 @@ class Inbox:
     A wait with a time-out has the kernel set a timer, which costs as much as a fifth of a round trip; and a
     component waits after every message. So another thread, the alarm, keeps the time, and is told of it only
     when something is due earlier than what it is set to. A wait may end early with nothing.
+
+    No wait carries a time-out of its own: before Python 3.13, ``SimpleQueue.get(timeout=...)`` waits for ever if its
+    thread is held up in it until the time is over.
 
     What is shelved is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
     whoever takes is ``attentive``. It comes behind what was put, whichever came first.
@@ -50,16 +50,15 @@ class Inbox:
 
     def get(self, timeout: float) -> Any:
         """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
-        return self.get_until(time.monotonic() + timeout) if timeout > SOON else self._get_soon(timeout)
+        return self.get_until(time.monotonic() + timeout) if timeout > 0.0 else self._take_now()
 
     def get_until(self, then: float) -> Any:
         """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
         if self._shelf:
-            return self._get_soon(0.0)
+            return self._take_now()
         if self._alarm.set_to > then:
-            left = then - time.monotonic()
-            if left <= SOON:
-                return self._get_soon(left)
+            if then <= time.monotonic():
+                return self._take_now()
             self._alarm.set(then)
         return self._items.get()
 
@@ -72,12 +71,11 @@ class Inbox:
         for _ in range(len(self._shelf)):
             yield self._shelf.popleft()
 
-    def _get_soon(self, timeout: float) -> Any:
+    def _take_now(self) -> Any:
         item = None
-        timeout = 0.0 if self._shelf else timeout
         try:
             while item is None:  # the alarm's Nones stand among the items
-                item = self._items.get(timeout=timeout) if timeout > 0.0 else self._items.get_nowait()
+                item = self._items.get_nowait()
         except queue.Empty:
             pass
         return self._shelf.popleft() if item is None and self._shelf else item
@@ -92,29 +90,30 @@ class _Alarm:
     def __init__(self, ring: Callable[[None], object]) -> None:
         self.set_to = math.inf
         self._ring = ring
-        self._times: queue.SimpleQueue[float | None] = queue.SimpleQueue()
-        self._started = False
+        self._told = threading.Condition()
+        self._started = self._stopped = False
 
     def set(self, then: float) -> None:
         """Ring at ``then``, which is earlier than what it is set to."""
         if not self._started:
             self._started = True
             threading.Thread(target=self._run, name="alarm", daemon=True).start()
-        self.set_to = then
-        self._times.put(then)
+        with self._told:
+            self.set_to = then
+            self._told.notify()
 
     def stop(self) -> None:
         """End the thread."""
-        self._times.put(None)
+        with self._told:
+            self._stopped = True
+            self._told.notify()
 
     def _run(self) -> None:
-        then: float | None = math.inf
-        while then is not None:
-            left = then - time.monotonic()
-            try:
-                told = self._times.get(timeout=max(left, 0.0) if left < math.inf else None)
-                then = None if told is None else min(then, told)
-            except queue.Empty:
-                # Unset first: whoever is told a time meanwhile is either rung for now or tells it anew.
-                then = self.set_to = math.inf
-                self._ring(None)
+        with self._told:
+            while not self._stopped:
+                left = self.set_to - time.monotonic()
+                if left > 0.0:
+                    self._told.wait(left if left < math.inf else None)
+                else:
+                    self.set_to = math.inf
+                    self._ring(None)

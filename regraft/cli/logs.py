@@ -131,7 +131,7 @@ def events(
     as_json: JsonOption = False,
 ) -> None:
     """Print what happens, as it happens; as JSON, one document per line."""
-    waiting: queue.SimpleQueue[Event] = queue.SimpleQueue()
+    waiting: queue.Queue[Event] = queue.Queue()
     end = None if duration is None else time.monotonic() + duration
     shown = 0
     with reached(ctx, system) as there:

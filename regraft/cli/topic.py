@@ -101,7 +101,7 @@ def _warn_if_unwritten(there: Reached, name: str) -> None:
 
 def _samples(there: Reached, name: str, count: int | None, duration: float | None) -> Iterator[TopicSample]:
     """Yield what comes on a topic until ``count`` messages or ``duration`` seconds have passed."""
-    waiting: queue.SimpleQueue[TopicSample] = queue.SimpleQueue()
+    waiting: queue.Queue[TopicSample] = queue.Queue()
     end = None if duration is None else time.monotonic() + duration
     with there.client.topic(name, None, waiting.put) as subscription:
         seen = 0

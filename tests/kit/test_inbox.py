@@ -26,6 +26,14 @@ def test_every_wait_ends_with_nothing_where_nothing_comes() -> None:
         assert inbox.get_until(time.monotonic() - seconds) is None
 
 
+def test_a_wait_that_is_over_before_it_has_begun_ends() -> None:
+    inbox = Inbox()
+    for number in range(200_000):
+        inbox.put(number)
+        assert inbox.get(0.0) == number
+        assert inbox.get(1e-9) is None
+
+
 def test_an_earlier_time_takes_the_place_of_a_later_one() -> None:
     inbox = Inbox()
     began = time.monotonic()
