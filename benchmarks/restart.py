@@ -69,8 +69,8 @@ def restart(effort: Effort) -> list[Result]:
 
 def _kill(system: System, bus: ZenohBus, processes: Processes, names: list[str]) -> Sides:
     """Kill a component and a bare process in turns; returns the seconds until each was back."""
-    statuses: queue.SimpleQueue[ComponentStatus] = queue.SimpleQueue()
-    tokens: queue.SimpleQueue[Presence] = queue.SimpleQueue()
+    statuses: queue.Queue[ComponentStatus] = queue.Queue()
+    tokens: queue.Queue[Presence] = queue.Queue()
 
     def take(item: object) -> None:
         sample = bus.open_sample(item)
@@ -101,14 +101,14 @@ def _kill(system: System, bus: ZenohBus, processes: Processes, names: list[str])
     return Sides([back_ours], [back_theirs])
 
 
-def _wait_for_active(statuses: queue.SimpleQueue[ComponentStatus], name: str, incarnation: int) -> None:
+def _wait_for_active(statuses: queue.Queue[ComponentStatus], name: str, incarnation: int) -> None:
     while True:
         status = statuses.get(timeout=BACK_WITHIN)
         if status.component == name and status.incarnation >= incarnation and status.state is State.ACTIVE:
             return
 
 
-def _wait_for_token(tokens: queue.SimpleQueue[Presence], number: int) -> None:
+def _wait_for_token(tokens: queue.Queue[Presence], number: int) -> None:
     while True:
         presence = tokens.get(timeout=BACK_WITHIN)
         if presence.present and presence.key == f"{ALIVE}/{number}":

@@ -97,7 +97,7 @@ def _bare(count: int) -> float:
 
 def _when_all_are_there(bus: ZenohBus, key: str, count: int) -> float:
     """Return the time at which the last of ``count`` tokens appeared; raises TimeoutError."""
-    seen: queue.SimpleQueue[tuple[float, Presence]] = queue.SimpleQueue()
+    seen: queue.Queue[tuple[float, Presence]] = queue.Queue()
     watching = bus.watch(key, lambda presence: seen.put((time.monotonic(), presence)))
     keys: set[str] = set()
     try:

@@ -83,7 +83,7 @@ class BareComponent:
         self.restore_at_start()
         self.time = 0
         self.count_due: int | None = None
-        self.inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.inbox: queue.Queue[Any] = queue.Queue()
         self.ready: list[Held] = []
         self.advanced: dict[str, int] = {}
         self.streams = Streams(self.saw_marker)
