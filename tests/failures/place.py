@@ -8,6 +8,7 @@ from bus_schema.messages.host import HostState
 from regraft import rundir
 from tests.failures.injecting import HOST_PID
 from tests.failures.kinds import OF_TWO_HOSTS, STACK
+from tests.failures.observing import settled
 from tests.host.guests import Guest, wait_state
 from tests.host.system import System, children_of, exists
 
@@ -23,10 +24,9 @@ class Place:
         self.guests: list[Guest] = []
         self.system = System(stack)
         self.folder = rundir.folder("tests")
-        for name in ("relay", "second", "meter", "adaptation_manager"):
-            self.system.wait_running(name)
         if hosts > 1:
             self._join()
+        settled(self.system, *self.guests)
 
     def _join(self) -> None:
         guest = Guest(self.system.info.endpoint, "edge", self._logs / "edge.log")
