@@ -1,5 +1,6 @@
-"""FROG for evidence."""
+"""FROG, and several hosts, for evidence."""
 
 from tests.frog.conftest import frog, start_frog
+from tests.host.conftest import site
 
-__all__ = ["frog", "start_frog"]
+__all__ = ["frog", "site", "start_frog"]

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 
 from bus_schema.adaptation import Outcome
@@ -14,15 +11,6 @@ from tests.host.several import Site
 from tests.kit.site import PATIENCE
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
-
-
-@pytest.fixture
-def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
-    """Return a site in a home of its own."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    made = Site(tmp_path)
-    yield made
-    made.close()
 
 
 def _gap(moving: Moving) -> float:

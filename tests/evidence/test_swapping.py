@@ -13,6 +13,8 @@ import pytest
 from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters, Swap
 from regraft.client import ClientGoal
 from tests.handover.parts import Ask, Asked, Item
+from tests.host.moving import Moving
+from tests.host.several import Site
 from tests.host.system import System, children_of, exists
 from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
 from tests.kit.site import PATIENCE, wait_until
@@ -89,6 +91,19 @@ def test_successors_that_fail_and_killed_managers_in_between_change_nothing_of_t
     calls = _calls(running)
     assert (calls.failed, calls.miscounted, calls.strange) == (0, 0, 0)
     assert faults(running) == NOTHING
+
+
+def test_thirty_swaps_lose_and_double_no_picture_at_30_hz(site: Site) -> None:
+    moving = Moving(site, pictures=True)
+    moving.wait_flowing()
+    for _ in range(30):
+        report = moving.adapt(Swap("totaller", "tests.host.pictures:Looker"))
+        assert report.outcome is Outcome.APPLIED, (report.outcome, report.error, report.steps)
+        moving.hears_on()
+    moving.check()
+    viewed = moving.system.client.call("viewed", Ask(), Item, PATIENCE)
+    assert viewed.number > 30
+    assert viewed.total == 0, "a picture was lost, doubled or wrong"
 
 
 def _asked_through_a_death(system: System, number: int, cls: str) -> AdaptationReport:
