@@ -20,17 +20,17 @@ def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_pat
     assert first.summary["simulated_s"] == 10
     assert first.summary["reproducible"] is True
     assert first.summary["contacts"] == 0
-    # Three dozen processes beside each other: the second run is as the first on a machine that is busy, too.
-    others = ((), ("--seed", "2"), ("--set", "navigator.max_velocity=0.2"))
+    # Two dozen processes beside each other: the second run is as the first on a machine that is busy, too.
+    others = ((), ("--seed", "2"))
     with ThreadPoolExecutor(len(others)) as pool:
         runs = [
             pool.submit(run_frog, tmp_path / str(number), 10, "--speed", "max", *options)
             for number, options in enumerate(others)
         ]
-        second, other_seed, other_value = (run.result() for run in runs)
+        second, other_seed = (run.result() for run in runs)
     assert second.summary["digest"] == first.summary["digest"], second.errors
     assert second.summary["dropped"] == []
-    assert len({run.summary["digest"] for run in (first, other_seed, other_value)}) == 3
+    assert other_seed.summary["digest"] != first.summary["digest"]
 
 
 def test_the_ray_camera_does_where_there_is_no_opengl(tmp_path: Path) -> None:
