@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -39,9 +40,13 @@ class Machines:
         self.robot, self.edge = f"rgr{os.getpid()}", f"rge{os.getpid()}"
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         services = yaml.safe_load(COMPOSE.read_text())["services"]
+        commands = {name: service["command"] for name, service in services.items()}
+        first = re.search(r"regraft (certificates .+?)\s+&&", services["robot"]["entrypoint"][2], re.DOTALL)
+        assert first is not None, "the robot makes the certificates before anything else"
+        commands["certificates"] = first.group(1).split()
         self.commands = {
-            name: [word.replace("/certificates", str(folder / "lab")) for word in service["command"]]
-            for name, service in services.items()
+            name: [word.replace("/certificates", str(folder / "lab")) for word in command]
+            for name, command in commands.items()
         }
 
     def build(self) -> None:
@@ -127,6 +132,13 @@ def machines(tmp_path: Path) -> Iterator[Machines]:
     made.remove()
 
 
+def _move(machines: Machines, host: str) -> str:
+    """Have the detector moved; returns the outcome."""
+    body = json.dumps({"changes": [{"change": "move", "component": "detector", "host": host}]})
+    outcome: str = machines.regraft("adapt", "-", "--timeout", "60", text=body)["outcome"]
+    return outcome
+
+
 def test_frog_runs_on_three_hosts_loses_one_and_gets_it_back(machines: Machines) -> None:
     certificates = [sys.executable, "-m", "regraft.cli", *machines.commands["certificates"]]
     subprocess.run(certificates, cwd=ROOT, check=True, capture_output=True)
@@ -138,10 +150,14 @@ def test_frog_runs_on_three_hosts_loses_one_and_gets_it_back(machines: Machines)
     first = machines.wait("detector", host="edge", state="active", alive=True)
     assert first["pid"] in children_of(machines.processes["edge"].pid)
 
+    for host in ("local", "edge"):
+        assert _move(machines, host) == "applied"
+        first = machines.wait("detector", host=host, state="active", alive=True)
+        assert machines.regraft("mission", "show")["state"] == "running"
+
     machines.cable("down")
     machines.wait("detector", process="lost", last_end="its host is lost")
-    body = json.dumps({"changes": [{"change": "move", "component": "detector", "host": "local"}]})
-    assert machines.regraft("adapt", "-", "--timeout", "60", text=body)["outcome"] == "applied_state_lost"
+    assert _move(machines, "local") == "applied_state_lost"
     second = machines.wait("detector", host="local", state="active", alive=True)
     assert second["incarnation"] > first["incarnation"]
     assert first["pid"] in children_of(machines.processes["edge"].pid), "nobody can tell it yet"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Move, Remove, SetParameters, Swap
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.lifecycle import Transition
@@ -95,6 +97,17 @@ KINDS_OF_TWO_HOSTS: dict[str, tuple[Change, ...]] = {
         Swap("second", "tests.failures.parts:Loud", {"gain": 4.0}),
     ),
 }
-"""Each begins and ends with the stack as it is in ``STACK``, or ``OF_TWO_HOSTS``."""
+ELSEWHERE: dict[str, tuple[Change, ...]] = {
+    "set_parameters": (SetParameters("far", {"gain": 2.0}),),
+    "connect": (Connect("far", "numbers", "numbers"),),
+    "transition": (ChangeState("far", Transition.DEACTIVATE), ChangeState("far", Transition.CLEANUP)),
+    "add": (Add("third", replace(THIRD, host="edge"), (TopicSpec("more", "failures/Number"),)),),
+    "remove": (Remove("far"),),
+    "swap": (Swap("far", "tests.failures.parts:Loud", {"loudness": 5}),),
+}
+"""The same kinds, of components on the second host.
+
+Each of all these begins and ends with the stack as it is in ``STACK``, or ``OF_TWO_HOSTS``.
+"""
 WITH_A_GAP = {"connect", "mode", "several", "transition", "remove"}
 """Kinds that move inputs, or make a component inactive: what is told where nobody listens then is not lost."""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import Move, Outcome, Swap
+from bus_schema.adaptation import Change, Move, Outcome, Swap
 from tests.failures.injecting import Fault
-from tests.failures.kinds import KINDS, KINDS_OF_TWO_HOSTS
+from tests.failures.kinds import ELSEWHERE, KINDS, KINDS_OF_TWO_HOSTS
 from tests.failures.place import Place
 from tests.failures.walk import Walk, plan, walk
 
@@ -48,13 +48,12 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
         place.end()
 
 
-def _walks(place: Place, kind: str) -> list[Walk]:
-    changes = (KINDS | KINDS_OF_TWO_HOSTS)[kind]
-    concerned = plan(place.system, changes)
-    handed_over = {change.component for change in changes if isinstance(change, Swap | Move)}
-    ways = (*WAYS, *OF_HOSTS) if place.guests else WAYS
+def _walks(place: Place, kind: str, changes: tuple[Change, ...], ways: tuple[tuple[str, str, str], ...]) -> list[Walk]:
+    handed_over = (
+        {change.component for change in changes if isinstance(change, Swap | Move)} if ways != OF_HOSTS else ()
+    )
     walks = []
-    for step, component in enumerate(concerned, start=1):
+    for step, component in enumerate(plan(place.system, changes), start=1):
         faults = [Fault(step, when, how, who) for when, how, who in ways]
         if component in handed_over:
             faults += [Fault(step, "inside", how, method=method) for method, how in OF_HAND_OVERS]
@@ -69,24 +68,38 @@ def _walk_all(place: Place, walks: list[Walk]) -> Counter[Outcome]:
         outcome = walk(place, one)
         print(outcome.value, flush=True)
         outcomes[outcome] += 1
+    print({outcome.value: count for outcome, count in outcomes.items()})
     return outcomes
 
 
 @pytest.mark.evidence
-@pytest.mark.parametrize("kind", [*KINDS, *KINDS_OF_TWO_HOSTS])
+@pytest.mark.parametrize("kind", KINDS)
 def test_whatever_fails_at_any_step_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
-    place = start(hosts=1 if kind in KINDS else 2)
-    outcomes = _walk_all(place, _walks(place, kind))
-    print(kind, {outcome.value: count for outcome, count in outcomes.items()})
+    place = start()
+    _walk_all(place, _walks(place, kind, KINDS[kind], WAYS))
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("kind", KINDS_OF_TWO_HOSTS)
+def test_whatever_fails_at_any_step_of_a_move_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
+    place = start(hosts=2)
+    _walk_all(place, _walks(place, kind, KINDS_OF_TWO_HOSTS[kind], (*WAYS, *OF_HOSTS)))
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("kind", ELSEWHERE)
+def test_whenever_the_host_dies_of_what_is_changed_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
+    place = start(hosts=2)
+    _walk_all(place, _walks(place, kind, ELSEWHERE[kind], OF_HOSTS))
 
 
 def test_whatever_fails_at_some_steps_of_several_changes_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start()
-    outcomes = _walk_all(place, [*_walks(place, "several")[::9], *_walks(place, "swap")[::7]])
-    assert outcomes[Outcome.ROLLED_BACK] > 0
+    several, swap = (_walks(place, kind, KINDS[kind], WAYS) for kind in ("several", "swap"))
+    assert _walk_all(place, [*several[::9], *swap[::7]])[Outcome.ROLLED_BACK] > 0
 
 
 def test_whatever_fails_at_some_steps_of_a_move_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start(hosts=2)
-    outcomes = _walk_all(place, _walks(place, "move")[3::9])
-    assert outcomes[Outcome.ROLLED_BACK] > 0
+    walks = _walks(place, "move", KINDS_OF_TWO_HOSTS["move"], (*WAYS, *OF_HOSTS))
+    assert _walk_all(place, walks[3::9])[Outcome.ROLLED_BACK] > 0
