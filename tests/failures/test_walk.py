@@ -30,6 +30,7 @@ OF_HAND_OVERS = tuple(
 OF_HOSTS = (*((when, "die", "host") for when in ("before", "during", "after")), ("before", "late", "host"))
 """How it can fail besides where a second host takes part."""
 
+Ways = tuple[tuple[str, str, str], ...]
 Start = Callable[..., Place]
 
 
@@ -48,15 +49,16 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
         place.end()
 
 
-def _walks(place: Place, kind: str, changes: tuple[Change, ...], ways: tuple[tuple[str, str, str], ...]) -> list[Walk]:
-    handed_over = (
-        {change.component for change in changes if isinstance(change, Swap | Move)} if ways != OF_HOSTS else ()
-    )
+def _walks(
+    place: Place, kind: str, changes: tuple[Change, ...], ways: Ways, inside: tuple[tuple[str, str], ...] = ()
+) -> list[Walk]:
+    """Return every way to fail at every step; ``inside`` are those of a hand-over."""
+    handed_over = {change.component for change in changes if isinstance(change, Swap | Move)}
     walks = []
     for step, component in enumerate(plan(place.system, changes), start=1):
         faults = [Fault(step, when, how, who) for when, how, who in ways]
         if component in handed_over:
-            faults += [Fault(step, "inside", how, method=method) for method, how in OF_HAND_OVERS]
+            faults += [Fault(step, "inside", how, method=method) for method, how in inside]
         walks += [Walk(kind, changes, fault, component) for fault in faults]
     return walks
 
@@ -76,14 +78,14 @@ def _walk_all(place: Place, walks: list[Walk]) -> Counter[Outcome]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_whatever_fails_at_any_step_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
     place = start()
-    _walk_all(place, _walks(place, kind, KINDS[kind], WAYS))
+    _walk_all(place, _walks(place, kind, KINDS[kind], WAYS, OF_HAND_OVERS))
 
 
 @pytest.mark.evidence
 @pytest.mark.parametrize("kind", KINDS_OF_TWO_HOSTS)
 def test_whatever_fails_at_any_step_of_a_move_all_of_it_has_happened_or_none(start: Start, kind: str) -> None:
     place = start(hosts=2)
-    _walk_all(place, _walks(place, kind, KINDS_OF_TWO_HOSTS[kind], (*WAYS, *OF_HOSTS)))
+    _walk_all(place, _walks(place, kind, KINDS_OF_TWO_HOSTS[kind], (*WAYS, *OF_HOSTS), OF_HAND_OVERS))
 
 
 @pytest.mark.evidence
@@ -95,11 +97,11 @@ def test_whenever_the_host_dies_of_what_is_changed_all_of_it_has_happened_or_non
 
 def test_whatever_fails_at_some_steps_of_several_changes_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start()
-    several, swap = (_walks(place, kind, KINDS[kind], WAYS) for kind in ("several", "swap"))
+    several, swap = (_walks(place, kind, KINDS[kind], WAYS, OF_HAND_OVERS) for kind in ("several", "swap"))
     assert _walk_all(place, [*several[::9], *swap[::7]])[Outcome.ROLLED_BACK] > 0
 
 
 def test_whatever_fails_at_some_steps_of_a_move_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start(hosts=2)
-    walks = _walks(place, "move", KINDS_OF_TWO_HOSTS["move"], (*WAYS, *OF_HOSTS))
+    walks = _walks(place, "move", KINDS_OF_TWO_HOSTS["move"], (*WAYS, *OF_HOSTS), OF_HAND_OVERS)
     assert _walk_all(place, walks[3::9])[Outcome.ROLLED_BACK] > 0
