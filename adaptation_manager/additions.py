@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from adaptation_manager.controls import ControlFailed
 from adaptation_manager.hosts import Hosts
+from adaptation_manager.steps.succeeding import move_of, swap_of
 from bus_schema.adaptation import AdaptationRequest, Add, Change, Move, Swap, Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import DescribedComponent
@@ -25,7 +27,7 @@ async def described_additions(
         if isinstance(change, Add):
             wanted: ComponentSpec | None = replace(change.spec, name=change.component)
         else:
-            wanted = _successor(change, architecture, hosts)
+            wanted = _successor(change, request.changes, architecture, hosts)
         if wanted is None:
             continue
         violations = _of_spec(wanted, architecture)
@@ -51,25 +53,35 @@ def _of_spec(spec: ComponentSpec, architecture: Architecture) -> list[Violation]
     return []
 
 
-def _successor(change: Change, architecture: Architecture, hosts: Hosts) -> ComponentSpec | None:
+def _successor(
+    change: Change, changes: Sequence[Change], architecture: Architecture, hosts: Hosts
+) -> ComponentSpec | None:
     """Return what a swap or move starts, with all parameters of before: the host takes those that decide on its ports.
 
-    None for what can only be refused, and for what is started on another host because its own is lost.
+    None for what can only be refused, for what is started on another host because its own is lost, and for a move of
+    what is swapped too: what the swap starts is what goes there.
     """
     spec = architecture.components.get(change.component)
     if spec is None or not spec.cls:
         return None
     if isinstance(change, Move):
         stays = spec.host in (change.host, *hosts.lost) or change.host in hosts.absent()
-        return None if stays else replace(spec, host=change.host, description=None)
+        swapped = swap_of(changes, spec.name) is not None and change.host in architecture.hosts
+        return None if stays or swapped else replace(spec, host=change.host, description=None)
     if not isinstance(change, Swap):
         return None
+    moved = move_of(changes, spec.name)
+    host = moved.host if moved else spec.host
+    if host != spec.host and (host not in architecture.hosts or host in hosts.absent()):
+        return None
+    is_described = host == spec.host and change.cls in ("", spec.cls)
     return replace(
         spec,
         cls=change.cls or spec.cls,
+        host=host,
         parameters=spec.parameters | change.parameters,
         services=change.services,
-        description=spec.description if change.cls in ("", spec.cls) else None,
+        description=spec.description if is_described else None,
     )
 
 

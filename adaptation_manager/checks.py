@@ -56,7 +56,16 @@ async def _check_changes(
     described, unclear = await described_additions(request, architecture, hosts)
     found += [*silent, *unclear]
     begun = {name: process.begun for name, process in controls.processes.items()}
-    draft = Draft(architecture, live, manager, described, begun=begun, lost=hosts.lost, absent=hosts.absent())
+    draft = Draft(
+        architecture,
+        live,
+        manager,
+        described,
+        begun=begun,
+        lost=hosts.lost,
+        absent=hosts.absent(),
+        changes=request.changes,
+    )
     for index, change in enumerate(request.changes):
         draft.index = index
         _plan(draft, change)
@@ -67,6 +76,7 @@ async def _check_changes(
         one for one in of_result if not draft.unclear or not one.field.startswith(("connections.", "constraints."))
     ]
     after = replace(draft.architecture, revision=architecture.revision + 1)
+    found = list(dict.fromkeys(found))
     return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
 
 
@@ -151,7 +161,7 @@ async def _read(
     live, silent = {}, []
     removed = {change.component for change in request.changes if isinstance(change, Remove)}
     moved = {change.component for change in request.changes if isinstance(change, Move)}
-    swapped = {change.component for change in request.changes if isinstance(change, Swap)}
+    swapped = {change.component for change in request.changes if isinstance(change, Swap)} - moved
     for name, index in first_use.items():
         try:
             live[name] = await asked[name].view()

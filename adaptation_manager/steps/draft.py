@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from adaptation_manager.steps.actions import PlannedStep
-from bus_schema.adaptation import Violation
+from bus_schema.adaptation import Change, Violation
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
@@ -20,7 +21,7 @@ class Draft:
     say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
     system: they come before all others. ``unclear`` are the components to be added that cannot be judged. ``begun`` has
     the incarnation as which each living run was started. ``lost`` are the hosts that count as lost, ``absent`` has why
-    the others that are not there are not.
+    the others that are not there are not. ``changes`` are all that are planned, with the indices that they have here.
     """
 
     architecture: Architecture
@@ -39,6 +40,7 @@ class Draft:
     violations: list[Violation] = field(default_factory=list)
     lost: frozenset[str] = frozenset()
     absent: dict[str, str] = field(default_factory=dict)
+    changes: Sequence[Change] = ()
     before: dict[str, ComponentSpec] = field(init=False)
     _at_first: dict[str, ComponentView] = field(init=False)
 

@@ -1,4 +1,7 @@
-"""``move``: a component goes on at another host; or is started there, if what ran it is lost."""
+"""``move``: a component goes on at another host; or is started there, if what ran it is lost.
+
+One that is swapped in the same adaptation too is handed over by its swap, to a successor on the other host.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from dataclasses import fields, replace
 
 from adaptation_manager.steps import rescue
 from adaptation_manager.steps.draft import Draft
-from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, of_time, plan_steps
+from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, plan_steps, swap_of
 from bus_schema.adaptation import Move
 from bus_schema.architecture import ComponentSpec
 from bus_schema.description import Description
@@ -14,12 +17,34 @@ from bus_schema.description import Description
 
 def plan(draft: Draft, change: Move) -> None:
     """Add the change to the draft, with the class as the other host describes it; where it is already, it stays."""
-    if rescue.is_rescue(draft, change):
+    swap = swap_of(draft.changes, change.component)
+    if swap is not None:
+        _plan_with_swap(draft, change, swap)
+    elif rescue.is_rescue(draft, change):
         rescue.plan(draft, change)
-        return
+    else:
+        _plan(draft, change)
+
+
+def _plan_with_swap(draft: Draft, change: Move, swap: int) -> None:
+    """Judge where the component goes; the swap, the change of this index, is what goes there."""
+    name = change.component
+    spec, described = draft.before.get(name) or draft.spec(name), draft.described.get(swap)
+    problems = _of_component(draft, spec) or _of_place(draft, change, spec.host, described.spec if described else spec)
+    for where, problem in problems:
+        draft.refuse(name, where, problem)
+    draft.moved.add(name)
+
+
+def _plan(draft: Draft, change: Move) -> None:
     name = change.component
     spec = draft.spec(name)
-    problems = _refusals(draft, change, spec)
+    live = draft.live.get(name)
+    problems = _of_component(draft, spec)
+    if live is not None and live.state not in HANDS_OVER and not problems:
+        problem = f"is {live.state.value} by then: only an active or inactive component hands over"
+        problems.append(("component", problem))
+    problems += _of_place(draft, change, spec.host, spec)
     described = draft.described.get(-1 if draft.index is None else draft.index)
     if described is not None and described.spec.description is not None:
         problems += _of_class(change, spec, described.spec)
@@ -30,7 +55,6 @@ def plan(draft: Draft, change: Move) -> None:
         return
     new = replace(spec, host=change.host)
     draft.update(new)
-    live = draft.live.get(name)
     if live is not None and not problems:
         plan_steps(
             draft,
@@ -40,47 +64,35 @@ def plan(draft: Draft, change: Move) -> None:
         )
 
 
-def _refusals(draft: Draft, change: Move, spec: ComponentSpec) -> list[tuple[str, str]]:
-    """Return the fields and reasons why there can be no move, whatever the other host says."""
-    found = []
-    refused = _of_component(draft, spec)
-    if refused:
-        found.append(("component", refused))
-    if change.host in draft.absent:
-        found.append(("host", draft.absent[change.host]))
-    if change.host == spec.host or change.host not in draft.architecture.hosts:
+def _of_component(draft: Draft, spec: ComponentSpec) -> list[tuple[str, str]]:
+    """Return why a component cannot be moved at all, wherever to."""
+    name = spec.name
+    refused = ""
+    if name == draft.manager:
+        refused = "cannot be moved: it carries out the move; it is placed by the stack"
+    elif spec.description is not None and spec.description.makes_time:
+        refused = "cannot be moved: simulated time goes on with it, at the first host"
+    elif not spec.managed:
+        refused = "is unmanaged: it does not speak the lifecycle"
+    elif not spec.cls:
+        refused = "runs a program, which hands nothing over: remove it, and add it on the other host"
+    elif name in draft.added:
+        refused = "is added in the same request: add it where it is to be"
+    elif name in draft.moved:
+        refused = "is moved twice in the same request: leave one out"
+    return [("component", refused)] if refused else []
+
+
+def _of_place(draft: Draft, change: Move, home: str, becomes: ComponentSpec) -> list[tuple[str, str]]:
+    """Return what the other host lacks for what goes there, whatever it says itself."""
+    found = [("host", draft.absent[change.host])] if change.host in draft.absent else []
+    if change.host == home or change.host not in draft.architecture.hosts:
         return found
-    problem = of_time(draft, spec, spec)
-    if problem is not None:
-        found.append(("component", problem))
-    needed = spec.description.resources.devices if spec.description else ()
+    needed = becomes.description.resources.devices if becomes.description else ()
     for device in sorted(set(needed) - set(draft.architecture.rules(change.host).devices)):
         there = f"host {change.host!r} has none that the stack names under hosts.{change.host}.devices"
-        found.append(("resources.devices", f"needs {device} for itself, which stays on {spec.host!r}: {there}"))
+        found.append(("resources.devices", f"needs {device} for itself, which stays on {home!r}: {there}"))
     return found
-
-
-def _of_component(draft: Draft, spec: ComponentSpec) -> str:
-    """Return why a component cannot be moved, empty if it can."""
-    name = spec.name
-    live = draft.live.get(name)
-    if name == draft.manager:
-        return "cannot be moved: it carries out the move; it is placed by the stack"
-    if spec.description is not None and spec.description.makes_time:
-        return "cannot be moved: simulated time goes on with it, at the first host"
-    if not spec.managed:
-        return "is unmanaged: it does not speak the lifecycle"
-    if not spec.cls:
-        return "runs a program, which hands nothing over: remove it, and add it on the other host"
-    if name in draft.added:
-        return "is added in the same request: add it where it is to be"
-    if name in draft.swapped:
-        return "is swapped in the same request: move it in another, before or after that"
-    if name in draft.moved:
-        return "is moved twice in the same request: leave one out"
-    if live is not None and live.state not in HANDS_OVER:
-        return f"is {live.state.value} by then: only an active or inactive component hands over"
-    return ""
 
 
 def _of_class(change: Move, spec: ComponentSpec, there: ComponentSpec) -> list[tuple[str, str]]:
@@ -91,7 +103,7 @@ def _of_class(change: Move, spec: ComponentSpec, there: ComponentSpec) -> list[t
     if differences:
         needed = f"host {change.host!r} has another {spec.cls}: its {differences} differ; both need the same version"
         return [("cls", needed)]
-    problem = of_state(change, spec, there)
+    problem = of_state(spec, there, with_state=change.with_state)
     return [("with_state", problem)] if problem is not None else []
 
 

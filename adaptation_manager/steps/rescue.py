@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
 from adaptation_manager.steps.draft import Draft
+from adaptation_manager.steps.succeeding import view_of_started
 from bus_schema.adaptation import Move
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
@@ -27,16 +28,21 @@ def plan(draft: Draft, change: Move) -> None:
     elif change.host in draft.absent:
         draft.refuse(spec.name, "host", draft.absent[change.host])
     else:
-        _plan(draft, replace(spec, host=change.host))
+        plan_start(draft, replace(spec, host=change.host))
 
 
-def _plan(draft: Draft, spec: ComponentSpec) -> None:
+def plan_start(draft: Draft, spec: ComponentSpec, *, with_state: bool = True) -> None:
+    """Add the steps that start a component as ``spec`` says, at another host than that which is lost."""
     back = EndProcess(spec.name, spec.host)
     inactive = spec.managed and spec.state is not State.UNCONFIGURED
     state = State.INACTIVE if inactive else State.UNCONFIGURED
-    run = RunProcess(spec.name, spec, state, resume=True, leave_out=LEAVE_OUT)
-    started = PlannedStep(spec.name, f"start it on {spec.host}, from its last checkpoint", run, back)
+    run = RunProcess(spec.name, spec, state, with_state, LEAVE_OUT, afresh=not with_state)
+    which = "it" if spec.cls == draft.before[spec.name].cls else spec.cls
+    since = "from its last checkpoint" if with_state else "without its state"
+    started = PlannedStep(spec.name, f"start {which} on {spec.host}, {since}", run, back)
     (draft.preparing if spec.managed else draft.steps).append(started)
     if spec.managed and spec.state is State.ACTIVE:
         draft.steps.append(PlannedStep(spec.name, "connect and activate", TakePart(spec.name), back))
     draft.update(spec)
+    if spec.managed:
+        draft.live[spec.name] = view_of_started(spec)

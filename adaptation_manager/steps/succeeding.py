@@ -1,12 +1,17 @@
-"""What ``swap`` and ``move`` have in common: another run goes on in the place of a component's, here or elsewhere."""
+"""What ``swap`` and ``move`` have in common: another run goes on in the place of a component's, here or elsewhere.
+
+To swap and to move one component in one adaptation is one hand-over, at the place of the swap among the changes: what
+comes before it concerns the class of before, what comes behind it the new one.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Move, Swap
+from bus_schema.adaptation import Change, Move, Swap
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
@@ -14,10 +19,37 @@ from bus_schema.messages.control import ComponentView
 HANDS_OVER = (State.ACTIVE, State.INACTIVE)
 
 
-def of_state(change: Swap | Move, old: ComponentSpec, new: ComponentSpec) -> str | None:
+def swap_of(changes: Sequence[Change], component: str) -> int | None:
+    """Return the index of the change that swaps a component, None if none does."""
+    of_component = (i for i, change in enumerate(changes) if isinstance(change, Swap) and change.component == component)
+    return next(of_component, None)
+
+
+def move_of(changes: Sequence[Change], component: str) -> Move | None:
+    """Return the change that moves a component, None if none does."""
+    of_component = (change for change in changes if isinstance(change, Move) and change.component == component)
+    return next(of_component, None)
+
+
+def view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True) -> ComponentView:
+    """Return how a component will be once it is as its new spec says."""
+    description = new.description
+    assert description is not None
+    values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters
+    topics = {port.name: new.connections.get(port.name, "") if connected else "" for port in description.ports}
+    return replace(live, parameters=values, connections=topics)
+
+
+def view_of_started(new: ComponentSpec) -> ComponentView:
+    """Return how a component will be once it has been started as its spec says."""
+    view = ComponentView(new.name, 0, new.state, 0, {}, {})
+    return view_of(view, new, connected=new.state is not State.UNCONFIGURED)
+
+
+def of_state(old: ComponentSpec, new: ComponentSpec, *, with_state: bool) -> str | None:
     """Return why the state cannot be handed over; where there is none, nothing is lost."""
     before, behind = old.description, new.description
-    if not change.with_state or before is None or behind is None or not before.stateful:
+    if not with_state or before is None or behind is None or not before.stateful:
         return None
     if before.state_version in behind.restores:
         return None

@@ -1,15 +1,29 @@
-"""``swap``: a successor is started beside the component, and takes over from it when it is its turn."""
+"""``swap``: a successor is started beside the component, and takes over from it when it is its turn.
+
+If the component is moved in the same adaptation, it is started on the other host.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from adaptation_manager.steps import rescue
 from adaptation_manager.steps.actions import LeaveStopped, PlannedStep, RunProcess, TakePart
 from adaptation_manager.steps.draft import Draft
-from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, of_time, plan_steps
-from bus_schema.adaptation import Swap
+from adaptation_manager.steps.succeeding import (
+    HANDS_OVER,
+    Successor,
+    move_of,
+    of_state,
+    of_time,
+    plan_steps,
+    view_of,
+    view_of_started,
+)
+from bus_schema.adaptation import Connect, SetParameters, Swap
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import ComponentSpec
+from bus_schema.consistency import violations
 from bus_schema.description import Description, ParameterDescription, PortDescription
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
@@ -26,10 +40,13 @@ def plan(draft: Draft, change: Swap) -> None:
         draft.refuse(name, *refused)
         return
     draft.swapped.add(name)
+    _judge_earlier_changes(draft, spec)
     if described is None or described.violations or described.spec.description is None:
         return
     new = _successor(change, spec, described.spec, draft)
-    problem = of_state(change, spec, new)
+    moved = move_of(draft.changes, name)
+    with_state = change.with_state and (moved is None or moved.with_state)
+    problem = of_state(spec, new, with_state=with_state)
     if problem is not None:
         draft.refuse(name, "with_state", problem)
     problem = of_time(draft, spec, new)
@@ -37,10 +54,12 @@ def plan(draft: Draft, change: Swap) -> None:
         draft.refuse(name, "cls", problem)
     draft.update(new)
     live = draft.live.get(name)
-    if live is None:
-        _plan_replacement(draft, change, new)
-    else:
-        _plan_steps(draft, change, new, live)
+    if live is not None:
+        _plan_steps(draft, new, live, with_state=with_state)
+    elif new.host == spec.host:
+        _plan_replacement(draft, new, with_state=with_state)
+    elif spec.host in draft.lost:
+        rescue.plan_start(draft, new, with_state=with_state)
 
 
 def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str] | None:
@@ -55,13 +74,26 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
         return "component", "runs a program, which hands nothing over: remove it, and add another"
     if name in draft.added:
         return "component", "is added in the same request: add it as it is to be"
-    if name in draft.moved:
-        return "component", "is moved in the same request: swap it in another, before or after that"
     if name in draft.swapped:
         return "component", "is swapped twice in the same request: leave one out"
     if live is not None and live.state not in HANDS_OVER:
         return "component", f"is {live.state.value} by then: only an active or inactive component hands over"
     return None
+
+
+def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
+    """Refuse what the class of before cannot be given: it is gone from the architecture that results."""
+    decided: dict[str, int] = {}
+    for index, change in enumerate(draft.changes[: draft.index]):
+        if change.component == spec.name and isinstance(change, SetParameters):
+            decided |= {f"parameters.{name}": index for name in change.parameters}
+        elif change.component == spec.name and isinstance(change, Connect):
+            decided[f"connections.{change.port}"] = index
+    if decided:
+        # As of an inactive component: who feeds it is judged in the end.
+        found = violations(draft.architecture.with_component(replace(spec, state=State.INACTIVE)))
+        ours = (one for one in found if one.component == spec.name and one.field in decided)
+        draft.violations += [replace(one, change=decided[one.field]) for one in ours]
 
 
 def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft: Draft) -> ComponentSpec:
@@ -75,6 +107,7 @@ def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft
     return replace(
         old,
         cls=described.cls,
+        host=described.host,
         parameters=values | {name: described.parameters[name] for name in change.parameters},
         connections=connections(description, draft.architecture.topics, kept | change.connections),
         services=services | change.services,
@@ -102,35 +135,26 @@ def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
     return parameter.schema.get("type"), parameter.unit
 
 
-def _plan_replacement(draft: Draft, change: Swap, new: ComponentSpec) -> None:
+def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> None:
     """Start a component that does not run as the other that it is to be: there is nobody to take over from."""
     name, stopped = new.name, LeaveStopped(new.name, new.host)
     prepared = State.UNCONFIGURED if new.state is State.UNCONFIGURED else State.INACTIVE
-    start = RunProcess(name, new, prepared, afresh=not change.with_state)
+    start = RunProcess(name, new, prepared, afresh=not with_state)
     draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))
     if new.state is State.ACTIVE:
         draft.steps.append(PlannedStep(name, "connect and activate", TakePart(name), stopped))
-    configured = new.state is not State.UNCONFIGURED
-    draft.live[name] = _view_of(ComponentView(name, 0, new.state, 0, {}, {}), new, connected=configured)
+    draft.live[name] = view_of_started(new)
 
 
-def _view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True) -> ComponentView:
-    """Return how a component will be once it is as its new spec says."""
-    description = new.description
-    assert description is not None
-    values = {parameter.name: parameter.default for parameter in description.parameters} | new.parameters
-    topics = {port.name: new.connections.get(port.name, "") if connected else "" for port in description.ports}
-    return replace(live, parameters=values, connections=topics)
-
-
-def _plan_steps(draft: Draft, change: Swap, new: ComponentSpec, live: ComponentView) -> None:
+def _plan_steps(draft: Draft, new: ComponentSpec, live: ComponentView, *, with_state: bool) -> None:
     old = draft.before[new.name]
     lets_go = old.description is not None and old.description.exclusive
+    at = f" on {new.host}" if new.host != old.host else ""
     plan_steps(
         draft,
-        Successor(old, new, live, with_state=change.with_state),
-        start=f"start {new.cls} beside it",
-        hand_over=f"hand over to {new.cls}",
+        Successor(old, new, live, with_state),
+        start=f"start {new.cls}{at} beside {f'that on {old.host}' if at else 'it'}",
+        hand_over=f"hand over to {new.cls}{at}",
         more=", with a gap: it lets go first" if lets_go else "",
     )
-    draft.live[new.name] = _view_of(live, new)
+    draft.live[new.name] = view_of(live, new)

@@ -114,11 +114,15 @@ class StreamPlace:
 @message("regraft/ServedClient")
 @dataclass(frozen=True, slots=True)
 class ServedClient:
-    """What a service remembers of a client: its last replies, and the requests under way (of an action: its goals)."""
+    """What a service remembers of a client: its last replies, and the requests under way (of an action: its goals).
+
+    ``answered`` are numbers answered before those, up to ``forgotten`` anything may have been.
+    """
 
     service: str
     client: str
     forgotten: Count
+    answered: tuple[Count, ...]
     replies: tuple[Reply, ...]
     under_way: tuple[Request, ...]
 

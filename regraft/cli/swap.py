@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import AdaptationRequest, Move, Swap
+from bus_schema.adaptation import AdaptationRequest, Change, Move, Swap
 from bus_schema.keys import component_name
 from regraft.cli import managing
 from regraft.cli.group import BadInput
@@ -28,6 +28,7 @@ def swap(
         Several, typer.Option("--set", "-p", metavar="NAME=VALUE", help="A parameter; the others keep their values.")
     ] = None,
     ports: Annotated[Several, typer.Option("--connect", metavar="PORT=TOPIC", help="The topic of a port.")] = None,
+    host: Annotated[str, typer.Option("--host", metavar="HOST", help="The host that it goes on at.")] = "",
     without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
@@ -39,9 +40,12 @@ def swap(
     values = dict(map(assignment, parameters or ()))
     if len(values) != len(parameters or ()) or len(connections) != len(ports or ()):
         raise BadInput("a parameter or port is given twice: leave one out")
-    change = Swap(component_name(component), cls, values, connections, with_state=not without_state)
+    name = component_name(component)
+    changes: tuple[Change, ...] = (Swap(name, cls, values, connections, with_state=not without_state),)
+    if host:
+        changes += (Move(name, host),)
     with reached(ctx, system) as there:
-        report = managing.adapt(there, AdaptationRequest((change,), reason, user(), dry_run=dry_run))
+        report = managing.adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
         managing.show_report(report, as_json=as_json)
 
 

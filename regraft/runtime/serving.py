@@ -24,6 +24,11 @@ from regraft.runtime.writers import Writer, Writers
 MOST_CLIENTS = 256
 REMEMBERED_REPLIES = 32
 """Replies kept per client for when they are asked for again; requests being worked on are kept beside them."""
+REMEMBERED_NUMBERS = 1024
+"""Requests per client that are known to be answered, with or without their reply.
+
+A request that was lost comes a second later: newer ones were answered since, but it was not.
+"""
 WAIT_FOR_CLIENT = 0.1
 WAIT_WHEN_SOME_ARE_GONE = 0.01
 """Seconds that the first reply waits for its client's subscription; less for a while after one that never came."""
@@ -54,21 +59,28 @@ class RunningGoal:
 
 @dataclass(slots=True)
 class _Client:
-    """What is remembered of one client: what is being worked on, and its last replies.
+    """What is remembered of one client: what is being worked on, its last replies, and the numbers answered before.
 
-    ``forgotten`` is the highest number whose reply is kept no more.
+    ``forgotten`` is the highest number of which it is not known any more whether it was answered.
     """
 
     open: dict[int, Request] = field(default_factory=dict)
     replies: OrderedDict[int, Reply] = field(default_factory=OrderedDict)
+    answered: OrderedDict[int, None] = field(default_factory=OrderedDict)
     forgotten: int = 0
 
     def remember(self, number: int, reply: Reply) -> None:
         self.open.pop(number, None)
         self.replies[number] = reply
-        while len(self.replies) > REMEMBERED_REPLIES:
+        if len(self.replies) > REMEMBERED_REPLIES:
             oldest, _ = self.replies.popitem(last=False)
+            self.answered[oldest] = None
+        if len(self.answered) > REMEMBERED_NUMBERS:
+            oldest, _ = self.answered.popitem(last=False)
             self.forgotten = max(self.forgotten, oldest)
+
+    def is_too_old(self, number: int) -> bool:
+        return number <= self.forgotten or number in self.answered
 
 
 class Server:
@@ -115,7 +127,7 @@ class Server:
             self._cancel(request)
         elif request.number in client.open or request.number in client.replies:
             self._say_again(request, client.replies.get(request.number))
-        elif request.number <= client.forgotten:
+        elif client.is_too_old(request.number):
             self._reply(request, Answer.REFUSED, error="newer requests were answered since: this one is too old")
         elif request.verb is Verb.RESULT:
             self._reply(request, Answer.REFUSED, error="this goal is not known here (the component was restarted)")
@@ -254,7 +266,9 @@ class Server:
     def hand_over(self) -> tuple[ServedClient, ...]:
         """Return what is remembered of every client, who asked last coming last."""
         return tuple(
-            ServedClient(self.name, name, c.forgotten, tuple(c.replies.values()), tuple(c.open.values()))
+            ServedClient(
+                self.name, name, c.forgotten, tuple(c.answered), tuple(c.replies.values()), tuple(c.open.values())
+            )
             for name, c in self._clients.items()
         )
 
@@ -264,7 +278,8 @@ class Server:
         for client in clients:
             replies = OrderedDict((reply.number, reply) for reply in client.replies)
             under_way = {request.number: request for request in client.under_way}
-            self._clients[client.client] = _Client(under_way, replies, client.forgotten)
+            answered = OrderedDict.fromkeys(client.answered)
+            self._clients[client.client] = _Client(under_way, replies, answered, client.forgotten)
 
     def begin_again(self) -> None:
         """Do what the run before had begun and not ended: goals, and what it could not finish in time."""

@@ -255,6 +255,8 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_is_touched(site: System) 
         ((DOUBLER, SetParameters("totaller", {"offset": 4}), Swap("totaller", parameters={"offset": 5})), "twice"),
         ((Swap("totaller", DOUBLER.cls, {"offset": 4}), SetParameters("totaller", {"offset": 5})), "earlier in the"),
         ((Add("new", ComponentSpec(cls=_cls("Second"))), Swap("new", DOUBLER.cls)), "is added in the same request"),
+        ((SetParameters("totaller", {"volume": 4}), DOUBLER), "no such parameter"),
+        ((Connect("totaller", "elsewhere", "items"), DOUBLER), "no port 'elsewhere'"),
     ],
 )
 def test_contradictions_are_rejected(site: System, changes: tuple[Change, ...], text: str) -> None:

@@ -91,6 +91,7 @@ KINDS: dict[str, tuple[Change, ...]] = {
 KINDS_OF_TWO_HOSTS: dict[str, tuple[Change, ...]] = {
     "move": (Move("relay", "edge"),),
     "move home": (Move("far", "local"),),
+    "swap and move": (Move("relay", "edge"), Swap("relay", "tests.failures.parts:Loud", {"loudness": 5})),
     "several with a move": (
         SetParameters("far", {"gain": 2.0}),
         Move("relay", "edge"),

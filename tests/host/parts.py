@@ -48,6 +48,10 @@ class Ticker(Component):
         self.count = state["count"]
 
 
+class Leaper(Ticker):
+    """Another class that goes on from a ticker's state."""
+
+
 class Moody(Component):
     """Does what it is asked to, however bad."""
 

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from bus_schema.adaptation import Add, Move, Outcome
+from bus_schema.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import HostState, ProcessState
@@ -209,16 +209,25 @@ def test_components_of_a_lost_host_start_elsewhere_if_the_stack_says_so(site: Si
 
 
 @pytest.mark.evidence
-def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site) -> None:
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (Move("ticker", "local"),),
+        (Move("ticker", "local"), SetParameters("ticker", {"step": 4})),
+        (Move("ticker", "local"), Swap("ticker", "tests.host.parts:Leaper", {"step": 4})),
+    ],
+)
+def test_a_component_on_a_lost_host_can_be_moved_by_hand(site: Site, changes: tuple[Change, ...]) -> None:
     site.up()
     guest = site.join()
     first = site.wait_active("ticker")
     guest.process.kill()
     wait_state(site.system, "edge", HostState.LOST)
-    report = site.adapt(Move("ticker", "local"))
+    report = site.adapt(*changes)
     assert report.outcome is Outcome.APPLIED_STATE_LOST, report
     assert site.wait_active("ticker", first) > first
     assert site.host_of("ticker") == "local"
+    assert site.system.client.view("ticker").parameters["step"] == (1 if len(changes) == 1 else 4)
 
 
 @pytest.mark.evidence

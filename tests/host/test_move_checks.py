@@ -25,10 +25,10 @@ from bus_schema.adaptation import (
 )
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.lifecycle import State, Transition
-from tests.host.moving import HOME, TO_EDGE, Moving
+from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.host.system import ROOT
-from tests.kit.site import wait_until
+from tests.kit.site import PATIENCE, wait_until
 
 HOSTS = "{edge: {lost_after: 1.0, devices: [lidar]}, arm: {lost_after: 1.0}, small: {memory: 1}}"
 SERVICES = ("count", "ponder", "configured", "walk", "nap", "hurry")
@@ -37,6 +37,8 @@ ANOTHER = ComponentSpec(
     connections={"items": "items", "totals": "more"},
     services={name: f"another/{name}" for name in SERVICES},
 )
+PARTS = "tests.handover.parts"
+DOUBLER = Swap("totaller", f"{PARTS}:Doubler", {"offset": 5})
 MORE = (TopicSpec("more", "handover_tests/Item"),)
 
 
@@ -55,15 +57,17 @@ def moving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Moving]:
 
 
 def test_all_that_is_wrong_is_said_at_once_and_nothing_moves(moving: Moving) -> None:
-    before = moving.runs()
+    before = moving.wait_alone("local")
     report = moving.adapt(
         Move("totaller", "nowhere"),
         Move("sink", "arm"),
         Move("adaptation_manager", "edge"),
         Move("nobody", "edge"),
         SetParameters("source", {"rate": -1.0}),
-        Swap("caller"),
+        Swap("caller", f"{PARTS}:Nobody"),
         Move("caller", "edge"),
+        Swap("sleeper"),
+        Move("sleeper", "elsewhere"),
     )
     assert report.outcome is Outcome.REJECTED
     found = {(v.change, v.component, v.field): v.problem for v in report.violations}
@@ -72,8 +76,9 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_moves(moving: Moving) -> 
     assert "it carries out the move" in found[2, "adaptation_manager", "component"]
     assert (3, "nobody", "component") in found
     assert (4, "source", "parameters.rate") in found
-    assert "is swapped in the same request" in found[6, "caller", "component"]
-    assert [(host, process.pid) for host, _, process in moving.runs()] == [(h, p.pid) for h, _, p in before]
+    assert "'Nobody'" in found[5, "caller", "cls"]
+    assert "there is no host 'elsewhere'" in found[8, "sleeper", "host"]
+    assert moving.wait_alone("local").pid == before.pid
 
 
 @pytest.mark.parametrize(
@@ -81,7 +86,9 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_moves(moving: Moving) -> 
     [
         ((TO_EDGE, TO_EDGE), "moved twice"),
         ((TO_EDGE, Remove("totaller")), "leave that out"),
-        ((TO_EDGE, Swap("totaller", parameters={"offset": 5})), "is moved in the same request"),
+        ((TO_EDGE, Swap("totaller"), Swap("totaller")), "swapped twice"),
+        ((Swap("totaller"), TO_EDGE, TO_EDGE), "moved twice"),
+        ((Swap("totaller", f"{PARTS}:Newer"), TO_EDGE), "goes on from version 2"),
         ((Remove("totaller"), TO_EDGE), "removed earlier"),
         ((Add("new", ANOTHER, MORE), Move("new", "edge")), "add it where it is to be"),
         (
@@ -98,19 +105,19 @@ def test_contradictions_are_rejected(moving: Moving, changes: tuple[Change, ...]
 
 
 def test_a_dry_run_says_what_would_be_and_touches_nothing(moving: Moving) -> None:
-    (before,) = moving.runs()
+    before = moving.wait_alone("local")
     report = moving.adapt(TO_EDGE, dry_run=True)
     assert report.outcome is Outcome.PENDING, report
     assert report.architecture is not None
     assert report.architecture.components["totaller"].host == "edge"
-    assert [(host, process.pid) for host, _, process in moving.runs()] == [("local", before[2].pid)]
+    assert moving.wait_alone("local").pid == before.pid
 
 
 def test_where_a_component_is_already_it_stays(moving: Moving) -> None:
-    (before,) = moving.runs()
+    before = moving.wait_alone("local")
     report = moving.adapt(HOME)
     assert (report.outcome, report.steps) == (Outcome.APPLIED, ())
-    assert [process.pid for _, _, process in moving.runs()] == [before[2].pid]
+    assert moving.wait_alone("local").pid == before.pid
 
 
 def test_a_device_stays_on_its_machine_unless_the_other_has_one_too(moving: Moving) -> None:
@@ -122,6 +129,8 @@ def test_a_device_stays_on_its_machine_unless_the_other_has_one_too(moving: Movi
     assert device.startswith("needs lidar for itself, which stays on 'local'")
     assert moving.adapt(Move("another", "edge")).outcome is Outcome.APPLIED
     wait_until(lambda: moving.site.host_of("another") == "edge", "it to be seen on edge")
+    refused = moving.adapt(Swap("another"), Move("another", "local"))
+    assert "needs lidar for itself, which stays on 'edge'" in refused.violations[0].problem, refused
     assert moving.adapt(Remove("another", ("more",))).outcome is Outcome.APPLIED
 
 
@@ -134,6 +143,10 @@ def test_a_device_stays_on_its_machine_unless_the_other_has_one_too(moving: Movi
         (TO_EDGE, Add("another", replace(ANOTHER, cls="tests.handover.parts:Totaller"), MORE)),
         (TO_EDGE, Move("sink", "edge"), Move("caller", "edge")),
         (TO_EDGE, Swap("sink")),
+        (DOUBLER, TO_EDGE),
+        (SetParameters("totaller", {"offset": 4}), TO_EDGE, Swap("totaller", DOUBLER.cls)),
+        (TO_EDGE, Connect("totaller", "config", "items"), DOUBLER),
+        (Swap("totaller", "tests.host.parts:Holder"), SetParameters("totaller", {"offset": 6}), TO_EDGE),
     ],
 )
 def test_with_other_changes_in_one_adaptation_and_back(moving: Moving, changes: tuple[Change, ...]) -> None:
@@ -146,6 +159,20 @@ def test_with_other_changes_in_one_adaptation_and_back(moving: Moving, changes: 
     moving.wait_alone("local")
     assert moving.system.client.view("totaller").parameters["offset"] == 3
     moving.check()
+
+
+def test_to_swap_and_move_is_one_hand_over_to_another_class_on_another_host(moving: Moving) -> None:
+    report = moving.adapt(TO_EDGE, DOUBLER)
+    assert [step.action for step in report.steps] == [
+        f"start {PARTS}:Doubler on edge beside that on local",
+        f"hand over to {PARTS}:Doubler on edge",
+    ]
+    moving.wait_alone("edge")
+    assert moving.system.client.call("double", Ask(4), Item, PATIENCE) == Item(8)
+    assert moving.system.client.view("totaller").parameters["offset"] == 5
+    moving.check()
+    assert moving.undo(report).outcome is Outcome.APPLIED
+    moving.wait_alone("local")
 
 
 def test_what_is_inactive_stays_so_and_without_its_state_it_begins_anew(moving: Moving) -> None:
@@ -171,7 +198,7 @@ def test_by_the_command_line_and_seen_by_it(moving: Moving) -> None:
     assert "totaller" in _regraft("host")
     logs = Path(os.environ["REGRAFT_HOME"]) / "tests@edge" / "logs" / "totaller.log"
     assert logs.exists()
-    assert _regraft("move", "totaller", "local")
+    assert _regraft("swap", "totaller", f"{PARTS}:Totaller", "--host", "local")
     moving.wait_alone("local")
     moving.check()
 

@@ -12,7 +12,7 @@ from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft import CallFailed
 from regraft.clock import RealClock
-from regraft.runtime.serving import REMEMBERED_REPLIES
+from regraft.runtime.serving import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.runtime.writers import Identity, Writer, Writers
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
@@ -122,11 +122,29 @@ def test_a_call_whose_reply_is_forgotten_by_now_is_refused_not_done_again(site: 
     site.start(Oracle, "oracle")
     requests, replies = _bare_client(site, "forgetful")
     for number in (*range(1, REMEMBERED_REPLIES + 2), 1):
-        body = {"value": number, "share": 0.0}
-        requests.put(codec.encode(Request("forgetful", number, Verb.CALL, body)))
+        requests.put(codec.encode(_call("forgetful", number)))
     wait_until(lambda: len(replies) == REMEMBERED_REPLIES + 2)
     assert {reply.answer for reply in replies[:-1]} == {Answer.RESULT}
     assert (replies[-1].number, replies[-1].answer) == (1, Answer.REFUSED)
+
+
+def test_a_call_that_was_lost_is_done_when_it_comes_at_last_and_many_newer_ones_came_before(site: Site) -> None:
+    site.start(Oracle, "oracle")
+    requests, replies = _bare_client(site, "unlucky")
+    newer = range(2, 5 * REMEMBERED_REPLIES)
+    for number in (*newer, 1, 1, newer[-1] + REMEMBERED_NUMBERS + REMEMBERED_REPLIES, 3):
+        requests.put(codec.encode(_call("unlucky", number)))
+    wait_until(lambda: len(replies) == len(newer) + 4)
+    assert [(reply.number, reply.answer) for reply in replies[len(newer) :]] == [
+        (1, Answer.RESULT),
+        (1, Answer.RESULT),
+        (replies[-2].number, Answer.RESULT),
+        (3, Answer.REFUSED),
+    ]
+
+
+def _call(client: str, number: int) -> Request:
+    return Request(client, number, Verb.CALL, {"value": number, "share": 0.0})
 
 
 def test_a_goal_is_accepted_gives_feedback_and_ends(site: Site) -> None:

@@ -198,3 +198,4 @@ def test_the_times_are_those_of_the_code() -> None:
     ]
     assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
     assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE
+    assert f"and of {serving.REMEMBERED_NUMBERS} before them" in PAGE
