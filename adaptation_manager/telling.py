@@ -9,6 +9,9 @@ from adaptation_manager.reports import EVENTS, summary
 from bus_schema.adaptation import AdaptationReport, Phase
 from bus_schema.architecture import Architecture
 
+SOON = 0.005
+"""Seconds until others are told, by the wall clock: until then the processor is theirs who wait for the answer."""
+
 if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
     from regraft.runtime.outputs import OutputPort
@@ -35,6 +38,8 @@ class Telling:
         self._kit.spawn(self._all(report), "telling")
 
     async def _all(self, report: AdaptationReport) -> None:
+        if self._kit.tick is None:
+            await self._kit.sleep(SOON)
         self.ended(report)
         if report.revision_after != report.revision_before or Phase.CONFIRM in (phase.phase for phase in report.phases):
             self.architecture()

@@ -207,9 +207,9 @@ class ZenohBus:
 
 
 def _target(all_of_them: bool) -> dict[str, Any]:
-    if not all_of_them:
-        return {}
-    return {"target": zenoh.QueryTarget.ALL, "consolidation": zenoh.ConsolidationMode.NONE}
+    """Return how a query is to be answered: at once, not only when it is sure that no more answers come."""
+    target = zenoh.QueryTarget.ALL if all_of_them else zenoh.QueryTarget.BEST_MATCHING
+    return {"target": target, "consolidation": zenoh.ConsolidationMode.NONE}
 
 
 def _answer(reply: zenoh.Reply) -> Answer:

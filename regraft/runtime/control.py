@@ -79,7 +79,7 @@ class Control:
             self.answer_parked()
         if self._revised:
             self._revised = False
-            self._runtime.herald.beat()  # after the answer: whoever asked waits for that
+            self._runtime.herald.beat_soon()
 
     def _ask(self, verb: str, payload: bytes) -> object:
         return self._verbs[verb](payload) if verb in self._verbs else self._unknown(verb)

@@ -19,6 +19,8 @@ from regraft.runtime.writers import Identity, Writers
 
 SAY_AGAIN_AFTER = 5.0
 """Seconds before the same complaint is made again."""
+SOON = 0.005
+"""Seconds until what nobody waits for is told."""
 
 
 class Herald:
@@ -48,6 +50,10 @@ class Herald:
         self.next_beat = time.monotonic() + self._heartbeat
         self.status = replace(self.status, stamp=self._seconds())
         self._put(self._status_key, self.status)
+
+    def beat_soon(self) -> None:
+        """Put the status in a moment: until then the processor is theirs who wait for an answer."""
+        self.next_beat = min(self.next_beat, time.monotonic() + SOON)
 
     def speak_as(self, identity: Identity, *, standby: bool = False) -> None:
         """Speak as ``identity`` from now on, at the place of those that stand by if ``standby``.
