@@ -174,9 +174,11 @@ class Controls:
         message = ParameterValues(values, self.term, revision)
         return self._begin(component, "parameters", f"setting {', '.join(sorted(values))}", message, None)
 
-    def transition(self, component: str, transition: Transition, revision: int, within: float | None = None) -> Asked:
-        """Ask a component for a transition."""
-        message = SetTransition(transition, self.term, revision)
+    def transition(
+        self, component: str, transition: Transition, revision: int, within: float | None = None, *, hold: bool = False
+    ) -> Asked:
+        """Ask a component for a transition; ``hold`` as in ``SetTransition``."""
+        message = SetTransition(transition, self.term, revision, hold)
         return self._begin(component, "transition", transition.value, message, within)
 
     def rewire(self, component: str, step: Rewire, within: float | None = None) -> Asked:

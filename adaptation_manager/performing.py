@@ -83,7 +83,7 @@ async def _reach_state(site: Site, action: ReachState) -> None:
         return
     site.touch(action.component)
     for transition in _way(view, action):
-        view = await site.controls.transition(action.component, transition, site.revision).view()
+        view = await site.controls.transition(action.component, transition, site.revision, hold=action.hold).view()
         # A process is configured with the connections that it was started with; they may have changed since.
         if transition is Transition.CONFIGURE:
             for port, topic in sorted(action.connections.items()):

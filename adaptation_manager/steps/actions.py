@@ -38,7 +38,8 @@ class ConnectPort:
 class ReachState:
     """The component is in this state; on being configured, its ports get these connections.
 
-    ``by`` is the one transition that may be used; None for any route.
+    ``by`` is the one transition that may be used; None for any route. With ``hold`` it keeps what comes, if it is
+    deactivated for this: it may have to go on.
     """
 
     action: ClassVar[str] = "reach_state"
@@ -46,6 +47,7 @@ class ReachState:
     state: State
     connections: dict[str, str]
     by: Transition | None = None
+    hold: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """``remove``: a component is deactivated at its turn; once the adaptation is applied, its process ends.
 
-Until then it is only still, with all that it knows: undoing hands it its part back.
+Until then it is only still, with all that it knows, and keeps what comes for it: undoing hands it its part back.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def plan(draft: Draft, change: Remove) -> None:
             PlannedStep(
                 name,
                 "deactivate, to be ended",
-                ReachState(name, State.INACTIVE, dict(live.connections)),
+                ReachState(name, State.INACTIVE, dict(live.connections), hold=True),
                 ReachState(name, live.state, dict(live.connections)),
             )
         )

@@ -32,11 +32,15 @@ class ControlError:
 @message("regraft/SetTransition")
 @dataclass(frozen=True, slots=True)
 class SetTransition:
-    """Ask for a lifecycle transition."""
+    """Ask for a lifecycle transition.
+
+    ``hold`` asks who is deactivated to keep what comes for its inputs: if it is activated again, it handles that first.
+    """
 
     transition: Transition
     term: Count | None = None
     revision: Count | None = None
+    hold: bool = False
 
 
 @message("regraft/ParameterValues")

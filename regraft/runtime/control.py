@@ -185,7 +185,7 @@ class Control:
         self.fence(wanted.term)
         self._refuse_unless_live()
         try:
-            self._runtime.lifecycle.perform(wanted.transition)
+            self._runtime.lifecycle.perform(wanted.transition, hold=wanted.hold)
         except TransitionFailed as error:
             raise ControlRefused(ControlCode.FAILED, f"transition {error}") from None
         self.note_revision(wanted.revision)

@@ -14,6 +14,7 @@ from bus_schema.messages.handover import HeldSample
 from bus_schema.registry import type_encoded, type_of
 from regraft.bus import Sample
 from regraft.ports import Input
+from regraft.runtime.stillness import Stillness
 from regraft.runtime.tasks import Waiting
 
 M = TypeVar("M")
@@ -58,6 +59,7 @@ class InputPort(Generic[M]):
         self.name = declared.name
         self.reliable = not declared.latest_only
         self.paused = True
+        self.still: Stillness | None = None
         self.key = ""
         self.move: Move | None = None
         self._handle = handle
@@ -155,6 +157,9 @@ class InputPort(Generic[M]):
             self.move.held.append(sample)
             return
         if self.paused or sample.key != self.key:
+            return
+        if self.still is not None:
+            self.still.keep(self, sample)
             return
         self._newest = sample
         if self._handle is None and not self._waiters and not self.declared.keep:

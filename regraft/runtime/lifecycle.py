@@ -8,6 +8,7 @@ from bus_schema.lifecycle import TRANSITIONS, State, Transition, legal, route
 from regraft.bus import Closable
 from regraft.component import restore_state
 from regraft.runtime.inputs import TopicReader
+from regraft.runtime.stillness import Stillness
 
 if TYPE_CHECKING:
     from regraft.runtime.runtime import Runtime
@@ -25,9 +26,12 @@ class Lifecycle:
         self._runtime = runtime
         self._subscriptions: dict[str, Closable] = {}
         self._connected = False
+        self._still: Stillness | None = None
 
-    def perform(self, transition: Transition) -> None:
+    def perform(self, transition: Transition, *, hold: bool = False) -> None:
         """Go through one transition.
+
+        ``hold`` keeps what comes for the inputs of what is deactivated: if it is activated again, it is handled then.
 
         Raises:
             TransitionFailed: it is not legal here (nothing happened), or its hook raised (see the state afterwards).
@@ -38,6 +42,8 @@ class Lifecycle:
             possible = ", ".join(t.value for t in legal(state)) or "none"
             raise TransitionFailed(f"{transition.value} is not possible while {state.value}; possible: {possible}")
         self._runtime.herald.say(state=way[0])
+        if hold and state is State.ACTIVE:
+            self._hold_still()
         try:
             getattr(self, f"_{transition.value}")(state)
         except Exception as error:
@@ -67,6 +73,7 @@ class Lifecycle:
         self._restore()
         self._runtime.component.on_activate()
         self._pause(False)
+        self._go_on()
         self._runtime.start_timers()
 
     def _deactivate(self, _: State) -> None:
@@ -99,9 +106,24 @@ class Lifecycle:
 
     def _pause(self, paused: bool) -> None:
         for port in self._runtime.inputs.values():
+            if port.still is not None:
+                continue  # it goes on reading
             port.paused = paused
             if self._runtime.stepped:
                 self._runtime.inbound.unwire(port.key)
+
+    def _hold_still(self) -> None:
+        self._still = Stillness()
+        for port in self._runtime.inputs.values():
+            if port.reliable:
+                port.still = self._still
+
+    def _go_on(self) -> None:
+        still, self._still = self._still, None
+        for port in self._runtime.inputs.values():
+            port.still = None
+        if still is not None:
+            still.give_out()
 
     def _restore(self) -> None:
         checkpoint = self._runtime.control.take_checkpoint()
@@ -174,11 +196,12 @@ class Lifecycle:
     def disconnect(self) -> None:
         """Take all ports off the bus and forget what they received."""
         self._connected = False
+        self._still = None
         runtime = self._runtime
         for name, port in runtime.inputs.items():
             for key in filter(None, (port.key, port.move.key if port.move else "")):
                 self.stop_reading(name, key)
-            port.key, port.move, port.paused = "", None, True
+            port.key, port.move, port.paused, port.still = "", None, True, None
             port.forget()
         runtime.rewiring.forget()
         for output in runtime.outputs.values():

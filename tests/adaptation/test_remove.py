@@ -112,6 +112,8 @@ def test_a_later_failure_hands_the_living_process_its_part_back(system: System) 
     heard = len(log)
     wait_until(lambda: len(log) > heard + 10)
     assert process.component.log is log, "it knows all that it knew"
+    values = [value for _, value in log]
+    assert values == list(range(values[0], values[0] + len(values))), "it has handled what came meanwhile"
 
 
 def test_a_host_that_refuses_leaves_everything_as_it_was(system: System) -> None:

@@ -110,5 +110,5 @@ ELSEWHERE: dict[str, tuple[Change, ...]] = {
 
 Each of all these begins and ends with the stack as it is in ``STACK``, or ``OF_TWO_HOSTS``.
 """
-WITH_A_GAP = {"connect", "mode", "several", "transition", "remove"}
+WITH_A_GAP = {"connect", "mode", "several", "transition"}
 """Kinds that move inputs, or make a component inactive: what is told where nobody listens then is not lost."""

@@ -17,7 +17,8 @@ from bus_schema.messages.control import (
 )
 from regraft.client.errors import ControlRefused
 from regraft.parameters import ParameterError
-from tests.kit.parts import Counter, Fragile, Number
+from regraft.runtime.stream import Stream
+from tests.kit.parts import Counter, Echo, Fragile, Number
 from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
 
 
@@ -59,6 +60,32 @@ def test_qualities_that_cannot_be_told_are_refused_with_the_reason(
     with pytest.raises(ControlRefused, match=problem):
         site.client.qualities("counter", asked)
     assert site.client.qualities("counter").estimated == {"pace": 50.0}
+
+
+def test_what_comes_for_one_that_holds_still_is_handled_when_it_goes_on_and_not_otherwise(site: Site) -> None:
+    site.start(Echo, "echo")
+    said = site.collect("said", Number)
+    writer = site.writer("heard", Number)
+    assert writer.wait_for_reader(PATIENCE)
+
+    def stream() -> Stream:
+        return site.runtimes["echo"].inbound.stream(writer.key, "source")
+
+    def goes_on() -> bool:
+        writer.put(codec.encode(Number(99)))
+        return bool(said) and said[-1].value == 99
+
+    for value, hold in ((0, True), (10, False), (20, True)):
+        site.client.control("echo", "transition", SetTransition(Transition.DEACTIVATE, hold=hold))
+        for number in range(value, value + 10):
+            writer.put(codec.encode(Number(number)))
+        wait_until(lambda: stream().handled == writer.sequence, "all to have come")
+        if value == 20:
+            site.client.control("echo", "transition", SetTransition(Transition.CLEANUP))
+            site.client.control("echo", "transition", SetTransition(Transition.CONFIGURE))
+        site.client.control("echo", "transition", SetTransition(Transition.ACTIVATE))
+    wait_until(goes_on, "it to go on")
+    assert [number.value for number in said if number.value != 99] == [*range(10)]
 
 
 def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
