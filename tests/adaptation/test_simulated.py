@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from bus_schema.adaptation import Outcome, SetParameters
+from bus_schema.adaptation import Outcome, Remove, SetParameters
 from bus_schema.architecture import Architecture, TopicSpec
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
@@ -106,6 +106,30 @@ def test_an_adaptation_from_outside_gets_a_slot(tmp_path: Path) -> None:
         report = system.adapt(SetParameters("ticker", {"speed": "real"}))
         assert report.outcome is Outcome.APPLIED, report
         assert report.tick is not None
+    finally:
+        system.end()
+
+
+def _time(system: System) -> float:
+    clock = system.client.clock()
+    assert clock is not None
+    return clock.time / 1e9
+
+
+def test_what_was_to_be_removed_handles_all_that_came_in_the_time_that_passed(tmp_path: Path) -> None:
+    system = _system(tmp_path)
+    try:
+        counters: list[Any] = [system.running[name].component for name in ("collector", "keeper")]
+        wait_until(lambda: all(counter.collected for counter in counters))
+        held = system.adapt(Remove("collector"), Remove("keeper"), confirm=3600.0, wait=False)
+        wait_until(lambda: system.lines(id=held.id).entries[0].outcome is Outcome.CONFIRMING)
+        begun, heard = _time(system), [len(counter.collected) for counter in counters]
+        wait_until(lambda: _time(system) > begun + 1.0)
+        assert [len(counter.collected) for counter in counters] == heard
+        assert system.cancel(held.id).outcome is Outcome.CANCELLED
+        wait_until(lambda: all(len(c.collected) > n + 30 for c, n in zip(counters, heard, strict=True)))
+        for numbers in (list(counter.collected) for counter in counters):
+            assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
     finally:
         system.end()
 
