@@ -4,18 +4,37 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
+
+import pytest
 
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import Frog, speed_of
+from tests.frog.frog import STACK, Frog, speed_of
 from tests.kit.site import wait_until
 
 TICK = 0.05
 SLOW = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.10}}
 CORNER = {"change": "connect", "component": "detector", "port": "image", "topic": "corner_camera/image"}
+
+
+def test_it_is_said_when_everybody_is_active(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "real")
+    wait_until(lambda: "all 13 components active after" in frog.log.read_text(), "the line that says so")
+
+
+@pytest.fixture(scope="module")
+def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:
+    """Return FROG, running as fast as it can; every test leaves it as it was."""
+    folder = tmp_path_factory.mktemp("frog")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+        frog = Frog(folder, "--speed", "max", stack=STACK)
+        yield frog
+        frog.end()
 
 
 def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -> None:
@@ -31,14 +50,20 @@ def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -
     assert max(after) <= 0.105
     assert max(after) > 0.05
 
-    pid = frog.wait_running("navigator").pid
-    os.kill(pid, signal.SIGKILL)
-    frog.wait_running("navigator", 2)
+    before = frog.wait_running("navigator")
+    os.kill(before.pid, signal.SIGKILL)
+    frog.wait_running("navigator", before.incarnation + 1)
     wait_until(lambda: frog.client.view("navigator").parameters["max_velocity"] == 0.10)
     back_from = frog.clock().time / 1e9
     frog.wait_for_time(30.0)
     after = [speed_of(o.twist) for o in odometry if o.stamp > back_from]
     assert 0.05 < max(after) <= 0.105
+    _undo(frog, answer.json()["id"])
+
+
+def _undo(frog: Frog, adaptation: str) -> None:
+    undone = frog.rest.post(f"/adaptations/{adaptation}/undo")
+    assert undone.json()["outcome"] == "applied", undone.text
 
 
 def test_the_detector_moves_to_the_corner_camera_without_a_restart(frog: Frog) -> None:
@@ -46,11 +71,11 @@ def test_the_detector_moves_to_the_corner_camera_without_a_restart(frog: Frog) -
     wait_until(lambda: detections, "a look")
     before = frog.wait_running("detector")
     assert {d.camera for d in detections} == {"camera"}
-    assert frog.adapt(CORNER).json()["outcome"] == "applied"
+    answer = frog.adapt(CORNER).json()
+    assert answer["outcome"] == "applied", answer
     wait_until(lambda: detections[-1].camera == "corner_camera", "a look through the corner camera")
     assert frog.wait_running("detector").pid == before.pid
-    undone = frog.rest.post("/adaptations/2/undo")
-    assert undone.json()["outcome"] == "applied"
+    _undo(frog, answer["id"])
     seen = len(detections)
     wait_until(lambda: len(detections) > seen + 1 and detections[-1].camera == "camera", "the way back")
 
@@ -80,6 +105,7 @@ def test_a_deactivated_navigator_stops_the_robot(frog: Frog) -> None:
     frog.wait_for_time(5.0)
     assert len(velocity) == commands
     assert max(speed_of(o.twist) for o in odometry if o.stamp > still_from) < 0.005
+    _undo(frog, answer.json()["id"])
 
 
 def test_an_impossible_adaptation_touches_nothing_and_names_everything(frog: Frog) -> None:
@@ -96,8 +122,3 @@ def test_an_impossible_adaptation_touches_nothing_and_names_everything(frog: Fro
     for expected in ("max_velocity", "colour", "regraft/LaserScan", "nobody", "battery"):
         assert expected in text
     assert frog.rest.get("/architecture").json() == before
-
-
-def test_it_is_said_when_everybody_is_active(start_frog: StartFrog) -> None:
-    frog = start_frog("--speed", "real")
-    wait_until(lambda: "all 13 components active after" in frog.log.read_text(), "the line that says so")

@@ -75,7 +75,7 @@ def test_a_stopped_component_is_found_and_the_run_is_marked(start_frog: StartFro
 
 
 def test_no_process_is_left_when_the_host_is_killed(start_frog: StartFrog) -> None:
-    frog = start_frog("--speed", "max")
+    frog = start_frog("--speed", "real")
     pids = children_of(frog.process.pid)
     assert len(pids) >= 14
     frog.process.kill()

@@ -40,16 +40,12 @@ def test_the_ray_camera_does_where_there_is_no_opengl(tmp_path: Path) -> None:
     assert run.summary["pictures"]
 
 
-def test_a_second_up_of_the_same_system_is_refused(start_frog: StartFrog, tmp_path: Path) -> None:
-    frog = start_frog("--speed", "max")
+def test_a_second_up_of_the_same_system_and_a_port_in_use_are_said_before_anything_runs(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "real")
     again = _up("--system", "tests", "--set", f"gateway.port={free_port()}")
     assert again.returncode == 2
     assert "already running" in again.stderr
     assert frog.process.poll() is None
-
-
-def test_a_port_in_use_is_said_before_anything_runs(start_frog: StartFrog) -> None:
-    frog = start_frog("--speed", "max")
     again = _up("--system", "other", "--set", f"gateway.port={frog.port}")
     assert again.returncode == 2
     assert str(frog.port) in again.stderr

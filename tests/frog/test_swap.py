@@ -9,6 +9,7 @@ from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, 
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.mission import MissionState, MissionStatus
 from bus_schema.messages.perception import Detections
+from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, run_frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
 from tests.kit.site import PATIENCE, wait_until
@@ -72,7 +73,8 @@ def test_a_detector_is_swapped_and_undone_in_a_running_frog(frog: Frog) -> None:
     assert "detector" in clock.members
 
 
-def test_the_gateway_is_swapped_on_its_port(frog: Frog) -> None:
+def test_the_gateway_is_swapped_on_its_port(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "real")
     request = AdaptationRequest((Swap("gateway", parameters={"answer_within": 4.0}),))
     report = frog.client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
     assert report.outcome is Outcome.APPLIED, report
