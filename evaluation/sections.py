@@ -25,8 +25,12 @@ class Arms:
 
     def values(self, key: str, measure: Measure) -> list[float]:
         """Return a measure of each run that has one."""
-        found = [measure(run.rows) for run in self.runs.get(key, ())]
-        return [value for value in found if math.isfinite(value)]
+        return list(self.by_seed(key, measure).values())
+
+    def by_seed(self, key: str, measure: Measure) -> dict[tuple[int, int], float]:
+        """Return a measure of each run that has one, by its seed and, for several of one seed, its number."""
+        found = {(run.seed, run.number): measure(run.rows) for run in self.runs.get(key, ())}
+        return {place: value for place, value in found.items() if math.isfinite(value)}
 
 
 def arms_of(results: Results) -> Arms:
@@ -96,7 +100,10 @@ class Claim:
 
 
 def comparisons_table(arms: Arms, claims: Sequence[Claim], measures: Mapping[str, Measure], alpha: float) -> str:
-    """Return Mann and Whitney's one-sided test of each claim, corrected for their number, and the effect's size."""
+    """Return Mann and Whitney's one-sided test of each claim, corrected for their number, and the effect's size.
+
+    Beside it stands in how many of the pairs of equal seeds the claim holds: seeds may differ more than configurations.
+    """
     samples = {
         claim: (arms.values(claim.greater, measures[claim.measure]), arms.values(claim.less, measures[claim.measure]))
         for claim in claims
@@ -117,12 +124,21 @@ def comparisons_table(arms: Arms, claims: Sequence[Claim], measures: Mapping[str
             effect,
             f"{each.rank_biserial:+.3f}",
             difference,
+            _with_equal_seeds(arms, claim, measures[claim.measure]),
         ]
         rows.append([claim.measure, f"{claim.greater} > {claim.less}", *told])
     if not rows:
         return "No two configurations have two runs each: nothing can be compared.\n"
     headings = ["measure", "claim", "U", "p", "p, Holm", f"p < {alpha:g}", "A12 (95 %)", "rank-biserial"]
-    return table([*headings, "difference of means (95 %)"], rows)
+    return table([*headings, "difference of means (95 %)", "holds with equal seeds"], rows)
+
+
+def _with_equal_seeds(arms: Arms, claim: Claim, measure: Measure) -> str:
+    greater, less = arms.by_seed(claim.greater, measure), arms.by_seed(claim.less, measure)
+    pairs = [(greater[place], less[place]) for place in greater.keys() & less.keys()]
+    equal = sum(one == other for one, other in pairs)
+    text = f"{sum(one > other for one, other in pairs)} of {len(pairs)}"
+    return f"{text}, {equal} equal" if equal else text
 
 
 def adaptations_table(arms: Arms) -> str:

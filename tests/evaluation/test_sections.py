@@ -1,0 +1,23 @@
+"""What sections of reports say of runs that are there."""
+
+from __future__ import annotations
+
+from evaluation.rows import Rows
+from evaluation.sections import Arms, Claim, comparisons_table
+from evaluation.study import Configuration, RunRecord, Timing
+
+
+def _runs(key: str, values: dict[int, float]) -> list[RunRecord]:
+    configuration = Configuration(key, "as it is")
+    return [
+        RunRecord(configuration, number, seed, 10.0, Rows({"value": [str(value)]}), (), {}, Timing(1.0, 10.0))
+        for number, (seed, value) in enumerate(values.items(), start=1)
+    ]
+
+
+def test_a_claim_is_judged_over_all_runs_and_room_by_room() -> None:
+    arms = Arms({"good": _runs("good", {1: 2.0, 2: 9.0, 3: 4.0}), "bad": _runs("bad", {1: 1.0, 2: 8.0, 3: 4.0})})
+    claim = Claim("value", "good", "bad")
+    text = comparisons_table(arms, [claim], {"value": lambda rows: rows.number("value")[0]}, 0.05)
+    assert "| good > bad |" in text
+    assert "2 of 3, 1 equal" in text
