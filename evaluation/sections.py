@@ -23,6 +23,10 @@ class Arms:
 
     runs: Mapping[str, Sequence[RunRecord]]
 
+    def name(self, key: str) -> str:
+        """Return the name of a configuration, without its scenario."""
+        return self.runs[key][0].configuration.name
+
     def values(self, key: str, measure: Measure) -> list[float]:
         """Return a measure of each run that has one."""
         return list(self.by_seed(key, measure).values())

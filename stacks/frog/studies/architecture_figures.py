@@ -60,7 +60,7 @@ def _utilities(arms: Arms, keys: Sequence[str], shown: Sequence[tuple[str, Measu
         ax.set_ylabel(title)
         ax.set_ylim(bottom=0.0)
         ax.grid(axis="y", linewidth=0.4, alpha=0.6)
-    axes[-1, 0].set_xticks(range(1, len(keys) + 1), [key.split(".")[0] for key in keys], rotation=20)
+    axes[-1, 0].set_xticks(range(1, len(keys) + 1), [arms.name(key) for key in keys], rotation=20)
     return figure
 
 
@@ -71,7 +71,7 @@ def _satisfaction(arms: Arms, keys: Sequence[str], plot: Any) -> Any:
     for requirement, ax in zip(REQUIREMENTS, axes, strict=True):
         for index, key in enumerate(keys):
             times, share = satisfied_over_time([run.rows for run in arms.runs[key]], requirement)
-            ax.plot(times, share, linewidth=1.2, color=COLOURS[index % len(COLOURS)], label=key.split(".")[0])
+            ax.plot(times, share, linewidth=1.2, color=COLOURS[index % len(COLOURS)], label=arms.name(key))
         ax.set_title(requirement, loc="left", fontsize=9)
         ax.set_ylim(-0.05, 1.05)
         ax.grid(linewidth=0.4, alpha=0.6)

@@ -124,7 +124,7 @@ def _corrected(arms: Arms) -> list[str]:
         Claim(name, key, other)
         for keys in scenarios(arms).values()
         for key in keys
-        if key.split(".")[0] == PLANNED
+        if arms.name(key) == PLANNED
         for name in ("U_vis", "U_det")
         for other in keys
         if not other.startswith(PLANNED)
@@ -133,9 +133,9 @@ def _corrected(arms: Arms) -> list[str]:
         Claim(name, key, baseline)
         for keys in scenarios(arms).values()
         for baseline in keys
-        if baseline.split(".")[0] == BASELINE
+        if arms.name(baseline) == BASELINE
         for key in keys
-        if key.split(".")[0] in ("internal", "external")
+        if arms.name(key) in ("internal", "external")
         for name in ("U_vis", "U_det")
     ]
     return [
