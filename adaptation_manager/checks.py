@@ -76,6 +76,7 @@ async def _check_changes(
         one for one in of_result if not draft.unclear or not one.field.startswith(("connections.", "constraints."))
     ]
     after = replace(draft.architecture, revision=architecture.revision + 1)
+    # What a swapped component was given before its swap may be wrong then, and still be wrong in the result.
     found = list(dict.fromkeys(found))
     return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
 

@@ -36,7 +36,7 @@ def plan_start(draft: Draft, spec: ComponentSpec, *, with_state: bool = True) ->
     back = EndProcess(spec.name, spec.host)
     inactive = spec.managed and spec.state is not State.UNCONFIGURED
     state = State.INACTIVE if inactive else State.UNCONFIGURED
-    run = RunProcess(spec.name, spec, state, with_state, LEAVE_OUT, afresh=not with_state)
+    run = RunProcess(spec.name, spec, state, resume=with_state, leave_out=LEAVE_OUT, afresh=not with_state)
     which = "it" if spec.cls == draft.before[spec.name].cls else spec.cls
     since = "from its last checkpoint" if with_state else "without its state"
     started = PlannedStep(spec.name, f"start {which} on {spec.host}, {since}", run, back)

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 from bus_schema.envelope import Envelope
 from regraft.bus import Sample
+from regraft.runtime.held import MOST_HELD, MOST_HELD_BYTES
 
 if TYPE_CHECKING:
     from regraft.runtime.inputs import InputPort
 
-MOST_KEPT = 20_000
-MOST_KEPT_BYTES = 64 * 1024 * 1024
-"""Beyond these the oldest go, and are reported as lost if the component goes on."""
-
 
 class Stillness:
-    """Messages of all inputs of one component, in the order in which they are to be handled."""
+    """Messages of all inputs of one component, in the order in which they are to be handled.
+
+    Beyond as many as are held for a run that takes over, the oldest go: they are lost if the component goes on.
+    """
 
     def __init__(self) -> None:
         """Keep nothing yet."""
@@ -29,7 +29,7 @@ class Stillness:
         """Keep one more."""
         self._kept.append((port, sample))
         self._bytes += len(sample.payload)
-        while len(self._kept) > MOST_KEPT or self._bytes > MOST_KEPT_BYTES:
+        while len(self._kept) > MOST_HELD or self._bytes > MOST_HELD_BYTES:
             other, oldest = self._kept.popleft()
             self._bytes -= len(oldest.payload)
             self._let_go[other, Envelope.from_bytes(oldest.attachment).source] += 1

@@ -88,6 +88,25 @@ def test_what_comes_for_one_that_holds_still_is_handled_when_it_goes_on_and_not_
     assert [number.value for number in said if number.value != 99] == [*range(10)]
 
 
+def test_of_too_much_for_one_that_holds_still_the_oldest_goes_and_is_told(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("regraft.runtime.stillness.MOST_HELD", 4)
+    site.start(Echo, "echo")
+    said = site.collect("said", Number)
+    writer = site.writer("heard", Number)
+    assert writer.wait_for_reader(PATIENCE)
+    site.client.control("echo", "transition", SetTransition(Transition.DEACTIVATE, hold=True))
+    for number in range(10):
+        writer.put(codec.encode(Number(number)))
+    inbound = site.runtimes["echo"].inbound
+    wait_until(lambda: inbound.stream(writer.key, "source").handled == writer.sequence, "all to have come")
+    site.client.control("echo", "transition", SetTransition(Transition.ACTIVATE))
+    wait_until(lambda: len(said) == 4, "what was kept")
+    assert [number.value for number in said] == [6, 7, 8, 9]
+    wait_until(lambda: site.status("echo").lost == 6, "the loss to be told")
+
+
 def test_parameters_are_set_together_or_not_at_all(site: Site) -> None:
     site.start(Counter, "counter")
     with pytest.raises(ControlRefused) as refused:
