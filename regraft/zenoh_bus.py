@@ -14,10 +14,8 @@ import zenoh
 
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
 from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, config
+from regraft.zenoh_session import Declared, LastingSession
 from regraft.zenoh_shared import SharedMemory
-
-CLOSE_WITHIN = 2.0
-"""Seconds that closing a session may take; a lossy link can hold it for ten (eclipse-zenoh/zenoh #2675)."""
 
 SOURCE_PLACE = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 """Where in Zenoh's own sources an error arose: of no use to whoever reads the message."""
@@ -28,8 +26,12 @@ Direct = zenoh.handlers.Callback
 def open_bus(endpoints: Endpoints, *, in_step: bool = False) -> ZenohBus:
     """Open the process's session; raises BusError if the endpoints cannot be reached or listened on."""
     os.environ.setdefault("RUST_LOG", "off")
+
+    def opened() -> zenoh.Session:
+        return zenoh.open(config(endpoints, in_step=in_step))
+
     try:
-        return ZenohBus(zenoh.open(config(endpoints, in_step=in_step)), in_step=in_step)
+        return ZenohBus(LastingSession(opened(), opened if endpoints.needs_hub else None), in_step=in_step)
     except zenoh.ZError as error:
         wanted = ", ".join(endpoints.listen or endpoints.connect)
         verb = "listen on" if endpoints.listen else "reach"
@@ -43,35 +45,33 @@ def _first_line(error: Exception) -> str:
 
 @dataclass(slots=True)
 class _ZenohPublisher:
-    inner: Any
+    key: str
+    declared: Declared
     shared: SharedMemory
 
     def put(self, payload: bytes, attachment: bytes) -> None:
+        inner = self.declared.inner
+        if inner is None:
+            return
         try:
             large = len(payload) >= SHARED_MEMORY_FROM
-            self.inner.put(self.shared.place(payload) if large else payload, attachment=attachment)
+            inner.put(self.shared.place(payload) if large else payload, attachment=attachment)
         except zenoh.ZError as error:
-            raise BusError(f"cannot put at {self.inner.key_expr}: {_first_line(error)}") from None
+            if inner is self.declared.inner and not self.declared.session.broken:
+                raise BusError(f"cannot put at {self.key}: {_first_line(error)}") from None
 
     @property
     def matched(self) -> bool:
-        status: Any = self.inner.matching_status  # typed as bool in the stubs, an object in fact
-        return bool(status.matching)
+        inner = self.declared.inner
+        if inner is None:
+            return False
+        try:
+            return bool(inner.matching_status.matching)
+        except zenoh.ZError:
+            return False
 
     def close(self) -> None:
-        with contextlib.suppress(zenoh.ZError):
-            self.inner.undeclare()
-
-
-@dataclass(slots=True)
-class _Undeclared:
-    """A Zenoh declaration that can be closed twice, and after its session."""
-
-    inner: Any
-
-    def close(self) -> None:
-        with contextlib.suppress(zenoh.ZError):
-            self.inner.undeclare()
+        self.declared.close()
 
 
 @dataclass(slots=True)
@@ -104,27 +104,29 @@ class ZenohQuery:
 class ZenohBus:
     """A session as the kit sees it. Sinks run on network threads and must only pass the item on."""
 
-    def __init__(self, session: zenoh.Session, *, in_step: bool = False) -> None:
+    def __init__(self, session: LastingSession, *, in_step: bool = False) -> None:
         """Take over an open session; in step, sensor streams are reliable too."""
-        self.session = session
+        self._session = session
         self._in_step = in_step
         self._shared = SharedMemory()
-        self._closed = False
 
     def publisher(self, key: str, encoding: str, *, reliable: bool) -> _ZenohPublisher:
         """Declare a publisher: a reliable one blocks within bounds, another drops."""
         block = reliable or self._in_step
         control = zenoh.CongestionControl.BLOCK if block else zenoh.CongestionControl.DROP
-        inner = self.session.declare_publisher(key, encoding=encoding, congestion_control=control)
-        return _ZenohPublisher(inner, self._shared)
 
-    def subscribe(self, key: str, sink: Sink) -> _Undeclared:
+        def make(session: zenoh.Session) -> Any:
+            return session.declare_publisher(key, encoding=encoding, congestion_control=control)
+
+        return _ZenohPublisher(key, self._session.declare(make), self._shared)
+
+    def subscribe(self, key: str, sink: Sink) -> Declared:
         """Hand raw samples to ``sink`` on the network thread: a queue's ``put`` costs no Python frame there."""
-        return _Undeclared(self.session.declare_subscriber(key, Direct(sink, indirect=False)))
+        return self._session.declare(lambda s: s.declare_subscriber(key, Direct(sink, indirect=False)))
 
-    def serve(self, key: str, sink: Sink) -> _Undeclared:
+    def serve(self, key: str, sink: Sink) -> Declared:
         """Hand raw queries to ``sink`` on the network thread."""
-        return _Undeclared(self.session.declare_queryable(key, Direct(sink, indirect=False), complete=False))
+        return self._session.declare(lambda s: s.declare_queryable(key, Direct(sink, indirect=False), complete=False))
 
     def open_sample(self, item: Any) -> Sample | None:
         """Copy a raw sample out of the session's memory."""
@@ -142,12 +144,12 @@ class ZenohBus:
         """Ask and wait; the first answer ends the wait unless all are wanted."""
         answers = []
         try:
-            for reply in self.session.get(key, payload=payload, timeout=timeout, **_target(all_of_them)):
+            for reply in self._session.now.get(key, payload=payload, timeout=timeout, **_target(all_of_them)):
                 answers.append(_answer(reply))
                 if not all_of_them:
                     break
         except zenoh.ZError as error:
-            raise BusError(f"cannot ask {key}: {_first_line(error)}") from None
+            self._not_asked(key, error)
         return [answer for answer in answers if answer.payload != b"Timeout"]
 
     def ask(self, key: str, payload: bytes, timeout: float, done: Callable[[list[Answer]], object]) -> None:
@@ -168,42 +170,50 @@ class ZenohBus:
 
         try:
             # An indirect callback would start a Python thread for every query.
-            self.session.get(
+            self._session.now.get(
                 key, Direct(take, drop=dropped, indirect=False), payload=payload, timeout=timeout, **_target(False)
             )
         except zenoh.ZError as error:
+            self._not_asked(key, error)
+            dropped()
+
+    def _not_asked(self, key: str, error: zenoh.ZError) -> None:
+        """Raise BusError; without a link there is nobody to answer, and that is no error."""
+        if not self._session.broken:
             raise BusError(f"cannot ask {key}: {_first_line(error)}") from None
 
-    def announce(self, key: str) -> _Undeclared:
+    def announce(self, key: str) -> Declared:
         """Declare a liveliness token."""
-        return _Undeclared(self.session.liveliness().declare_token(key))
+        return self._session.declare(lambda s: s.liveliness().declare_token(key))
 
-    def watch(self, key: str, sink: Callable[[Presence], object]) -> _Undeclared:
-        """Hand presence to ``sink``, tokens already there first."""
+    def watch(self, key: str, sink: Callable[[Presence], object]) -> Declared:
+        """Hand presence to ``sink``, tokens already there first; on a new session all are gone, and come again."""
+        present: set[str] = set()
 
         def tell(sample: zenoh.Sample) -> None:
-            sink(Presence(str(sample.key_expr), present=sample.kind == zenoh.SampleKind.PUT))
+            token, is_there = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+            (present.add if is_there else present.discard)(token)
+            sink(Presence(token, present=is_there))
 
-        return _Undeclared(self.session.liveliness().declare_subscriber(key, tell, history=True))
+        def make(session: zenoh.Session) -> Any:
+            while present:
+                sink(Presence(present.pop(), present=False))
+            return session.liveliness().declare_subscriber(key, tell, history=True)
+
+        return self._session.declare(make)
 
     def present(self, key: str, timeout: float) -> list[str]:
         """Ask for the tokens that are there now."""
-        replies = self.session.liveliness().get(key, timeout=timeout)
+        try:
+            replies = list(self._session.now.liveliness().get(key, timeout=timeout))
+        except zenoh.ZError as error:
+            self._not_asked(key, error)
+            return []
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
     def close(self) -> None:
-        """Close the session, bounded: what does not close in time dies with the process."""
-        if self._closed:
-            return
-        self._closed = True
-        closing = threading.Thread(target=self._close_session, daemon=True)
-        closing.start()
-        closing.join(CLOSE_WITHIN)
-
-    def _close_session(self) -> None:
-        with contextlib.suppress(zenoh.ZError):
-            closing: Any = self.session
-            closing.close()
+        """Close the session, bounded."""
+        self._session.close()
 
 
 def _target(all_of_them: bool) -> dict[str, Any]:

@@ -48,12 +48,17 @@ class Endpoints:
     router: bool = False
     tls: Tls | None = None
 
+    @property
+    def needs_hub(self) -> bool:
+        """Whether the session is nothing without the hub that it connects to."""
+        return bool(self.connect) and not self.router
+
 
 def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
     """Return the configuration of one session; ``in_step`` is true under simulated time."""
     blocked = BLOCKED_PUT_IN_STEP if in_step else BLOCKED_PUT
     settings: dict[str, object] = {
-        "mode": "router" if endpoints.router else ("client" if endpoints.connect else "peer"),
+        "mode": "router" if endpoints.router else ("client" if endpoints.needs_hub else "peer"),
         "listen/endpoints": list(endpoints.listen),
         "connect/endpoints": list(endpoints.connect),
         "connect/retry": {"period_init_ms": 50, "period_max_ms": 100, "period_increase_factor": 1},
