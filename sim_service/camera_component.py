@@ -153,18 +153,24 @@ class Camera(Component):
         state = self.world_state.latest if self.image.wanted and failure != SILENT else None
         if state is None or self._eye is None or not self._is_ours(state):
             return
-        pixels = self._pixels(self._eye, state, failure)
+        eye = self._eye
         self._note_rate()
+        self.image.promise(lambda: self._picture(eye, state, failure))
+
+    def _picture(self, eye: Eye, state: WorldState, failure: str) -> Image:
+        try:
+            pixels = self._pixels(eye, state, failure)
+        except Exception as error:
+            self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
+            raise
         mount: CameraMount = self._mount
-        self.image.publish(
-            Image(
-                state.stamp,
-                f"{self.kit.name}_optical",
-                FRAMES[mount.on_board],
-                mount.pose,
-                mount.horizontal_field_of_view(*self._size),
-                pixels,
-            )
+        return Image(
+            state.stamp,
+            f"{self.kit.name}_optical",
+            FRAMES[mount.on_board],
+            mount.pose,
+            mount.horizontal_field_of_view(*self._size),
+            pixels,
         )
 
     def _note_rate(self, count: int = 1) -> float:

@@ -168,7 +168,7 @@ class World(TimeSource):
         if self.ticks % self._ticks_per_charger == 0:
             self._publish_charger(now)
         truth = self._truth(now)
-        self.ground_truth.publish(truth)
+        self.ground_truth.promise(lambda: truth)
         if self.world_state.wanted:
             self._publish_state(now, truth.pose)
 
@@ -232,9 +232,8 @@ class World(TimeSource):
 
     def _publish_state(self, now: float, base: Pose) -> None:
         state = self.simulation.render_state()
-        self.world_state.publish(
-            WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base)
-        )
+        told = WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base)
+        self.world_state.promise(lambda: told)
 
     def evaluate(self) -> dict[str, float]:
         """Return how often the robot has touched something, as ``contacts``."""

@@ -69,6 +69,7 @@ class Control:
 
     def take(self, query: Query) -> None:
         """Answer a query, now or when what it waits for has happened."""
+        self._runtime.writers.keep_promises()
         verb = query.key.rsplit("/", 1)[-1]
         if query.key in self._runtime.requirements:
             self._answer(query, lambda: self._runtime.requirements[query.key])

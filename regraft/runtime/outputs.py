@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from bus_schema import codec
@@ -68,13 +69,32 @@ class OutputPort(Generic[M]):
             NotActive: the component is not active.
             BadMessage: a field of the message does not fit its type.
         """
+        self._active_writer().put(self._packed(message))
+
+    def promise(self, make: Callable[[], M]) -> None:
+        """Publish what ``make`` returns, as of now; in simulated time others need not wait until it is made.
+
+        It is made right behind this step, on this thread, before anything else is handled; readers wait for it only
+        when they are to handle it. So heavy work, such as rendering, goes on while time does. ``make`` must use what
+        is now, not what it finds later. Under the real clock it is made at once. If it raises, or a field does not
+        fit, that is reported, and the message counts as lost.
+
+        Raises:
+            NotActive: the component is not active.
+        """
+        self._active_writer().promise(lambda: self._packed(make()))
+
+    def _active_writer(self) -> Writer:
         if self._writer is None or self._herald.status.state not in MAY_PUBLISH:
             raise NotActive(f"output {self.name!r}: only an active component publishes")
+        return self._writer
+
+    def _packed(self, message: M) -> bytes:
         if type(message) is not self.declared.message:
             raise TypeError(
                 f"output {self.name!r} publishes {self.declared.message.__name__}, not {type(message).__name__}"
             )
-        self._writer.put(codec.encode_as(self._kind, message))
+        return codec.encode_as(self._kind, message)
 
 
 Outputs = dict[str, OutputPort[Any]]

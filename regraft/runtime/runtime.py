@@ -65,7 +65,7 @@ class Runtime:
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)
         self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker)
-        self.writers = Writers(bus, clock, self.identity)
+        self.writers = Writers(bus, clock, self.identity, self.herald.fault)
         self.tasks = Tasks()
         self.timers = Timers()
         self.slots = Slots(stepped=self.stepped)

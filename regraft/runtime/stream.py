@@ -19,8 +19,9 @@ Arrival = tuple[Envelope, Sample]
 class Stream:
     """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
 
-    ``wired`` is set by the first marker. ``waiting`` holds what has arrived but may not be given out yet. ``since`` is
-    the first sequence of this incarnation that is known of, if it goes on with the numbering of another.
+    ``wired`` is set by the first marker; ``put`` is how far the last one said that the numbering had come. ``waiting``
+    holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation that is
+    known of, if it goes on with the numbering of another.
     """
 
     epoch: int = 0
@@ -32,6 +33,7 @@ class Stream:
     waiting: dict[int, Arrival] = field(default_factory=dict)
     waiting_since: int = 0
     since: int = 0
+    put: int = 0
 
     def admit(self, envelope: Envelope) -> bool:
         """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
@@ -49,12 +51,14 @@ class Stream:
             self.epoch = envelope.epoch
             self.handled = 0 if known else None
             self.wired = False
+            self.put = 0
             self.waiting.clear()
         self.incarnation = envelope.incarnation
         return True
 
     def mark(self, sequence: int) -> None:
         """Take a marker: the first one wires the stream, and what lies at or below it is not for us."""
+        self.put = max(self.put, sequence)
         if self.wired:
             return
         self.wired = True
@@ -117,9 +121,15 @@ class Stream:
             self.waiting.setdefault(envelope.sequence, (envelope, sample))
 
     def reaches(self, frontier: int) -> bool:
-        """Tell whether everything up to ``frontier`` is here."""
+        """Tell whether everything up to ``frontier`` is here, or cannot come any more.
+
+        That is so of what was put before a marker and is not here; of another run's data it cannot be told.
+        """
         start = self.handled or 0
-        return all(sequence in self.waiting for sequence in range(start + 1, frontier + 1))
+        return all(
+            sequence in self.waiting or self.since <= sequence <= self.put
+            for sequence in range(start + 1, frontier + 1)
+        )
 
     def release(self, frontier: int) -> list[Arrival]:
         """Give out everything up to ``frontier``, in sequence; what is missing counts as lost."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import get_ident
 
@@ -72,15 +74,39 @@ class Writer:
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
+        if self._writers.promises:
+            self._writers.keep_promises()
+        self._publisher.put(payload, self._next())
+
+    def promise(self, make: Callable[[], bytes]) -> None:
+        """Number and stamp the next sample now, and put what ``make`` returns when promises are kept."""
+        writers = self._writers
+        writers.promises.append((self, self._next(), make))
+        if not writers.may_promise:
+            writers.keep_promises()
+
+    def keep(self, attachment: bytes, make: Callable[[], bytes]) -> None:
+        """Put what was promised; if it cannot be made, a marker, so that nobody waits for it."""
+        try:
+            payload = make()
+        except Exception as error:
+            self._writers.fault(self.key, error)
+            self.mark()
+        else:
+            self._publisher.put(payload, attachment)
+
+    def _next(self) -> bytes:
+        """Return the attachment of the next sample."""
         writers = self._writers
         if get_ident() != writers.thread:
             raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
         self.sequence = sequence = self.sequence + 1
         writers.advanced[self.key] = sequence
-        self._publisher.put(payload, self._data + PLACE.pack(sequence, self._now()) + self._source)
+        return self._data + PLACE.pack(sequence, self._now()) + self._source
 
     def mark(self) -> None:
         """Put a marker: it says how far the numbering has come."""
+        self._writers.keep_promises()
         self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
 
     @property
@@ -103,15 +129,27 @@ class Writer:
         self._declared.close()
 
 
-class Writers:
-    """The writers of one component. ``advanced`` collects what was put since it was last cleared."""
+def _raise(_: str, error: BaseException) -> None:
+    raise error
 
-    def __init__(self, bus: Bus, clock: Clock, identity: Identity) -> None:
-        """Start without keys."""
+
+class Writers:
+    """The writers of one component. ``advanced`` collects what was put or promised since it was last cleared.
+
+    While it ``may_promise``, what is promised waits until promises are kept; at other times it is put at once.
+    """
+
+    def __init__(
+        self, bus: Bus, clock: Clock, identity: Identity, fault: Callable[[str, BaseException], None] | None = None
+    ) -> None:
+        """Start without keys; ``fault`` is told the key of what could not be made as promised, and why."""
         self.bus = bus
         self.clock = clock
         self.identity = identity
         self.mute = False
+        self.fault = fault or _raise
+        self.may_promise = False
+        self.promises: deque[tuple[Writer, bytes, Callable[[], bytes]]] = deque()
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
@@ -126,8 +164,15 @@ class Writers:
             self.open_keys[key] = writer
         return writer
 
+    def keep_promises(self) -> None:
+        """Make and put what was promised, in its order."""
+        while self.promises:
+            writer, attachment, make = self.promises.popleft()
+            writer.keep(attachment, make)
+
     def close(self, key: str) -> None:
         """Undeclare a key."""
+        self.keep_promises()
         writer = self.open_keys.pop(key, None)
         if writer:
             self._numbering[key] = writer.sequence
@@ -150,6 +195,7 @@ class Writers:
 
     def speak_as(self, identity: Identity, *, mute: bool = False) -> None:
         """Put as ``identity`` from now on; ``mute`` lets markers pass and everything else go nowhere."""
+        self.keep_promises()
         self.identity, self.mute = identity, mute
         for writer in self.open_keys.values():
             writer.speak()

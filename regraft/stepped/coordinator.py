@@ -234,6 +234,7 @@ class Coordinator:
     def run_tick(self, advance: Callable[[], None]) -> None:
         """Let the source advance, then run rounds and slots until the tick is quiet."""
         self.take_in()
+        self._runtime.writers.may_promise = True
         advance()
         self.local.due = True
         for member in self.roster.members.values():
@@ -248,16 +249,22 @@ class Coordinator:
         self._take_local_output()
         for number in range(0 if first else 1, MOST_ROUNDS):
             due = [name for name in sorted(self.roster.members) if self.roster.members[name].due]
-            if not due:
-                return
             others = [name for name in due if name != self._name]
             self._errands.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
+            self._keep_promises()
+            if not due:
+                return
             if self._name in due:
                 self._step_local(number)
             self._collect(others)
             self._take_local_output()
             self.wire()
         self._runtime.herald.event("clock.unquiet", f"tick {self.moment.tick} was not quiet after {MOST_ROUNDS} rounds")
+
+    def _keep_promises(self) -> None:
+        """Put what the source's own advance promised; the others have begun their steps."""
+        self._runtime.writers.may_promise = False
+        self._runtime.writers.keep_promises()
 
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local

@@ -169,6 +169,7 @@ class Member:
         elif step.kind is StepKind.MARK:
             self._mark(step.marks)
         elif step.kind is StepKind.STEP:
+            self._runtime.writers.may_promise = True
             error = self._work(step)
         elif step.kind is StepKind.REPORT:
             self._settle()  # whoever took over in the slot may have begun heavy work
@@ -177,6 +178,8 @@ class Member:
             touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
             self._next_want = 0.0
         self._acknowledge(step, touched, error)
+        self._runtime.writers.may_promise = False
+        self._runtime.writers.keep_promises()
 
     def _mark(self, keys: tuple[str, ...]) -> None:
         for key in keys:
