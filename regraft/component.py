@@ -106,7 +106,10 @@ class Component:
         """React to parameters that have just changed, all at once."""
 
     def snapshot(self) -> PlainValue:
-        """Return the component's state as plain data, for a successor or a checkpoint; None if there is none."""
+        """Return the component's state as plain data, for a successor or a checkpoint; None if there is none.
+
+        It is packed a little later, so it must share nothing that changes.
+        """
         return None
 
     def restore(self, state: PlainValue) -> None:

@@ -282,13 +282,17 @@ class Control:
 
     def checkpoint(self) -> None:
         """Put a checkpoint, for the host to keep."""
-        key = self._runtime.keys.checkpoint(self._runtime.assignment.name)
-        self._runtime.herald.put(key, type_of(Snapshot), self._payload_of(self.snapshot()))
+        self.put_checkpoint(self.snapshot())
 
-    def checkpoint_if_any(self) -> None:
-        """Put a checkpoint unless the component has no state to keep."""
-        if type(self._runtime.component).snapshot is not Component.snapshot:
-            self.checkpoint()
+    def put_checkpoint(self, snapshot: Snapshot) -> None:
+        """Put a snapshot that was taken before."""
+        key = self._runtime.keys.checkpoint(self._runtime.assignment.name)
+        self._runtime.herald.put(key, type_of(Snapshot), self._payload_of(snapshot))
+
+    @property
+    def keeps_state(self) -> bool:
+        """Whether the component has a state to keep."""
+        return type(self._runtime.component).snapshot is not Component.snapshot
 
     def take_checkpoint(self) -> Snapshot | None:
         """Return the checkpoint that came with the assignment, once, if this class understands it."""

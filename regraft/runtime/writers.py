@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 from threading import get_ident
 
 from bus_schema.envelope import PLACE, Kind, run_part
-from regraft.bus import Bus, Publisher
+from regraft.bus import Bus, BusError, Publisher
 from regraft.clock import Clock
 
 MATCH_POLL = 0.001
@@ -44,6 +45,7 @@ class Writer:
         "_declared",
         "_marker",
         "_now",
+        "_promised",
         "_publisher",
         "_source",
         "_writers",
@@ -62,6 +64,7 @@ class Writer:
         self._writers = writers
         self._declared = publisher
         self._now = writers.clock.now
+        self._promised = 0
         self.speak()
 
     def speak(self) -> None:
@@ -74,26 +77,27 @@ class Writer:
 
     def put(self, payload: bytes) -> None:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
-        if self._writers.promises:
+        if self._promised:
             self._writers.keep_promises()
         self._publisher.put(payload, self._next())
 
     def promise(self, make: Callable[[], bytes]) -> None:
         """Number and stamp the next sample now, and put what ``make`` returns when promises are kept."""
-        writers = self._writers
-        writers.promises.append((self, self._next(), make))
+        writers, attachment = self._writers, self._next()
+        self._promised += 1
+        writers.promises.append(lambda: self._keep(attachment, make))
         if not writers.may_promise:
             writers.keep_promises()
 
-    def keep(self, attachment: bytes, make: Callable[[], bytes]) -> None:
-        """Put what was promised; if it cannot be made, a marker, so that nobody waits for it."""
+    def _keep(self, attachment: bytes, make: Callable[[], bytes]) -> None:
+        """Put what was promised; if that fails, a marker, so that nobody waits for it."""
+        self._promised -= 1
         try:
-            payload = make()
+            self._publisher.put(make(), attachment)
         except Exception as error:
             self._writers.fault(self.key, error)
-            self.mark()
-        else:
-            self._publisher.put(payload, attachment)
+            with contextlib.suppress(BusError):
+                self.mark()
 
     def _next(self) -> bytes:
         """Return the attachment of the next sample."""
@@ -136,7 +140,8 @@ def _raise(_: str, error: BaseException) -> None:
 class Writers:
     """The writers of one component. ``advanced`` collects what was put or promised since it was last cleared.
 
-    While it ``may_promise``, what is promised waits until promises are kept; at other times it is put at once.
+    While it ``may_promise``, what is promised waits until promises are kept; at other times it is put at once. Whatever
+    else is to be done then stands among the ``promises``.
     """
 
     def __init__(
@@ -149,7 +154,7 @@ class Writers:
         self.mute = False
         self.fault = fault or _raise
         self.may_promise = False
-        self.promises: deque[tuple[Writer, bytes, Callable[[], bytes]]] = deque()
+        self.promises: deque[Callable[[], object]] = deque()
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
         self._numbering: dict[str, int] = {}
@@ -167,8 +172,7 @@ class Writers:
     def keep_promises(self) -> None:
         """Make and put what was promised, in its order."""
         while self.promises:
-            writer, attachment, make = self.promises.popleft()
-            writer.keep(attachment, make)
+            self.promises.popleft()()
 
     def close(self, key: str) -> None:
         """Undeclare a key."""

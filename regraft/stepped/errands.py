@@ -15,6 +15,8 @@ from regraft.stepped.wire import ClockLine
 STEP_BOUND = 10.0
 """Seconds after which a silent member is dropped: slow is not hung, and a drop changes the run."""
 STEP_AGAIN_AFTER = 1.0
+FORGETS_SLOWLY = 0.8
+"""Share of a step's usual length that the last one does not change."""
 
 
 @dataclass(slots=True)
@@ -36,6 +38,8 @@ class Errands:
         self._keys = keys
         self._inbox = inbox
         self._steps: dict[str, Step] = {}
+        self._sent: dict[str, float] = {}
+        self._takes: dict[str, float] = {}
         self._acks: dict[str, Ack] = {}
 
     def take_ack(self, ack: Ack) -> None:
@@ -43,6 +47,8 @@ class Errands:
         step = self._steps.get(ack.member)
         if step is not None and ack.incarnation == step.incarnation and ack.number == step.number:
             self._acks[ack.member] = ack
+            takes = time.monotonic() - self._sent[ack.member]
+            self._takes[ack.member] = takes + FORGETS_SLOWLY * (self._takes.get(ack.member, takes) - takes)
 
     def awaits(self, name: str) -> bool:
         """Tell whether a member's acknowledgement is waited for."""
@@ -61,8 +67,12 @@ class Errands:
         outside: tuple[str, ...] = (),
         marks: dict[str, set[str]] | None = None,
     ) -> None:
-        """Send each member its step: what it has to handle, or to mark, or whose messages enter from outside."""
-        for name, kind in kinds.items():
+        """Send each member its step: what it has to handle, or to mark, or whose messages enter from outside.
+
+        Whoever takes longest is sent first, since all are waited for.
+        """
+        for name in sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True):
+            kind = kinds[name]
             member = self._roster.members[name]
             member.number += 1
             working = kind is StepKind.STEP
@@ -84,6 +94,7 @@ class Errands:
             )
             member.wanted = wanted
             self._steps[name] = step
+            self._sent[name] = time.monotonic()
             self._line.put(self._keys.clock(f"step/{name}"), step)
 
     def collect(
