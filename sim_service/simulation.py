@@ -112,7 +112,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulated time (s) since the start."""
-        return self._steps * float(self._model.opt.timestep)
+        return self._steps * self._timestep
 
     @property
     def light(self) -> float:
@@ -134,7 +134,7 @@ class Simulation:
             )
             self._drive.apply(self._data, self.time)
             if self._visitor is not None:
-                self._visitor.move(self._data, steps * float(self._model.opt.timestep), self._robot_pose())
+                self._visitor.move(self._data, steps * self._timestep, self._robot_pose())
             mujoco.mj_step(self._model, self._data, nstep=steps)
             self._steps += steps
             remaining -= steps
@@ -252,6 +252,7 @@ class Simulation:
     def _begin(self) -> None:
         settings = self._settings
         self._model = self._scene.new_model()
+        self._timestep = float(self._model.opt.timestep)
         self._data = mujoco.MjData(self._model)
         self._placement.apply(self._scene, self._model, self._data.qpos)
         mujoco.mj_kinematics(self._model, self._data)
@@ -279,10 +280,9 @@ class Simulation:
         return Rasteriser(self._scene, self._placement, lidar_height, resolution)
 
     def _whole_steps(self, seconds: float) -> int:
-        timestep = float(self._model.opt.timestep)
-        steps = round(seconds / timestep)
-        if steps < 0 or abs(steps * timestep - seconds) > 1e-9:
-            raise ValueError(f"{seconds} s is not a whole number of physics steps of {timestep} s")
+        steps = round(seconds / self._timestep)
+        if steps < 0 or abs(steps * self._timestep - seconds) > 1e-9:
+            raise ValueError(f"{seconds} s is not a whole number of physics steps of {self._timestep} s")
         return steps
 
     def _physics_state(self) -> np.ndarray[Any, np.dtype[np.float64]]:
