@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,8 @@ from regraft.inbox import Inbox
 LOG = logging.getLogger("regraft.client")
 LOOK_AROUND = 0.2
 """Seconds between looks at requests that have met with silence."""
+LOOK_AWAY = 1.0
+"""The same while replies wait to be read: who asks again before it has heard makes a slow service slower."""
 LEAVE_WITHIN = 1.0
 MOST_WAITING = 10_000
 """Samples that may wait to be handled; under a flood, later ones are dropped."""
@@ -22,7 +25,7 @@ class Listener:
     """Opens samples and calls their handlers one at a time, so that no handler runs on a network thread."""
 
     def __init__(self, bus: Bus, name: str, tick: Callable[[], object]) -> None:
-        """Start the thread; ``tick`` is called several times a second."""
+        """Start the thread; ``tick`` is called several times a second, or once where much is to be handled."""
         self._bus = bus
         self._tick = tick
         self._inbox = Inbox()
@@ -58,11 +61,14 @@ class Listener:
             self._thread.join(LEAVE_WITHIN)
 
     def _run(self) -> None:
+        looked = time.monotonic()
         while not self._stopped:
             item: tuple[Callable[[Sample], object], Any] | None = self._inbox.get(LOOK_AROUND)
             if item is not None:
                 self._handle(*item)
-            self._tick()
+            if time.monotonic() - looked >= (LOOK_AROUND if self._inbox.empty() else LOOK_AWAY):
+                self._tick()
+                looked = time.monotonic()
 
     def _handle(self, handler: Callable[[Sample], object], raw: Any) -> None:
         sample = self._bus.open_sample(raw)

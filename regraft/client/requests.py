@@ -197,10 +197,10 @@ class Requests:
 
     def ask_again(self) -> None:
         """Repeat what has met with silence, or whose service has come back; called several times a second."""
-        now = time.monotonic()
         with self._lock:
             waiting = list(self._pending.values())
         for pending in waiting:
+            now = time.monotonic()
             if self._has_come_back(pending) or now - pending.heard_at >= ASK_AGAIN_AFTER:
                 pending.heard_at = now
                 self._send(pending, Verb.RESULT if pending.accepted.is_set() else pending.request.verb)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +22,7 @@ from bus_schema.messages.requests import Answer
 from bus_schema.messages.sensors import Image
 from bus_schema.registry import type_of
 from regraft import CallFailed, Component, Output, Parameter, RequestRefused, action, service
+from regraft.bus import Sample
 from regraft.client import (
     Client,
     ClientGoal,
@@ -31,6 +33,7 @@ from regraft.client import (
     as_json,
     read_plain,
 )
+from regraft.client.listener import LOOK_AWAY, Listener
 from tests.gateway.parts import HostStub
 from tests.kit.site import PATIENCE, Site, wait_until
 
@@ -318,3 +321,28 @@ def test_arrays_are_shown_by_layout_and_small_ones_by_value() -> None:
 def test_garbage_is_refused_as_a_bad_message(payload: bytes) -> None:
     with pytest.raises(BadMessage):
         read_plain(payload, type_of(Image).encoding)
+
+
+def test_a_client_reads_what_waits_before_it_asks_again(site: Site) -> None:
+    looks: list[float] = []
+    held, read = threading.Event(), 0
+    listener = Listener(site.session(), "reader", lambda: looks.append(time.monotonic()))
+
+    def take(_: Sample) -> None:
+        nonlocal read
+        held.wait(PATIENCE)
+        read += 1
+
+    subscription = listener.subscribe(site.keys.topic("numbers"), take)
+    publisher = site.session().publisher(site.keys.topic("numbers"), "", reliable=True)
+    wait_until(lambda: publisher.matched)
+    for _ in range(1000):
+        publisher.put(b"x", b"")
+    begun = time.monotonic()
+    looks.clear()
+    held.set()
+    wait_until(lambda: read == 1000)
+    took = time.monotonic() - begun
+    subscription.close()
+    listener.stop()
+    assert len([look for look in looks if look < begun + took]) <= 2 + took / LOOK_AWAY
