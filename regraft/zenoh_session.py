@@ -54,6 +54,7 @@ class LastingSession:
         self._changing = threading.Lock()
         self._renewing = threading.Lock()
         self._closed = threading.Event()
+        self._renewal: threading.Thread | None = None
         self._look_after(session)
 
     @property
@@ -80,6 +81,9 @@ class LastingSession:
         if self._closed.is_set():
             return
         self._closed.set()
+        if self._renewal is not None:
+            # A process that ends while a thread opens a session is aborted.
+            self._renewal.join(CLOSE_WITHIN)
         _close(self.now)
 
     def _look_after(self, session: Any) -> None:
@@ -97,7 +101,9 @@ class LastingSession:
     def _lost(self, session: zenoh.Session) -> None:
         if session is self.now and not self._closed.is_set():
             self._broken = session
-            threading.Thread(target=self._renew, args=(session,), name="zenoh-renewal", daemon=True).start()
+            renewal = threading.Thread(target=self._renew, args=(session,), name="zenoh-renewal", daemon=True)
+            renewal.start()
+            self._renewal = renewal
 
     def _renew(self, broken: zenoh.Session) -> None:
         with self._renewing:
