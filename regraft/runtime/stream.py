@@ -19,9 +19,9 @@ Arrival = tuple[Envelope, Sample]
 class Stream:
     """Where one (key, source) stands. ``handled`` is the last sequence given out, None before the first sample.
 
-    ``wired`` is set by the first marker; ``put`` is how far the last one said that the numbering had come. ``waiting``
-    holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation that is
-    known of, if it goes on with the numbering of another.
+    ``wired`` is set by the first marker; ``marked`` is how far the last one said that the numbering had come.
+    ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
+    that is known of, if it goes on with the numbering of another.
     """
 
     epoch: int = 0
@@ -33,7 +33,7 @@ class Stream:
     waiting: dict[int, Arrival] = field(default_factory=dict)
     waiting_since: int = 0
     since: int = 0
-    put: int = 0
+    marked: int = 0
 
     def admit(self, envelope: Envelope) -> bool:
         """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
@@ -51,14 +51,14 @@ class Stream:
             self.epoch = envelope.epoch
             self.handled = 0 if known else None
             self.wired = False
-            self.put = 0
+            self.marked = 0
             self.waiting.clear()
         self.incarnation = envelope.incarnation
         return True
 
     def mark(self, sequence: int) -> None:
         """Take a marker: the first one wires the stream, and what lies at or below it is not for us."""
-        self.put = max(self.put, sequence)
+        self.marked = max(self.marked, sequence)
         if self.wired:
             return
         self.wired = True
@@ -127,7 +127,7 @@ class Stream:
         """
         start = self.handled or 0
         return all(
-            sequence in self.waiting or self.since <= sequence <= self.put
+            sequence in self.waiting or self.since <= sequence <= self.marked
             for sequence in range(start + 1, frontier + 1)
         )
 
