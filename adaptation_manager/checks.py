@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from adaptation_manager.additions import described_additions
 from adaptation_manager.controls import Asked, ControlFailed, Controls
@@ -25,7 +26,7 @@ from bus_schema.adaptation import (
     Violation,
 )
 from bus_schema.architecture import Architecture
-from bus_schema.consistency import violations
+from bus_schema.consistency import value_violations, violations
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.host import ProcessState
 
@@ -190,8 +191,11 @@ def _why_silent(controls: Controls, name: str, error: ControlFailed) -> str:
 
 def _of_result(request: AdaptationRequest, before: Architecture, after: Architecture) -> list[Violation]:
     """Return what the changes would break; what is broken already is not held against them."""
-    broken = violations(after)
-    already = {(v.component, v.field, v.problem) for v in violations(before)} if broken else set()
+    judge = violations
+    if all(isinstance(change, SetParameters) for change in request.changes):
+        judge = partial(value_violations, components={c.component for c in request.changes} & after.components.keys())
+    broken = judge(after)
+    already = {(v.component, v.field, v.problem) for v in judge(before)} if broken else set()
     return [
         replace(violation, change=_culprit(request.changes, violation))
         for violation in broken

@@ -144,7 +144,7 @@ class Journal:
         """
         with self._transaction() as database:
             self._check_term()
-            self._insert(self.run, report, plan.changes())
+            self._insert(self.run, report, plan.changes)
             for step, planned in enumerate(plan.steps, start=1):
                 state = StepState.STARTED if step == 1 else StepState.PLANNED
                 row = (self.run, int(report.id), step, state.value, codec.encode(planned))
@@ -204,17 +204,22 @@ class Journal:
         with self._transaction() as database:
             self._check_term()
             self._note(number, {step.number: step.state for step in report.steps})
-            (outcome, following) = database.execute(
-                "SELECT outcome, following FROM adaptations WHERE run = ? AND number = ?", (self.run, number)
-            ).fetchone()
             if _revision(report) is None:
-                told = codec.decode(following, UpdateSpecs).revision if outcome == Outcome.CONFIRMING.value else 0
-                following = codec.encode(UpdateSpecs(max(told, report.revision_after)))
+                self._take_back(report)
             database.execute(
-                "UPDATE adaptations SET outcome = ?, revision = ?, report = ?, following = ? "
-                "WHERE run = ? AND number = ?",
-                (report.outcome.value, _revision(report), codec.encode(report), following, self.run, number),
+                "UPDATE adaptations SET outcome = ?, revision = ?, report = ? WHERE run = ? AND number = ?",
+                (report.outcome.value, _revision(report), codec.encode(report), self.run, number),
             )
+
+    def _take_back(self, report: AdaptationReport) -> None:
+        """Keep of what was to follow only the revision, if that was told of."""
+        place = (self.run, int(report.id))
+        (outcome, following) = self._database.execute(
+            "SELECT outcome, following FROM adaptations WHERE run = ? AND number = ?", place
+        ).fetchone()
+        told = codec.decode(following, UpdateSpecs).revision if outcome == Outcome.CONFIRMING.value else 0
+        nothing = codec.encode(UpdateSpecs(max(told, report.revision_after)))
+        self._database.execute("UPDATE adaptations SET following = ? WHERE run = ? AND number = ?", (nothing, *place))
 
     # --- reading ---
 

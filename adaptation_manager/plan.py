@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from adaptation_manager.steps.actions import GiveValues, PlannedStep, TakeOver
 from bus_schema.adaptation import StepReport, StepState
@@ -10,7 +11,7 @@ from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import UpdateSpecs
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Plan:
     """What is to be done. Both architectures carry their own revision; the first ``preparing`` steps only prepare.
 
@@ -27,8 +28,9 @@ class Plan:
         """Return the plan with ``revision`` as that of the architecture after it."""
         return replace(self, after=replace(self.after, revision=revision))
 
+    @cached_property
     def changes(self) -> UpdateSpecs:
-        """Return what changes, for those who know what was before: specs without what that says of the same class."""
+        """What changes, for those who know what was before: specs without what that says of the same class."""
         update = way(self.before, self.after)
         return replace(update, specs=tuple(spec.brief(self.before.components.get(spec.name)) for spec in update.specs))
 

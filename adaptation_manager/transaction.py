@@ -121,7 +121,7 @@ class Transaction:
         self._mark(index, StepState.DONE, "", time.monotonic() - began)
 
     def _give_specs(self) -> Update:
-        self.update = self.site.hosts.begin_giving(self.plan.changes())
+        self.update = self.site.hosts.begin_giving(self.plan.changes)
         return self.update
 
     def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:

@@ -24,7 +24,7 @@ from adaptation_manager.reports import pending
 from adaptation_manager.site import Bounds, Site
 from adaptation_manager.telling import Telling
 from adaptation_manager.watching import Watch
-from bus_schema.adaptation import AdaptationReport, Outcome, Phase, Violation
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Phase, Violation
 from bus_schema.architecture import Architecture
 from bus_schema.messages.control import ControlCode
 from regraft.runtime.exclusive import Exclusive
@@ -167,8 +167,7 @@ class Working:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self._kit.name)
             plan = plan.as_revision(self._books.next_revision())
         site = self._site(slot, plan.before, plan.after)
-        named = frozenset(change.component for _, change in expanded(entry.request.changes, current)[0])
-        watch = Watch(site, plan, entry.request.watch, named) if entry.request.confirm else None
+        watch = self._watch(entry.request, site, plan) if entry.request.confirm else None
         if watch is not None and not found:
             found = tuple(await watch.begin())
         if found:
@@ -181,6 +180,11 @@ class Working:
         carrying = Carrying(entry, report, plan, site, self._books, watch)
         await carrying.begin()
         return carrying
+
+    @staticmethod
+    def _watch(request: AdaptationRequest, site: Site, plan: Plan) -> Watch:
+        changes, _ = expanded(request.changes, plan.before)
+        return Watch(site, plan, request.watch, frozenset(change.component for _, change in changes))
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
         entry.phases.leave()

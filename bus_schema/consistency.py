@@ -7,7 +7,7 @@ adaptation may lead to never differ.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 from bus_schema import keys
 from bus_schema.adaptation import Violation
@@ -35,12 +35,17 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
         *_topics(architecture),
         *(found for name, spec in sorted(architecture.components.items()) for found in _component(name, spec)),
         *host_violations(architecture),
-        *_parameters(architecture),
+        *_parameters(architecture, architecture.components),
         *wiring_violations(architecture),
         *_services(architecture),
         *_devices(architecture),
         *constraint_violations(architecture),
     )
+
+
+def value_violations(architecture: Architecture, components: Collection[str]) -> tuple[Violation, ...]:
+    """Return what can be wrong with ``architecture`` because of the parameter values of some of its components."""
+    return (*_parameters(architecture, components), *constraint_violations(architecture))
 
 
 def _system(architecture: Architecture) -> Iterator[Violation]:
@@ -77,8 +82,9 @@ def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
         yield Violation(None, name, "state", f"{spec.state.value!r} cannot be wanted: must be one of: {wanted}")
 
 
-def _parameters(architecture: Architecture) -> Iterator[Violation]:
-    for name, spec in sorted(architecture.components.items()):
+def _parameters(architecture: Architecture, components: Collection[str]) -> Iterator[Violation]:
+    for name in sorted(components):
+        spec = architecture.components[name]
         if spec.description is None:
             continue
         known = [parameter.name for parameter in spec.description.parameters]

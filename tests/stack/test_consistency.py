@@ -18,7 +18,7 @@ from bus_schema.architecture import (
     TopicSpec,
     Writers,
 )
-from bus_schema.consistency import violations
+from bus_schema.consistency import value_violations, violations
 from bus_schema.description import (
     Description,
     ParameterDescription,
@@ -199,6 +199,25 @@ def test_several_violations_are_all_told() -> None:
         ("eye", "parameters.rat"),
         ("eye", "parameters.rate"),
     ]
+
+
+VALUE = st.one_of(st.floats(-5.0, 40.0), st.text(max_size=3), st.booleans(), st.none())
+
+
+@given(
+    values=st.dictionaries(st.sampled_from(["rate", "rat"]), VALUE),
+    sick=st.booleans(),
+    limits=st.tuples(st.floats(0.0, 10.0), st.floats(10.0, 20.0)),
+)
+def test_what_new_values_break_is_found_by_looking_at_values_alone(
+    values: dict[str, Any], sick: bool, limits: tuple[float, float]
+) -> None:
+    rule = Constraint(ConstraintKind.PARAMETER, parameter="eye.rate", minimum=limits[0], maximum=limits[1])
+    eye = replace(camera("eye"), host="moon" if sick else "host-of-eye")
+    before = system(eye, detector(), constraints=(rule,))
+    after = system(replace(eye, parameters=values), detector(), constraints=(rule,))
+    everything = set(violations(after)) - set(violations(before))
+    assert set(value_violations(after, {"eye"})) - set(value_violations(before, {"eye"})) == everything
 
 
 def _parameters() -> list[Parameter[Any]]:
