@@ -16,6 +16,7 @@ from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component
 from regraft.memory import keep_freed_memory
+from regraft.network_threads import have_one_thread_read
 from regraft.parameters import ParameterError
 from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
@@ -60,6 +61,8 @@ def run_component(assignment: Assignment) -> int:
         cls = _prepared(assignment.cls)
         in_step = assignment.simulated and cls.in_step
         router = bool(assignment.listen)
+        if not router:
+            have_one_thread_read()
         bus = open_bus(Endpoints(assignment.listen, assignment.connect, router), in_step=assignment.simulated)
     except (NoSuchClass, BusError) as error:
         print(f"{assignment.name}: {error}", file=sys.stderr)

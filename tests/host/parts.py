@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import sys
@@ -73,6 +74,34 @@ class Moody(Component):
     def stop(self, tick: Tick) -> Tick:
         os.kill(os.getpid(), signal.SIGSTOP)
         return tick
+
+
+class Deep(Component):
+    """Sinks into C code for a while, as it says it may, and keeps the interpreter to itself."""
+
+    ticks = Input(Tick)
+    longest_handler = 10.0
+
+    def on_configure(self) -> None:
+        self.counts: list[int] = []
+
+    @ticks.handler
+    def count(self, tick: Tick) -> None:
+        self.counts.append(tick.count)
+
+    @service("sink")
+    def sink(self, milliseconds: Tick) -> Tick:
+        ctypes.PyDLL(None).usleep(milliseconds.count * 1000)
+        return milliseconds
+
+    @service("heard")
+    def heard(self, _: Tick) -> Tick:
+        return Tick(len(self.counts))
+
+    @service("missing")
+    def missing(self, _: Tick) -> Tick:
+        """Say how many ticks are missing between the first and the last that came."""
+        return Tick(self.counts[-1] - self.counts[0] + 1 - len(self.counts))
 
 
 class Stillborn(Component):

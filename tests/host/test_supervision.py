@@ -43,6 +43,10 @@ def _count(system: System) -> int:
     return count
 
 
+def test_under_the_real_clock_a_component_is_no_batch_work(start: Start) -> None:
+    assert os.sched_getscheduler(start(TICKER).wait_running("ticker").pid) == os.SCHED_OTHER
+
+
 def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
     system = start(MOODY)
     for incarnation, how in ((2, "hang"), (3, "spin"), (4, "stop")):
@@ -51,6 +55,16 @@ def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
         again = system.wait_running("moody", incarnation)
         assert "hung" in again.last_end
     assert len(system.said("component.hung", "moody")) == 3
+
+
+def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
+    system = start(TICKER + "  deep: {class: 'tests.host.parts:Deep'}\n")
+    system.wait_running("deep")
+    call = system.client.call
+    wait_until(lambda: call("heard", Tick(0), Tick, PATIENCE).count > 10)
+    assert call("sink", Tick(2000), Tick, PATIENCE) == Tick(2000)
+    assert call("missing", Tick(0), Tick, PATIENCE) == Tick(0)
+    assert system.processes()["deep"].incarnation == 1
 
 
 def test_a_component_that_keeps_dying_is_quarantined_and_the_others_go_on(start: Start) -> None:
