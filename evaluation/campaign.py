@@ -112,11 +112,14 @@ class Campaign:
         """Take the folder, and find out what is still to be run; a mere report may be of runs of an older stack.
 
         Raises:
-            BadCampaign: there are runs already and they are not to be gone on with, or they are others.
+            BadCampaign: there are runs already and they are not to be gone on with, or they are others; or there is
+                nothing to report.
             NoRoom: the folder cannot be written.
         """
         about, path = self.wanted.about(), self.folder / ABOUT
         before = _read_about(path)
+        if before is None and report_only:
+            raise BadCampaign(f"there is no campaign in {self.folder}, and so nothing to report")
         if before is not None and not resume and not report_only:
             raise BadCampaign(f"{self.folder} has a campaign already: go on with --resume, or name another --out")
         if before is not None and before != about:

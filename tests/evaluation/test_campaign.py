@@ -149,6 +149,7 @@ def test_runs_of_another_stack_are_not_mixed_with(tmp_path: Path) -> None:
         (["--runs", "0"], "--runs"),
         (["--parallel", "0"], "--parallel"),
         (["--for", "0"], "--for"),
+        (["--report-only"], "there is no campaign in"),
     ],
 )
 def test_a_bad_argument_is_told_and_nothing_is_begun(options: list[str], told: str, tmp_path: Path) -> None:
