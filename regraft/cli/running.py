@@ -23,7 +23,10 @@ PROGRESS_EVERY = 1.0
 SAY_WHY_AFTER = 10.0
 """Seconds after which start-up is slow enough to say who is waited for; and again after as many more."""
 START_WITHIN = 60.0
-"""Seconds after which a run of limited duration counts its time although not everything is up."""
+"""Seconds after which a run of limited duration counts its time although not everything is up.
+
+It need not wait so long for what is quarantined: that does not come up by itself.
+"""
 
 
 class Run:
@@ -107,7 +110,8 @@ class Run:
         if now >= self._next_why:
             self._next_why = now + SAY_WHY_AFTER
             self._display.line(f"after {seconds(took)} still waiting for {_reasons(readiness)}")
-        if took >= START_WITHIN and self._counting_from is None:
+        given_up = readiness.waiting.keys() <= set(watch.quarantined())
+        if self._counting_from is None and (given_up or took >= START_WITHIN):
             self._counting_from = now
 
     def _look_for_gateway(self, watch: Watch, running: Running) -> None:

@@ -210,12 +210,10 @@ def test_a_run_of_limited_duration_ends_by_itself_with_one_json_object(tmp_path:
 
 def test_a_run_with_a_quarantined_component_exits_with_1(tmp_path: Path) -> None:
     text = (STACK / "stack.yaml").read_text()
-    text += (
-        "  broken: {command: [python3, -c, raise SystemExit(3)], managed: false, restart: {limit: 1, backoff: 0.01}}\n"
-    )
+    text += "  broken: {command: [sh, -c, exit 3], managed: false, restart: {limit: 1, backoff: 0.01}}\n"
     (tmp_path / "stack.yaml").write_text(text)
     (tmp_path / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
-    done = regraft(tmp_path / "home", "up", str(tmp_path), "--for", "3", "--json")
+    done = regraft(tmp_path / "home", "up", str(tmp_path), "--for", "5", "--json")
     assert done.returncode == 1
     assert "broken is quarantined" in json.loads(done.stdout)["problems"]
 
