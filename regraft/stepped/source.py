@@ -94,7 +94,6 @@ class SourceLoop:
         self._started = time.monotonic()
         while self._runtime.state is not State.FINALIZED:
             if not self._is_active():
-                self._runtime.writers.keep_promises()
                 coordinator.stand_still(LOOK_EVERY)
                 pace = self._begin_pace(coordinator)
                 continue
@@ -104,18 +103,7 @@ class SourceLoop:
             pace = self._keep_pace(coordinator, pace, period)
             if self._is_active():
                 coordinator.run_tick(lambda: self._advance(coordinator, period))
-                self._runtime.guarded("checkpoint", self._promise_checkpoint)
                 self._measure_speed(coordinator)
-        self._runtime.writers.keep_promises()
-
-    def _promise_checkpoint(self) -> None:
-        """Take a checkpoint of this moment, to be packed and put while the others work in the next tick."""
-        runtime, control = self._runtime, self._runtime.control
-        if control.keeps_state:
-            taken = control.snapshot()
-            runtime.writers.promises.append(
-                lambda: runtime.guarded("checkpoint", lambda: control.put_checkpoint(taken))
-            )
 
     def _is_active(self) -> bool:
         return self._runtime.state is State.ACTIVE
@@ -124,6 +112,19 @@ class SourceLoop:
         coordinator.moment.time += period
         self._clock.advance_to(coordinator.moment.time)
         self._runtime.guarded("advance", lambda: self._source.advance(coordinator.moment.tick, period / 1e9))
+        self._runtime.guarded("checkpoint", self._promise_checkpoint)
+
+    def _promise_checkpoint(self) -> None:
+        """Take a checkpoint of this moment, to be packed and put while the others work.
+
+        It is put before anything of the next tick is: whoever goes on from it repeats this moment at the most.
+        """
+        runtime, control = self._runtime, self._runtime.control
+        if control.keeps_state:
+            taken = control.snapshot()
+            runtime.writers.promises.append(
+                lambda: runtime.guarded("checkpoint", lambda: control.put_checkpoint(taken))
+            )
 
     def _begin_pace(self, coordinator: Coordinator) -> _Pace:
         now = time.monotonic()
@@ -135,7 +136,6 @@ class SourceLoop:
             coordinator.idle_until(time.monotonic())
             return _Pace(time.monotonic(), coordinator.moment.time / 1e9)
         due = pace.wall_for((coordinator.moment.time + period) / 1e9)
-        self._runtime.writers.keep_promises()
         coordinator.idle_until(due)
         if time.monotonic() - due > LATE_AT_MOST:
             return self._begin_pace(coordinator)
@@ -151,7 +151,6 @@ class SourceLoop:
 
     def _finish(self, coordinator: Coordinator) -> None:
         """The run has ended: time stands still, and everybody may still be asked."""
-        self._runtime.writers.keep_promises()
         while self._runtime.state is not State.FINALIZED:
             coordinator.tell_time(finished=True)
             coordinator.stand_still(LOOK_EVERY)

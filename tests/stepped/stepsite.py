@@ -11,7 +11,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
 from bus_schema.registry import type_of
 from regraft.assignment import Assignment
-from regraft.bus import Bus
+from regraft.bus import Bus, Sample
 from regraft.client import Client
 from regraft.clock import SteppedClock
 from regraft.component import Component
@@ -88,6 +88,17 @@ class StepSite:
         writer = writers.open(f"steps/topic/{topic}", type_of(type(message)).encoding)
         assert writer.wait_for_reader(PATIENCE)
         writer.put(codec.encode(message))
+
+    def listen(self, keys: str, heard: Callable[[Sample], object]) -> None:
+        """Hand everything at ``keys`` on, in the order in which it comes."""
+        bus = self._session()
+
+        def open_and_hand_on(item: Any) -> None:
+            sample = bus.open_sample(item)
+            if sample is not None:
+                heard(sample)
+
+        bus.subscribe(keys, open_and_hand_on)
 
     def component(self, name: str) -> Any:
         """Return a component itself."""

@@ -1,0 +1,41 @@
+"""A source of time that dies goes on where it was, or repeats its last moment: time never goes back."""
+
+from __future__ import annotations
+
+from bus_schema import codec
+from bus_schema.keys import Keys
+from bus_schema.messages.control import Snapshot
+from regraft.bus import Sample
+from tests.kit.site import wait_until
+from tests.stepped.parts import Reading, TinyWorld
+from tests.stepped.stepsite import StepSite
+from tests.stepped.test_promises import Viewer
+
+KEYS = Keys("steps")
+TICK = 0.05
+TICKS = 100
+
+
+class LastingWorld(TinyWorld):
+    """One that can go on after its death."""
+
+    def snapshot(self) -> dict[str, float]:
+        return {"x": self.x, "v": self.v}
+
+
+def test_the_checkpoint_of_a_tick_is_out_before_anything_of_the_next(steps: StepSite) -> None:
+    checkpoints: list[float] = []
+    behind: list[float] = []
+
+    def heard(sample: Sample) -> None:
+        if sample.key == KEYS.checkpoint("world"):
+            checkpoints.append(codec.decode(sample.payload, Snapshot).stamp)
+        elif sample.key == KEYS.topic("position") and checkpoints:
+            behind.append(codec.decode(sample.payload, Reading).stamp - checkpoints[-1])
+
+    steps.listen("steps/**", heard)
+    steps.start(Viewer, "viewer")
+    steps.start_world(LastingWorld, ("viewer",), TICK * TICKS)
+    steps.wait_finished()
+    wait_until(lambda: len(checkpoints) == TICKS)
+    assert max(behind) < 1.5 * TICK
