@@ -21,6 +21,7 @@ from regraft.host.guest import Guest
 from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.launch import PUMP, free_endpoint, prepare_process, stop_on_signals
+from regraft.scheduling import work_in_batches
 from regraft.security import explained
 from regraft.stack.classes import look_in
 from regraft.zenoh_bus import open_bus
@@ -89,6 +90,8 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
     try:
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
         prepare_process(mine.values())
+        if first.architecture.simulated:
+            work_in_batches()
         zygote = start_zygote()
         try:
             plan = HostPlan(first.architecture, folder, stack_folder, first.run, free_endpoint(), name=wanted.name)

@@ -20,6 +20,7 @@ from regraft.host.home import Home
 from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.process import NoSuchClass, load_class
+from regraft.scheduling import work_in_batches
 from regraft.security import Guard, as_reached
 from regraft.stack import Stack, time_source
 from regraft.stack.components import in_run_folder
@@ -87,6 +88,8 @@ def run_system(
     held = rundir.lock(system)
     try:
         prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
+        if stack.architecture.simulated:
+            work_in_batches()
         zygote = start_zygote()
         try:
             _run(_plan(stack, duration), _outside(listen, guard), stack, zygote, step)

@@ -74,6 +74,12 @@ def test_a_stopped_component_is_found_and_the_run_is_marked(start_frog: StartFro
     _drives(frog)
 
 
+def test_in_simulated_time_all_processes_are_batch_work(start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "real")
+    policies = {name: os.sched_getscheduler(process.pid) for name, process in frog.processes().items()}
+    assert set(policies.values()) == {os.SCHED_BATCH}, policies
+
+
 def test_no_process_is_left_when_the_host_is_killed(start_frog: StartFrog) -> None:
     frog = start_frog("--speed", "real")
     pids = children_of(frog.process.pid)
