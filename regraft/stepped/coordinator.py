@@ -177,7 +177,10 @@ class Coordinator:
     def _succeed(self, run: ClockMember) -> bool:
         """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
         member = self.roster.members.get(run.member)
-        if member is None:
+        if member is None:  # it was dropped, since the run before stood still without anybody to take over
+            waiting = self._living.waiting((run.member, run.incarnation))
+            if waiting is not None:
+                self._joining[run.member] = waiting
             return self._admit(run)
         if run.incarnation > member.incarnation and self._living.has((run.member, run.incarnation)):
             self._joining.pop(run.member, None)

@@ -33,6 +33,10 @@ class Living:
         self._runs.add(run)
         return self._early.pop(run, None)
 
+    def waiting(self, run: Run) -> Join | None:
+        """Return the join that waits of a run that lives, for whoever knows that the older one is to end."""
+        return self._early.pop(run, None) if run in self._runs else None
+
     def has(self, run: Run) -> bool:
         """Tell whether a run's token is there."""
         return run in self._runs

@@ -46,6 +46,7 @@ class Member:
         self._started = False
         self._configured_to = runtime.state
         self._next_join = 0.0
+        self._joined_as = 0
         self._next_want = 0.0
 
     @property
@@ -104,8 +105,9 @@ class Member:
             self._next_join = 0.0
 
     def _join_if_due(self) -> None:
-        if time.monotonic() < self._next_join:
+        if time.monotonic() < self._next_join and self._joined_as == self._incarnation:
             return
+        self._joined_as = self._incarnation
         self._next_join = time.monotonic() + (IDLE_JOIN_AFTER if self._last_ack else JOIN_AGAIN_AFTER)
         wiring = wiring_of(self._runtime)
         join = Join(

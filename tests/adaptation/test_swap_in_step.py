@@ -126,7 +126,7 @@ def test_the_source_of_time_and_who_lives_by_another_clock_are_not_swapped_and_w
 
 @pytest.mark.parametrize(("name", "when"), [("perform", "before"), ("perform", "after"), ("let_speak", "before")])
 def test_a_swap_that_is_interrupted_in_its_slot_is_undone_on_return(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, when: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, name: str, when: str
 ) -> None:
     monkeypatch.setattr(errands, "STEP_BOUND", 0.5)
     monkeypatch.setattr(Swapper, "script", ())
@@ -143,6 +143,7 @@ def test_a_swap_that_is_interrupted_in_its_slot_is_undone_on_return(
         (line,) = system.lines(id=pending.id).entries
         assert (line.outcome, line.error) == (Outcome.ROLLED_BACK, "interrupted: the manager was restarted")
         assert system.running["gatherer"] is run
+        assert "simulated time does not go on with it" not in caplog.text
         heard = len(_of(witness.seen, "total"))
         wait_until(lambda: len(_of(witness.seen, "total")) > heard + 20)
         wait_until(lambda: (told := system.client.clock()) is not None and "gatherer" in told.members)
