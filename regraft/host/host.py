@@ -34,6 +34,8 @@ from regraft.inbox import Inbox
 LOOK_EVERY = 0.05
 STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0
+SAY_WHERE_WITHIN = 0.1
+"""Seconds that a hung process has to write into its log where it hangs, before it is killed by force."""
 END_WITHIN = 3.0
 SOURCE_WITHIN = 5.0
 MOST_WAITING = 10_000
@@ -294,7 +296,8 @@ class Host:
             )
             self._silence.forget(ward.run)
             self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
-            self._zygote.signal(ward.pid, signal.SIGKILL)
+            self._zygote.signal(ward.pid, signal.SIGABRT)
+            ward.kill_at = now + SAY_WHERE_WITHIN
         if now >= self._next_status:
             self._next_status = now + STATUS_EVERY
             self._voice.status(self.status())

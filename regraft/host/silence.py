@@ -2,7 +2,8 @@
 
 A lease cannot see a Python loop that hangs, so every component's own loop keeps a heartbeat. On a loaded machine a
 heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of
-the host's own. Such waits (Linux's ``schedstat``) do not count as silence.
+the host's own. Such waits (Linux's ``schedstat``) do not count as silence, nor does the time for which a virtual
+machine's processors were taken from it: whoever runs on one then stands still without waiting.
 """
 
 from __future__ import annotations
@@ -27,6 +28,15 @@ def processor_wait(pid: int) -> float:
     except (OSError, IndexError, ValueError):
         return waited / 1e9
     return waited / 1e9
+
+
+def stolen() -> float:
+    """Return the seconds for which this virtual machine's processors were taken from it, summed; 0 if unknown."""
+    try:
+        line = Path("/proc/stat").read_text().partition("\n")[0]
+        return int(line.split()[8]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return 0.0
 
 
 @dataclass(slots=True)
@@ -86,7 +96,7 @@ class Silence:
         on_the_way = {watched.pid, os.getpid()}
         if hub is not None and hub in self.watched:
             on_the_way.add(self.watched[hub].pid)
-        waited = sum(processor_wait(pid) for pid in on_the_way)
+        waited = stolen() + sum(processor_wait(pid) for pid in on_the_way)
         if watched.waited_at is None:
             watched.waited_at = waited
         return silence - min(MOST_FORGIVEN, waited - watched.waited_at)

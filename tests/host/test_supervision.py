@@ -57,6 +57,15 @@ def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
     assert len(system.said("component.hung", "moody")) == 3
 
 
+def test_where_a_loop_hung_is_in_its_log(start: Start) -> None:
+    system = start(MOODY)
+    for incarnation, how in ((2, "hang"), (3, "spin")):
+        system.wait_running("moody", incarnation - 1)
+        _ask(system, "moody", how)
+        system.wait_running("moody", incarnation)
+        assert any(f'parts.py", line' in line and line.endswith(f"in {how}") for line in system.client.logs("moody"))
+
+
 def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
     system = start(TICKER + "  deep: {class: 'tests.host.parts:Deep'}\n")
     system.wait_running("deep")
