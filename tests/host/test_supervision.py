@@ -63,7 +63,7 @@ def test_where_a_loop_hung_is_in_its_log(start: Start) -> None:
         system.wait_running("moody", incarnation - 1)
         _ask(system, "moody", how)
         system.wait_running("moody", incarnation)
-        assert any(f'parts.py", line' in line and line.endswith(f"in {how}") for line in system.client.logs("moody"))
+        assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in system.client.logs("moody"))
 
 
 def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
