@@ -236,6 +236,9 @@ class Client:
             NoAnswer, ControlRefused: its host stays silent, or refuses.
         """
         seen = self.components(timeout).get(component_name(component))
+        if seen is not None and seen.host is None:  # it has just begun, and its host has not told of it yet
+            self._board.wait_for_host_of(component, timeout)
+            seen = self.components(timeout).get(component)
         if seen is None or seen.host is None:
             raise NoSuchHost(f"no host runs a component {component!r}, so none keeps its log")
         request = LogRequest(component, lines)

@@ -111,6 +111,15 @@ class Board:
 
         self._wait(heard, seconds)
 
+    def wait_for_host_of(self, component: str, seconds: float) -> None:
+        """Wait until a host tells of a component's process, at most ``seconds``."""
+
+        def told() -> bool:
+            hosts = self._names(set())
+            return any(process.component == component for host in hosts for process in self._processes(host))
+
+        self._wait(told, seconds)
+
     def clock(self, seconds: float) -> ClockTime | None:
         """Return simulated time, waiting at most ``seconds`` for it to be told; None if it is not."""
         self._wait(lambda: self._clock is not None, seconds)
