@@ -53,6 +53,7 @@ class LastingSession:
         self._declared: dict[Declared, None] = {}
         self._changing = threading.Lock()
         self._renewing = threading.Lock()
+        self._ending = threading.Lock()
         self._closed = threading.Event()
         self._renewal: threading.Thread | None = None
         self._look_after(session)
@@ -78,9 +79,10 @@ class LastingSession:
 
     def close(self) -> None:
         """Close it for good, bounded: what does not close in time dies with the process."""
-        if self._closed.is_set():
-            return
-        self._closed.set()
+        with self._ending:  # a renewal that has begun is known here, and none begins later
+            if self._closed.is_set():
+                return
+            self._closed.set()
         if self._renewal is not None:
             # A process that ends while a thread opens a session is aborted.
             self._renewal.join(CLOSE_WITHIN)
@@ -99,11 +101,11 @@ class LastingSession:
             self._lost(session)
 
     def _lost(self, session: zenoh.Session) -> None:
-        if session is self.now and not self._closed.is_set():
-            self._broken = session
-            renewal = threading.Thread(target=self._renew, args=(session,), name="zenoh-renewal", daemon=True)
-            renewal.start()
-            self._renewal = renewal
+        with self._ending:
+            if session is self.now and not self._closed.is_set():
+                self._broken = session
+                self._renewal = threading.Thread(target=self._renew, args=(session,), name="zenoh-renewal", daemon=True)
+                self._renewal.start()
 
     def _renew(self, broken: zenoh.Session) -> None:
         with self._renewing:
