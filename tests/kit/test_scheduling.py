@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
@@ -14,8 +13,6 @@ from regraft.scheduling import work_in_batches
 os.sched_setscheduler(0, os.{policy}, os.sched_param(0))
 print(work_in_batches(), os.sched_getscheduler(0) == os.{then})
 """
-
-pytestmark = pytest.mark.skipif(not hasattr(os, "SCHED_BATCH"), reason="there is no such policy here")
 
 
 @pytest.mark.parametrize(
