@@ -3,7 +3,8 @@
 A lease cannot see a Python loop that hangs, so every component's own loop keeps a heartbeat. On a loaded machine a
 heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of
 the host's own. Such waits (Linux's ``schedstat``) do not count as silence, nor does the time for which a virtual
-machine's processors were taken from it: whoever runs on one then stands still without waiting.
+machine's processors were taken from it: whoever runs on one then stands still without waiting. Nor does a wait that the
+kernel does not interrupt (state D), for a slow disk above all: it ends by itself, and to kill does not end it sooner.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ HUNG_AFTER = 0.45
 LOOK_CLOSER_AFTER = 0.2
 MOST_FORGIVEN = 2.0
 """Seconds of waits for a processor that are forgiven at the most: on a machine so loaded, hung is still found."""
+MOST_FORGIVEN_ON_DISK = 10.0
+"""Seconds of uninterruptible waits that are forgiven at the most."""
 
 
 def processor_wait(pid: int) -> float:
@@ -28,6 +31,18 @@ def processor_wait(pid: int) -> float:
     except (OSError, IndexError, ValueError):
         return waited / 1e9
     return waited / 1e9
+
+
+def waits_for_disk(pid: int) -> bool:
+    """Tell whether a thread of a process is in uninterruptible sleep (state D); False if unknown."""
+    try:
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            state = Path(f"/proc/{pid}/task/{thread}/stat").read_text().rpartition(") ")[2][:1]
+            if state == "D":
+                return True
+    except OSError:
+        return False
+    return False
 
 
 def stolen() -> float:
@@ -45,6 +60,10 @@ class _Watched:
     allowance: float
     last_beat: float
     waited_at: float | None = None
+    on_disk: float = 0.0
+
+    def beats(self, now: float) -> None:
+        self.last_beat, self.waited_at, self.on_disk = now, None, 0.0
 
 
 @dataclass(slots=True)
@@ -66,30 +85,34 @@ class Silence:
         """Take a heartbeat."""
         watched = self.watched.get(name)
         if watched:
-            watched.last_beat, watched.waited_at = now, None
+            watched.beats(now)
 
     def hung(self, now: float, hub: str | None) -> list[str]:
         """Return who is hung. While the hub on everybody's way is silent, nobody else can be judged."""
-        self._forgive_own_absence(now)
+        passed = self._since_last_look(now)
         silent = [
-            name for name, watched in self.watched.items() if self._silent_for(watched, now, hub) > watched.allowance
+            name
+            for name, watched in self.watched.items()
+            if self._silent_for(watched, now, passed, hub) > watched.allowance
         ]
         if hub is not None and hub in self.watched and now - self.watched[hub].last_beat > LOOK_CLOSER_AFTER:
             for name, watched in self.watched.items():
                 if name != hub:
-                    watched.last_beat, watched.waited_at = now, None
+                    watched.beats(now)
             return [name for name in silent if name == hub]
         return silent
 
-    def _forgive_own_absence(self, now: float) -> None:
-        """If the host itself did not get to look, that is nobody else's silence."""
-        if self._last_look is not None and now - self._last_look > LOOK_CLOSER_AFTER:
-            absent = now - self._last_look
-            for watched in self.watched.values():
-                watched.last_beat += absent
+    def _since_last_look(self, now: float) -> float:
+        """Return the seconds since the last look; if the host did not get to look, that is nobody else's silence."""
+        passed = 0.0 if self._last_look is None else now - self._last_look
         self._last_look = now
+        if passed > LOOK_CLOSER_AFTER:
+            for watched in self.watched.values():
+                watched.last_beat += passed
+            return 0.0
+        return passed
 
-    def _silent_for(self, watched: _Watched, now: float, hub: str | None) -> float:
+    def _silent_for(self, watched: _Watched, now: float, passed: float, hub: str | None) -> float:
         silence = now - watched.last_beat
         if silence < LOOK_CLOSER_AFTER:
             return silence
@@ -99,4 +122,6 @@ class Silence:
         waited = stolen() + sum(processor_wait(pid) for pid in on_the_way)
         if watched.waited_at is None:
             watched.waited_at = waited
-        return silence - min(MOST_FORGIVEN, waited - watched.waited_at)
+        if any(waits_for_disk(pid) for pid in on_the_way):
+            watched.on_disk += passed
+        return silence - min(MOST_FORGIVEN, waited - watched.waited_at) - min(MOST_FORGIVEN_ON_DISK, watched.on_disk)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 
@@ -74,6 +76,24 @@ class Moody(Component):
     def stop(self, tick: Tick) -> Tick:
         os.kill(os.getpid(), signal.SIGSTOP)
         return tick
+
+
+class Stalling(Component):
+    """Waits in a way that the kernel does not interrupt, as who waits for a disk does."""
+
+    @service("stall")
+    def stall(self, milliseconds: Tick) -> Tick:
+        """Start a child whose output finds its reader that late; until then, this process stands in the kernel."""
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = f"{folder}/pipe"
+            os.mkfifo(pipe)
+            reader = subprocess.Popen(["sh", "-c", f"sleep {milliseconds.count / 1000}; exec <{pipe}"])
+            child = os.posix_spawn(
+                "/bin/true", ["true"], {}, file_actions=[(os.POSIX_SPAWN_OPEN, 1, pipe, os.O_WRONLY, 0)]
+            )
+            os.waitpid(child, 0)
+            reader.wait()
+        return milliseconds
 
 
 class Deep(Component):

@@ -12,11 +12,12 @@ from regraft.host.silence import HUNG_AFTER, Silence
 STEP = 0.05
 
 
-def _hung_after(taken_a_second: float, monkeypatch: pytest.MonkeyPatch) -> float:
-    """Return the seconds after which a silent loop is found while processors are taken from the machine."""
+def _hung_after(taken_a_second: float, monkeypatch: pytest.MonkeyPatch, *, on_disk_for: float = 0.0) -> float:
+    """Return the seconds after which a silent loop is found while processors, or the disk, are taken from it."""
     now, watched = 100.0, Silence()
     monkeypatch.setattr(silence, "stolen", lambda: (now - 100.0) * taken_a_second)
     monkeypatch.setattr(silence, "processor_wait", lambda pid: 0.0)
+    monkeypatch.setattr(silence, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
     watched.watch("loop/1", os.getpid(), 0.3, now)
     while not watched.hung(now, None):
         now += STEP
@@ -30,3 +31,12 @@ def test_time_that_was_taken_from_the_machine_is_nobodys_silence(monkeypatch: py
 
 def test_a_hung_loop_is_found_on_a_machine_that_gets_no_time_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     assert _hung_after(1.5, monkeypatch) < silence.MOST_FORGIVEN + HUNG_AFTER + 1.0
+
+
+def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 3.0 < _hung_after(0.0, monkeypatch, on_disk_for=3.0) <= 3.0 + HUNG_AFTER + 2 * STEP
+
+
+def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyPatch) -> None:
+    longest = silence.MOST_FORGIVEN_ON_DISK
+    assert longest < _hung_after(0.0, monkeypatch, on_disk_for=1000.0) < longest + 1.0

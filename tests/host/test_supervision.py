@@ -66,6 +66,14 @@ def test_where_a_loop_hung_is_in_its_log(start: Start) -> None:
         assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in system.client.logs("moody"))
 
 
+def test_whoever_waits_for_the_disk_is_not_hung(start: Start) -> None:
+    system = start("  stalling: {class: 'tests.host.parts:Stalling'}\n")
+    system.wait_running("stalling")
+    assert system.client.call("stall", Tick(2500), Tick, PATIENCE) == Tick(2500)
+    assert system.processes()["stalling"].incarnation == 1
+    assert not system.said("component.hung", "stalling")
+
+
 def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
     system = start(TICKER + "  deep: {class: 'tests.host.parts:Deep'}\n")
     system.wait_running("deep")
