@@ -1,7 +1,8 @@
 """The journal: every adaptation, written ahead, in SQLite.
 
 What is committed here outlives the manager, however that ends. After a power loss the last lines may be missing,
-never half there: the whole system is gone then, and starts as a new run.
+never half there: the whole system is gone then, and starts as a new run. What is written ahead goes into the file
+itself beside the work (``write_back``).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from adaptation_manager.journal_schema import SCHEMA, VERSION
 from adaptation_manager.plan import Plan
 from adaptation_manager.steps.actions import PlannedStep
+from adaptation_manager.write_back import WriteBack
 from bus_schema import codec
 from bus_schema.adaptation import APPLIED, AdaptationReport, Outcome, StepState
 from bus_schema.architecture import Architecture
@@ -46,6 +48,7 @@ class Journal:
         self.path = path
         self.run = ""
         self.term = 0
+        self._write_back = WriteBack(path)
         with self._told("cannot be opened"):
             if path:
                 Path(path).parent.mkdir(parents=True, exist_ok=True)
@@ -60,6 +63,7 @@ class Journal:
     def _prepare(self) -> None:
         self._database.execute("PRAGMA journal_mode = WAL")
         self._database.execute("PRAGMA synchronous = NORMAL")
+        self._database.execute("PRAGMA wal_autocheckpoint = 0")
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if version == 0:
             self._database.executescript(f"BEGIN;{SCHEMA}PRAGMA user_version = {VERSION};COMMIT;")
@@ -86,6 +90,7 @@ class Journal:
             try:
                 yield self._database
                 self._database.execute("COMMIT")
+                self._write_back.committed()
             except BaseException:
                 if self._database.in_transaction:
                     self._database.execute("ROLLBACK")
@@ -169,6 +174,7 @@ class Journal:
         """Write an adaptation that ended before it began: rejected, or cancelled while it waited."""
         with self._transaction():
             self._insert(self.run, report, UpdateSpecs(report.revision_after))
+        self._write_back.if_due()
 
     def _insert(self, run: str, report: AdaptationReport, following: UpdateSpecs) -> None:
         request = report.request
@@ -210,6 +216,7 @@ class Journal:
                 "UPDATE adaptations SET outcome = ?, revision = ?, report = ? WHERE run = ? AND number = ?",
                 (report.outcome.value, _revision(report), codec.encode(report), self.run, number),
             )
+        self._write_back.if_due()
 
     def _take_back(self, report: AdaptationReport) -> None:
         """Keep of what was to follow only the revision, if that was told of."""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
+import threading
 from pathlib import Path
 
 import pytest
 
+from adaptation_manager import write_back
 from adaptation_manager.journal import Journal, JournalError
+from adaptation_manager.write_back import WriteBack
 from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import PATIENCE, System, wait_until
 
 
 def test_the_stacks_start_is_the_first_line(system: System) -> None:
@@ -130,3 +134,44 @@ def test_a_journal_that_cannot_be_opened_rejects_and_recovers(bare_system: Syste
     assert "cannot be opened" in report.violations[0].problem
     place.unlink()
     assert bare_system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED
+
+
+def test_what_was_written_ahead_goes_into_the_file(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 20)
+    gain = itertools.cycle((0.1, 0.2))
+
+    def bytes_in_the_file_itself() -> int:
+        assert system.adapt(SetParameters("listener", {"gain": next(gain)})).outcome is Outcome.APPLIED
+        return system.journal.stat().st_size
+
+    before = bytes_in_the_file_itself()
+    wait_until(lambda: bytes_in_the_file_itself() > before + 20_000)
+
+
+def test_a_disk_that_is_slow_to_write_back_keeps_no_adaptation_waiting(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, done = threading.Event(), threading.Event()
+
+    def slow(self: WriteBack) -> None:
+        begun.set()
+        assert done.wait(PATIENCE)
+
+    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 1)
+    monkeypatch.setattr(WriteBack, "_write_back", slow)
+    assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
+    assert begun.wait(PATIENCE)
+    assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
+    assert [line.id for line in system.lines().entries] == ["3", "2", "1"]
+    done.set()
+
+
+def test_a_failed_write_back_is_in_the_log_and_loses_nothing(
+    system: System, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
+    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 1)
+    monkeypatch.setattr(system.running["manager"].component._books.journal._write_back, "_path", "/nowhere/at/all")
+    assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
+    wait_until(lambda: "cannot be written back" in caplog.text)
+    assert [line.id for line in system.lines().entries] == ["3", "2", "1"]

@@ -1,0 +1,46 @@
+"""Moves what was written ahead into the journal's file, on a thread of its own: to wait for a disk can take seconds."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sqlite3
+import threading
+from pathlib import Path
+
+WRITE_BACK_AFTER = 250
+"""Transactions after which what was written ahead is long enough to be moved: a few megabytes."""
+
+
+class WriteBack:
+    """Takes the place of SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
+
+    Who reads or writes meanwhile is not kept waiting (https://sqlite.org/wal.html, passive checkpoints). Only the first
+    transaction after it waits until one page is on the disk, since it begins the write-ahead file anew.
+    """
+
+    def __init__(self, path: str) -> None:
+        """Care for the SQLite file at ``path``; empty for one in memory, which needs none of this."""
+        self._path = path
+        self._ahead = 0
+        self._thread: threading.Thread | None = None
+
+    def committed(self) -> None:
+        """Count a transaction."""
+        self._ahead += 1
+
+    def if_due(self) -> None:
+        """Begin, if enough was written ahead and the last time has ended; returns at once."""
+        busy = self._thread is not None and self._thread.is_alive()
+        if self._path and self._ahead >= WRITE_BACK_AFTER and not busy:
+            self._ahead = 0
+            self._thread = threading.Thread(target=self._write_back, name="journal-write-back", daemon=True)
+            self._thread.start()
+
+    def _write_back(self) -> None:
+        try:
+            existing = f"{Path(self._path).absolute().as_uri()}?mode=rw"
+            with contextlib.closing(sqlite3.connect(existing, uri=True)) as database:
+                database.execute("PRAGMA wal_checkpoint(PASSIVE)")
+        except sqlite3.Error as error:  # nothing is lost: it is read from where it was written ahead
+            logging.getLogger("journal").warning("the journal %s cannot be written back: %s", self._path, error)
