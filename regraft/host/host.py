@@ -287,20 +287,30 @@ class Host:
             return
         self._next_look = now + LOOK_EVERY
         self.questions.describer.look(now)
-        source = self.wards.get(self.plan.source or "")
-        hung = set(self._silence.hung(now, source.run if source else None))
-        for ward in [ward for ward in self._all() if ward.run in hung]:
-            name = ward.spec.name
-            ward.why_killed = (
-                "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
-            )
-            self._silence.forget(ward.run)
-            self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
-            self._zygote.signal(ward.pid, signal.SIGABRT)
-            ward.kill_at = now + SAY_WHERE_WITHIN
+        self._judge_silence(now)
         if now >= self._next_status:
             self._next_status = now + STATUS_EVERY
             self._voice.status(self.status())
+
+    def _judge_silence(self, now: float) -> None:
+        source = self.wards.get(self.plan.source or "")
+        hung = set(self._silence.hung(now, source.run if source else None))
+        stalled = set(self._silence.stalled()) - hung
+        for ward in self._all():
+            if ward.run in hung:
+                self._end_hung(ward, now)
+            elif ward.run in stalled:
+                name = ward.spec.name
+                text = f"{name} gives no sign of life: it waits for a disk or a device, and cannot be interrupted"
+                self._voice.event("component.stalled", name, text, incarnation=ward.incarnation)
+
+    def _end_hung(self, ward: Ward, now: float) -> None:
+        name = ward.spec.name
+        ward.why_killed = "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
+        self._silence.forget(ward.run)
+        self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
+        self._zygote.signal(ward.pid, signal.SIGABRT)
+        ward.kill_at = now + SAY_WHERE_WITHIN
 
     def _take_sample(self, sample: Sample) -> None:
         """Take a heartbeat or checkpoint; one of another incarnation speaks for the dead, or is forged."""

@@ -61,9 +61,10 @@ class _Watched:
     last_beat: float
     waited_at: float | None = None
     on_disk: float = 0.0
+    told: bool = False
 
     def beats(self, now: float) -> None:
-        self.last_beat, self.waited_at, self.on_disk = now, None, 0.0
+        self.last_beat, self.waited_at, self.on_disk, self.told = now, None, 0.0, False
 
 
 @dataclass(slots=True)
@@ -101,6 +102,13 @@ class Silence:
                     watched.beats(now)
             return [name for name in silent if name == hub]
         return silent
+
+    def stalled(self) -> list[str]:
+        """Return who is silent because it waits for the disk, once for each silence."""
+        found = [name for name, watched in self.watched.items() if not watched.told and watched.on_disk > HUNG_AFTER]
+        for name in found:
+            self.watched[name].told = True
+        return found
 
     def _since_last_look(self, now: float) -> float:
         """Return the seconds since the last look; if the host did not get to look, that is nobody else's silence."""

@@ -66,12 +66,15 @@ def test_where_a_loop_hung_is_in_its_log(start: Start) -> None:
         assert any('parts.py", line' in line and line.endswith(f"in {how}") for line in system.client.logs("moody"))
 
 
-def test_whoever_waits_for_the_disk_is_not_hung(start: Start) -> None:
+def test_whoever_waits_for_the_disk_is_not_hung_and_it_is_said(start: Start) -> None:
     system = start("  stalling: {class: 'tests.host.parts:Stalling'}\n")
     system.wait_running("stalling")
     assert system.client.call("stall", Tick(2500), Tick, PATIENCE) == Tick(2500)
     assert system.processes()["stalling"].incarnation == 1
     assert not system.said("component.hung", "stalling")
+    assert "waits for a disk" in system.said("component.stalled", "stalling")[0].text
+    assert system.client.call("stall", Tick(1500), Tick, PATIENCE) == Tick(1500)
+    wait_until(lambda: len(system.said("component.stalled", "stalling")) == 2)
 
 
 def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
