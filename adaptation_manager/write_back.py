@@ -10,10 +10,15 @@ from pathlib import Path
 
 WRITE_BACK_AFTER = 250
 """Transactions after which what was written ahead is long enough to be moved: a few megabytes."""
+TOO_LONG = 4096
+"""Pages written ahead, of 4 KiB, from which on whoever commits moves them itself, so that the file cannot grow on."""
+KEEP = 4 * 1024 * 1024
+"""Bytes to which the write-ahead file is cut when it begins anew."""
+PASSES = 20
 
 
 class WriteBack:
-    """Takes the place of SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
+    """Comes before SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
 
     Who reads or writes meanwhile is not kept waiting (https://sqlite.org/wal.html, passive checkpoints). Only the first
     transaction after it waits until one page is on the disk, since it begins the write-ahead file anew.
@@ -24,6 +29,12 @@ class WriteBack:
         self._path = path
         self._ahead = 0
         self._thread: threading.Thread | None = None
+
+    @staticmethod
+    def prepare(database: sqlite3.Connection) -> None:
+        """Let a connection leave to this what it would do itself at once."""
+        database.execute(f"PRAGMA wal_autocheckpoint = {TOO_LONG}")
+        database.execute(f"PRAGMA journal_size_limit = {KEEP}")
 
     def committed(self) -> None:
         """Count a transaction."""
@@ -41,6 +52,11 @@ class WriteBack:
         try:
             existing = f"{Path(self._path).absolute().as_uri()}?mode=rw"
             with contextlib.closing(sqlite3.connect(existing, uri=True)) as database:
-                database.execute("PRAGMA wal_checkpoint(PASSIVE)")
+                moved = -1
+                for _ in range(PASSES):
+                    before = moved
+                    _, _, moved = database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+                    if moved == before:  # nobody has written meanwhile: the next transaction begins the file anew
+                        return
         except sqlite3.Error as error:  # nothing is lost: it is read from where it was written ahead
             logging.getLogger("journal").warning("the journal %s cannot be written back: %s", self._path, error)

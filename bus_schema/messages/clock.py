@@ -48,10 +48,14 @@ class Step:
 @message("regraft/Wiring")
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """The keys that a member reads (true where new data wakes it) and those it writes, with their last sequence."""
+    """The keys that a member reads (true where new data wakes it) and those it writes, with their last sequence.
+
+    ``anew`` names keys that it had stopped reading, and reads again, since it last told its wiring.
+    """
 
     inputs: dict[str, bool]
     outputs: dict[str, Count]
+    anew: tuple[str, ...] = ()
 
 
 @message("regraft/Ack")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Protocol
 
 from bus_schema.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
@@ -55,6 +55,8 @@ class Inbound:
         self.streams: dict[tuple[str, str], Stream] = {}
         self.ready: deque[tuple[Consumer, Sample]] = deque()
         self.holes: set[tuple[str, str]] = set()
+        self._asleep: set[str] = set()
+        self._dropped: set[str] = set()
         # The runs that send now, by what all their samples share: these need not be opened.
         self._known: dict[tuple[str, bytes, bytes], tuple[Stream, Consumer]] = {}
 
@@ -66,8 +68,11 @@ class Inbound:
     def remove(self, key: str) -> None:
         """Forget a key and its streams."""
         self._known.clear()
+        if key in self.consumers and key not in self._asleep:
+            self._dropped.add(key)
         self.consumers.pop(key, None)
         self.patterns.pop(key, None)
+        self._asleep.discard(key)
         for pair in [pair for pair in self.streams if pair[0] == key]:
             del self.streams[pair]
             self.holes.discard(pair)
@@ -125,7 +130,7 @@ class Inbound:
             stream.mark(envelope.sequence)
             if self.on_marker:
                 self.on_marker(sample.key, envelope.source, stream)
-        elif consumer.paused:
+        elif consumer.paused and (not self.stepped or sample.key in self._asleep):
             stream.pass_by(envelope)
         elif self.stepped:
             stream.hold(envelope, sample)
@@ -194,8 +199,24 @@ class Inbound:
         for pair in [pair for pair in self.streams if pair[1] in sources]:
             self.streams[pair] = Stream(self.streams[pair].epoch, self.streams[pair].incarnation)
 
-    def unwire(self, key: str) -> None:
-        """Let the next marker on ``key`` begin anew: its reader pauses, or goes on after a pause."""
+    def told(self, read: Container[str]) -> None:
+        """Take note that others know from now on which keys are read.
+
+        The next marker on a key that is read no longer, or again, begins anew. A pause of which others do not know is
+        none: whoever pauses and goes on while time stands still has missed nothing.
+        """
+        for key in (*self.consumers, *self.patterns):
+            if (key not in read) != (key in self._asleep):
+                self._asleep ^= {key}
+                self._unwire(key)
+        self._dropped.clear()
+
+    @property
+    def anew(self) -> tuple[str, ...]:
+        """The keys that are read anew, and of which others think that they have been read all along."""
+        return tuple(sorted(self._dropped & self.consumers.keys()))
+
+    def _unwire(self, key: str) -> None:
         for pair, stream in self.streams.items():
             if pair[0] == key:
                 stream.wired = False

@@ -109,8 +109,6 @@ class Lifecycle:
             if port.still is not None:
                 continue  # it goes on reading
             port.paused = paused
-            if self._runtime.stepped:
-                self._runtime.inbound.unwire(port.key)
 
     def _hold_still(self) -> None:
         self._still = Stillness()

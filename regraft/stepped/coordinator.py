@@ -56,6 +56,7 @@ class Coordinator:
         self._declared: list[Closable] = []
         self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
         self._told = wiring_of(runtime)
+        runtime.inbound.told(self._told.inputs)
 
     def declare(self) -> None:
         """Listen to members, and be found by them."""
@@ -230,6 +231,7 @@ class Coordinator:
         wiring = wiring_of(self._runtime)
         if not same_wiring(self._told, wiring):
             self._told = wiring
+            self._runtime.inbound.told(wiring.inputs)
             self.roster.rewire(self.local, wiring)
 
     # --- ticks ---

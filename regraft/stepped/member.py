@@ -242,6 +242,8 @@ class Member:
         wiring = wiring_of(runtime)
         changed = not same_wiring(self._told, wiring)
         self._told = wiring
+        if changed:
+            runtime.inbound.told(wiring.inputs)
         ack = Ack(
             self._name,
             self._incarnation,

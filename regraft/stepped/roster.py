@@ -105,7 +105,7 @@ class Roster:
 
     def rewire(self, member: MemberState, wiring: Wiring) -> None:
         """Take a member's new wiring."""
-        for key in set(member.inputs) - set(wiring.inputs):
+        for key in {*wiring.anew, *(set(member.inputs) - set(wiring.inputs))}:
             self.wired = {pair for pair in self.wired if not (pair[2] == member.name and matches(key, pair[0]))}
             member.pending = {k: sources for k, sources in member.pending.items() if not matches(key, k)}
         member.inputs = dict(wiring.inputs)

@@ -16,9 +16,12 @@ def wiring_of(runtime: Runtime) -> Wiring:
                 inputs[key] = consumer.wakes
         else:
             inputs[key] = True
-    return Wiring(inputs, runtime.writers.sequences())
+    anew = tuple(key for key in runtime.inbound.anew if key in inputs)
+    return Wiring(inputs, runtime.writers.sequences(), anew)
 
 
 def same_wiring(one: Wiring | None, other: Wiring) -> bool:
-    """Tell whether two wirings name the same keys, whatever their sequences."""
-    return one is not None and one.inputs == other.inputs and one.outputs.keys() == other.outputs.keys()
+    """Tell whether two wirings name the same keys, none of them anew, whatever their sequences."""
+    if one is None or other.anew:
+        return False
+    return one.inputs == other.inputs and one.outputs.keys() == other.outputs.keys()

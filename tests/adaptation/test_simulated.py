@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bus_schema.adaptation import Outcome, Remove, SetParameters
+import pytest
+
+from adaptation_manager.journal import Journal, JournalError
+from bus_schema.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
 from bus_schema.architecture import Architecture, TopicSpec
+from bus_schema.lifecycle import Transition
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
@@ -98,6 +103,47 @@ def test_coming_and_going_is_the_same_in_every_run_however_long_a_process_takes_
     assert [outcome for outcome, *_ in first[0]] == [Outcome.APPLIED] * 6
     assert [len(heard) > 5 for heard in first[1]] == [True] * 3
     assert _coming_and_going(tmp_path / "two", 0.05) == first
+
+
+@pytest.mark.parametrize("transitions", [("deactivate",), ("deactivate", "cleanup")])
+def test_a_change_of_state_that_is_undone_leaves_no_trace_in_what_is_heard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, transitions: tuple[str, ...]
+) -> None:
+    system = _system(tmp_path)
+    try:
+        keeper = system.running["keeper"].component
+        wait_until(lambda: len(getattr(keeper, "collected", ())) > 10)
+        monkeypatch.setattr(Journal, "end", _undoes_what_was_applied(Journal.end))
+        for _ in range(5):
+            report = system.adapt(*(ChangeState("keeper", Transition(name)) for name in transitions))
+            assert report.outcome is Outcome.ROLLED_BACK, report
+            assert report.tick is not None
+            _wait_for_tick(system, report.tick + 20)
+        if "cleanup" not in transitions:
+            assert keeper.collected == list(range(1, len(keeper.collected) + 1))
+        assert not [event for event in system.events if event.kind in ("message.lost", "clock.fault")]
+        clock = system.client.clock()
+        assert clock is not None
+        assert clock.reproducible
+    finally:
+        system.end()
+
+
+def _wait_for_tick(system: System, tick: int) -> None:
+    def reached() -> bool:
+        clock = system.client.clock()
+        return clock is not None and clock.tick >= tick
+
+    wait_until(reached)
+
+
+def _undoes_what_was_applied(end: Callable[[Journal, AdaptationReport], None]) -> Callable[..., None]:
+    def full(self: Journal, report: AdaptationReport) -> None:
+        if report.outcome is Outcome.APPLIED:
+            raise JournalError("database or disk is full")
+        end(self, report)
+
+    return full
 
 
 def test_an_adaptation_from_outside_gets_a_slot(tmp_path: Path) -> None:
