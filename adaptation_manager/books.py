@@ -27,7 +27,7 @@ class Books:
         self._withdrawn = 0
         self._durations: Durations | None = None
         self._unwritten: list[AdaptationReport] = []
-        self._closed_because = "it has not been opened"
+        self._closed_because = "the journal has not been opened yet"
 
     # --- opening ---
 
@@ -54,6 +54,7 @@ class Books:
                 journal.run = run
                 self.architecture = journal.architecture() or self.architecture
             else:
+                self._say_if_lost(term)
                 journal.start_run(run, _start(self.architecture, now), self.architecture)
             self._number = max(self._number, journal.last_number())
             self._withdrawn = max(self._withdrawn, journal.last_withdrawn())
@@ -63,6 +64,15 @@ class Books:
             raise
         return journal, term
 
+    def _say_if_lost(self, term: int) -> None:
+        """Whoever reigned over this run before has kept a journal of it, which is not this one."""
+        if term and self.architecture is not None:
+            self._tell(
+                "journal.lost",
+                f"{self.path} knows nothing of this run, which was adapted before: its journal begins anew at revision "
+                f"{self.architecture.revision}; what was done before can be neither read nor undone",
+            )
+
     def _opened(self) -> Journal:
         try:
             return Journal(self.path)
@@ -71,8 +81,9 @@ class Books:
             self._tell("journal.corrupt", f"{error}; it was set aside as {aside}, a new journal begins")
             return Journal(self.path)
 
-    def close(self) -> None:
+    def close(self, because: str = "the journal is closed") -> None:
         """Close the journal; what is known of the architecture stays."""
+        self._closed_because = because
         if self.journal is not None:
             self.journal.close()
             self.journal = None
@@ -86,11 +97,24 @@ class Books:
             del self._unwritten[0]
         return self.journal
 
+    def readable(self) -> Journal:
+        """Return the journal to read it, also while it cannot be written; raises JournalError."""
+        try:
+            return self.ready()
+        except JournalError:
+            if self.journal is None:
+                raise
+            return self.journal
+
+    def line(self, report: AdaptationReport) -> AdaptationReport:
+        """Return a line as it ended, also if that could not be written yet."""
+        return next((ended for ended in self._unwritten if ended.id == report.id), report)
+
     def durations(self) -> Durations:
         """Return how long the steps of past adaptations took; raises JournalError."""
         if self._durations is None:
             durations = Durations()
-            for report, planned in self.ready().past(REMEMBERED):
+            for report, planned in self.readable().past(REMEMBERED):
                 durations.learn(report, planned, self.current())
             self._durations = durations
         return self._durations
@@ -145,7 +169,8 @@ class Books:
 def in_force(views: Sequence[HostView]) -> Architecture:
     """Return the architecture as the hosts run it: the stack's, with the specs that they have by now."""
     architecture = views[0].architecture
-    architecture = replace(architecture, revision=max(1, architecture.revision))
+    revisions = (architecture.revision, *(view.revision for view in views))
+    architecture = replace(architecture, revision=max(1, *revisions))
     for view in views:
         specs = {spec.name: spec for spec in view.specs}
         gone = [n for n, spec in architecture.components.items() if spec.host == view.host and n not in specs]
@@ -155,5 +180,6 @@ def in_force(views: Sequence[HostView]) -> Architecture:
 
 
 def _start(architecture: Architecture, now: float) -> AdaptationReport:
-    request = AdaptationRequest((), "the stack's start", "regraft up")
-    return AdaptationReport("1", Outcome.APPLIED, request, architecture.revision - 1, architecture.revision, now)
+    """Return the first line. Its number is that of the revision, so that no number of a lost journal is given again."""
+    request, revision = AdaptationRequest((), "the stack's start", "regraft up"), architecture.revision
+    return AdaptationReport(str(revision), Outcome.APPLIED, request, revision - 1, revision, now)

@@ -149,10 +149,12 @@ class AdaptationManager(Component):
         if wanted.id:
             line = self._line_of(wanted.id)
             return JournalPage((line,) if line else ())
-        if wanted.before and not wanted.before.isdecimal():
+        before = _number(wanted.before)
+        if wanted.before and before is None:
             raise RequestRefused(f"before: there is no adaptation {wanted.before!r}")
-        entries = self._read(lambda j: j.page(int(wanted.before) if wanted.before else None, wanted.limit + 1))
-        return JournalPage(tuple(entries[: wanted.limit]), len(entries) > wanted.limit)
+        found = self._read(lambda j: j.page(before, wanted.limit + 1))
+        entries = tuple(self._books.line(report) for report in found[: wanted.limit])
+        return JournalPage(entries, len(found) > wanted.limit)
 
     @service("adaptation_manager/architecture")
     async def architecture_at(self, wanted: ArchitectureRequest) -> Architecture:
@@ -176,7 +178,7 @@ class AdaptationManager(Component):
 
     def _read(self, read: Callable[[Journal], T]) -> T:
         try:
-            return read(self._books.ready())
+            return read(self._books.readable())
         except JournalError as error:
             raise RequestRefused(str(error)) from None
 
@@ -194,13 +196,16 @@ class AdaptationManager(Component):
         entry = self._entry(given)
         if entry is not None:
             return self._pending(entry)
-        return self._read(lambda j: j.report(int(given))) if given.isdecimal() and len(given) < 19 else None
+        number = _number(given)
+        found = self._read(lambda j: j.report(number)) if number is not None else None
+        return self._books.line(found) if found is not None else None
 
     def _same_key(self, request: AdaptationRequest) -> Entry | AdaptationReport | None:
         known: Entry | AdaptationReport | None
         known = next((entry for entry in self._line.entries() if entry.request.key == request.key), None)
         if known is None and self._books.journal is not None:
-            known = self._read(lambda j: j.by_key(request.key))
+            written = self._read(lambda j: j.by_key(request.key))
+            known = self._books.line(written) if written is not None else None
         if known is not None and replace(known.request, wait=True) != replace(request, wait=True):
             raise RequestRefused(f"idempotency key {request.key!r} was used for another request")
         return known
@@ -229,3 +234,8 @@ class AdaptationManager(Component):
 
     def _pending(self, entry: Entry) -> AdaptationReport:
         return pending(entry, self._current().revision, self.kit.now(), self.kit.tick)
+
+
+def _number(given: str) -> int | None:
+    """Return the number that an adaptation's id stands for, None if it is no id."""
+    return int(given) if given.isascii() and given.isdecimal() and len(given) < 19 else None

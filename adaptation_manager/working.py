@@ -94,7 +94,7 @@ class Working:
                 self._telling.ended(report)
             await self._end_strangers(slot)
         except JournalError as error:
-            self._books.close()
+            self._books.close(str(error))
             self._kit.event("journal.unusable", str(error))
             self._kit.say(str(error))
         else:
@@ -142,7 +142,7 @@ class Working:
             return await self._adapt(entry, slot)
         except (ControlFailed, JournalError) as error:
             if isinstance(error, JournalCorrupt):
-                self._books.close()
+                self._books.close(str(error))
             return self._rejected(entry, (Violation(None, "", "", str(error)),))
         except Exception as error:
             self._kit.log.exception("an adaptation could not be checked")
@@ -153,7 +153,8 @@ class Working:
         """Check, then carry out. Whatever it raises was raised before anything was touched."""
         if self._books.journal is None:
             await self._take_over(slot)
-        self._books.ready()
+        if not entry.request.dry_run:
+            self._books.ready()
         if not self._all_ended:
             await self._end_strangers(slot)
         if not entry.number and not entry.request.dry_run:

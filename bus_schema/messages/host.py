@@ -231,10 +231,14 @@ class LogLines:
 @message("regraft/HostView")
 @dataclass(frozen=True, slots=True)
 class HostView:
-    """What a host was given: the architecture as far as it knows it, the run it belongs to, and its specs in force."""
+    """What a host was given: the architecture as far as it knows it, the run it belongs to, and its specs in force.
+
+    ``revision`` is the highest that it has been told of; that of ``architecture`` stays the start's.
+    """
 
     host: str
     run: str
     term: Count
     architecture: Architecture
     specs: tuple[ComponentSpec, ...]
+    revision: Count = 0

@@ -80,7 +80,8 @@ class Questions:
 
     def _view(self, _: bytes) -> HostView:
         specs = tuple(ward.spec for ward in self._host.wards.values() if not ward.removed)
-        return HostView(self._host.plan.name, self._host.plan.run, self._host.term, self._host.plan.architecture, specs)
+        host, plan = self._host, self._host.plan
+        return HostView(plan.name, plan.run, host.term, plan.architecture, specs, host.revision)
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)

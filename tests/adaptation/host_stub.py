@@ -85,7 +85,7 @@ class HostStub:
         self._bus.close()
 
     def _view(self, query: MemoryQuery) -> None:
-        view = HostView("local", self.run, self.term, self.architecture, self._specs_in_force())
+        view = HostView("local", self.run, self.term, self.architecture, self._specs_in_force(), self.revision)
         query.reply(codec.encode(view))
 
     def _specs(self, query: MemoryQuery) -> None:

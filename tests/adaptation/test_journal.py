@@ -76,7 +76,7 @@ def test_a_returning_manager_knows_the_architecture_of_its_run(system: System) -
 def test_a_new_run_begins_a_new_history_in_the_same_file(system: System) -> None:
     system.adapt(SetParameters("listener", {"gain": 0.1}))
     system.running["manager"].kill()
-    system.host.run = "run-2"
+    system.host.run, system.host.term, system.host.revision = "run-2", 0, 1
     system.start_manager()
     assert [line.id for line in system.lines().entries] == ["1"]
 
@@ -114,6 +114,62 @@ def test_a_disk_that_fills_up_half_way_rolls_back(system: System, monkeypatch: p
     monkeypatch.setattr(Journal, "end", real)
     assert system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED
     assert system.lines(id=report.id).entries[0].outcome is Outcome.ROLLED_BACK
+
+
+def test_what_cannot_be_written_now_can_be_read_and_tried(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: Journal, report: object) -> None:
+        raise JournalError("database or disk is full")
+
+    monkeypatch.setattr(Journal, "end", full)
+    report = system.adapt(SetParameters("listener", {"gain": 0.3}))
+    assert system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.REJECTED
+    assert system.lines(id=report.id).entries == (report,)
+    assert system.lines(limit=1).more
+    assert report in system.lines().entries
+    tried = system.adapt(SetParameters("listener", {"gain": 0.3}), dry_run=True)
+    assert (tried.outcome, tried.violations) == (Outcome.PENDING, ())
+
+
+def test_a_journal_that_cannot_be_used_after_a_restart_is_told_of_as_it_is(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system.adapt(SetParameters("listener", {"gain": 0.1}))
+    system.running["manager"].kill()
+
+    def full(self: Journal) -> None:
+        raise JournalError("database or disk is full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Journal, "open_lines", full)
+        system.start_manager()
+        report = system.adapt(SetParameters("listener", {"gain": 0.3}))
+        assert report.outcome is Outcome.REJECTED
+        assert "disk is full" in report.violations[0].problem
+        with pytest.raises(CallFailed, match="disk is full"):
+            system.lines()
+    assert system.adapt(SetParameters("listener", {"gain": 0.3})).outcome is Outcome.APPLIED
+
+
+@pytest.mark.parametrize("given", ["9223372036854775808", "1" * 200, "\u0663", "+2", "-1"])
+def test_what_is_no_id_is_refused(system: System, given: str) -> None:
+    with pytest.raises(CallFailed, match="there is no adaptation"):
+        system.lines(before=given)
+    assert system.lines(id=given).entries == ()
+
+
+def test_without_its_journal_a_run_goes_on_with_its_revision_and_that_is_said(system: System) -> None:
+    for gain in (0.1, 0.2, 0.3):
+        last = system.adapt(SetParameters("listener", {"gain": gain}))
+    system.running["manager"].kill()
+    for file in system.journal.parent.glob(f"{system.journal.name}*"):
+        file.unlink()
+    system.start_manager()
+    report = system.adapt(SetParameters("listener", {"gain": 0.4}))
+    assert (report.revision_before, report.revision_after) == (last.revision_after, last.revision_after + 1)
+    assert int(report.id) > int(last.id)
+    assert system.view("listener").parameters["gain"] == 0.4
+    (lost,) = [event for event in system.events if event.kind == "journal.lost"]
+    assert "begins anew at revision 4" in lost.text
 
 
 def test_a_corrupt_journal_is_set_aside_and_said(bare_system: System) -> None:
