@@ -129,4 +129,5 @@ def _say_joined(joined: Joined, as_json: bool) -> None:
 def _log_to_file(joined: Joined) -> None:
     folder = rundir.folder(f"{joined.system}@{joined.host.plan.name}") / "logs"
     form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+    logging.raiseExceptions = False  # a disk that is full is no matter for the terminal
     logging.basicConfig(filename=folder / "host.log", format=form, force=True)

@@ -115,6 +115,7 @@ def _log_to_file(system: str) -> None:
     folder = rundir.folder(system) / "logs"
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        logging.raiseExceptions = False  # a disk that is full is no matter for the terminal
         logging.basicConfig(
             filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
         )

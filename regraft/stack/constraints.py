@@ -12,6 +12,8 @@ from regraft.stack.nodes import Node
 from regraft.stack.section import Section
 
 KINDS = {kind.value: kind for kind in ConstraintKind}
+NOTHING = Constraint(ConstraintKind.PROVIDED)
+"""Asks for nothing: stands for one that cannot be read, so that the others are told of by their places in the file."""
 
 
 def read_constraints(root: Section, components: Collection[str]) -> tuple[Constraint, ...]:
@@ -23,8 +25,7 @@ def read_constraints(root: Section, components: Collection[str]) -> tuple[Constr
         root.wrong("constraints", f"must be a list, is {node.kind}")
         return ()
     items = Section(Node(dict(_numbered(node.value)), node.line), root.at("constraints"), root.report)
-    found = (_constraint(items.section(item), components) for item in items.names())
-    return tuple(constraint for constraint in found if constraint)
+    return tuple(_constraint(items.section(item), components) or NOTHING for item in items.names())
 
 
 def _numbered(parts: tuple[Node, ...]) -> list[tuple[str, Node]]:
@@ -63,6 +64,8 @@ def _constraint(section: Section, components: Collection[str]) -> Constraint | N
 def _expression(section: Section, because: str, components: Collection[str]) -> Constraint | None:
     section.only("require", "because")
     expression = section.text("require")
+    if not expression:
+        return None
     try:
         names = references(expression)
     except BadExpression as error:

@@ -126,6 +126,14 @@ def test_a_stack_file_has_them_and_is_held_to_them(tmp_path: Path) -> None:
     assert stack.architecture.constraints[-2].expression == "rescuer.navigator.max_velocity * 2 < 1"
 
 
+def test_what_cannot_be_read_leaves_the_others_in_their_places(tmp_path: Path) -> None:
+    text = changed((LIMIT, "  - {require: 'a ** 2'}\n  - {require: ''}\n  - {provided: [sing]}\n" + LIMIT))
+    power, empty, missing = problems(tmp_path, text)
+    assert (power.line, power.field) == (line_of(text, "a ** 2"), "constraints.1.require")
+    assert (empty.line, empty.field) == (line_of(text, "require: ''"), "constraints.2.require")
+    assert (missing.line, missing.field) == (line_of(text, "provided"), "constraints.3")
+
+
 @pytest.mark.parametrize(
     ("constraint", "problem"),
     [
