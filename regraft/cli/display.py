@@ -13,7 +13,7 @@ from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import Event
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.power import BatteryState
-from regraft.cli.output import console, say
+from regraft.cli.output import console, harmless, say
 
 MISSION_MARKS = 48
 """Characters of the running node's name that are shown."""
@@ -64,11 +64,11 @@ class Terminal:
 
     def line(self, text: str) -> None:
         """Print it above the live line."""
-        self._live.console.print(text)
+        self._live.console.print(harmless(text))
 
     def status(self, text: str) -> None:
         """Replace the live line."""
-        self._live.update(Text(text, style="dim", no_wrap=True, overflow="ellipsis"), refresh=True)
+        self._live.update(Text(harmless(text), style="dim", no_wrap=True, overflow="ellipsis"), refresh=True)
 
     def close(self) -> None:
         """Remove the live line."""

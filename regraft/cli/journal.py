@@ -142,7 +142,8 @@ def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
 
 def _show_entry(report: AdaptationReport) -> None:
     say(managing.headline(report))
-    say(f"by {report.request.who or 'nobody known'}, because: {report.request.reason or 'no reason given'}")
+    why = " ".join(report.request.reason.split()) or "no reason given"
+    say(f"by {report.request.who or 'nobody known'}, because: {why}")
     for change in codec.to_plain(report.request)["changes"]:
         say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
     for name, value in report.request.context.items():

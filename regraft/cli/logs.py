@@ -16,7 +16,7 @@ from regraft.bus import BusError
 from regraft.cli.display import event_line
 from regraft.cli.group import BadInput, Unreachable
 from regraft.cli.options import ComponentArgument, JsonOption, SystemOption, chosen_system
-from regraft.cli.output import say, show_json
+from regraft.cli.output import pass_on, say, show_json
 from regraft.cli.reach import reached
 from regraft.host.plan import LOCAL
 
@@ -43,11 +43,11 @@ def logs(
         show_json({"component": component, "file": str(path), "lines": shown})
         return
     for line in shown:
-        say(line)
+        pass_on(line)
     while follow:
         more, position = grown(path, position)
         for line in more:
-            say(line)
+            pass_on(line)
         if not more:
             time.sleep(LOOK_EVERY)
 
@@ -62,7 +62,7 @@ def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int
         show_json({"component": component, "file": None, "lines": shown})
     else:
         for line in shown:
-            say(line)
+            pass_on(line)
 
 
 def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> bool:

@@ -21,14 +21,30 @@ def console() -> Console:
     return Console(markup=False, emoji=False, highlight=False, soft_wrap=True)
 
 
+def harmless(text: str) -> str:
+    """Return a text without what a terminal would obey: much of what is shown was written by somebody else.
+
+    >>> harmless("red\\x1b[31m, reversed\\u202e")
+    'red\\\\x1b[31m, reversed\\\\u202e'
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+
+
 def say(text: str) -> None:
     """Print a line."""
+    typer.echo(harmless(text))
+
+
+def pass_on(text: str) -> None:
+    """Print a line as a component wrote it into its log, colours and all."""
     typer.echo(text)
 
 
 def complain(text: str) -> None:
     """Print what went wrong."""
-    typer.echo(f"regraft: {text}", err=True)
+    typer.echo(f"regraft: {harmless(text)}", err=True)
 
 
 def show_json(value: Any, *, compact: bool = False) -> None:
@@ -38,7 +54,7 @@ def show_json(value: Any, *, compact: bool = False) -> None:
 
 def show_table(headings: Sequence[str], rows: Iterable[Sequence[object]], *, empty: str) -> None:
     """Print rows under headings, or ``empty`` if there are none; for a pipe, whole and without decoration."""
-    texts = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    texts = [["" if cell is None else harmless(str(cell)) for cell in row] for row in rows]
     if not texts:
         say(empty)
     elif sys.stdout.isatty():

@@ -23,7 +23,7 @@ from regraft.cli.extensions import add_extensions
 from regraft.cli.logs import grown, tail
 from regraft.cli.main import build
 from regraft.cli.managing import headline, violation_line
-from regraft.cli.output import plain_table
+from regraft.cli.output import harmless, plain_table, say
 from regraft.cli.ps import remark, shown_state
 from regraft.cli.rates import Rates
 from regraft.cli.watch import RENDERER, URL
@@ -41,6 +41,19 @@ def test_a_piped_table_has_a_line_per_row_with_every_cell_whole(rows: list[tuple
     assert len(lines) == len(rows) + 1
     assert all(cell.strip() in line for row, line in zip(rows, lines[1:], strict=True) for cell in row)
     assert all(line == line.rstrip() for line in lines)
+
+
+@given(st.text())
+def test_what_others_wrote_is_nothing_that_a_terminal_obeys(text: str) -> None:
+    shown = harmless(text)
+    assert all(c.isprintable() or c in "\n\t" for c in shown)
+    if text.isprintable():
+        assert shown == text
+
+
+def test_a_harmless_text_shows_what_was_taken_out(capsys: pytest.CaptureFixture[str]) -> None:
+    say("red\x1b[31m, reversed\u202e, bell\x07")
+    assert capsys.readouterr().out == "red\\x1b[31m, reversed\\u202e, bell\\x07\n"
 
 
 def test_an_event_is_one_line_that_names_its_subject_once() -> None:
