@@ -180,6 +180,6 @@ def in_force(views: Sequence[HostView]) -> Architecture:
 
 
 def _start(architecture: Architecture, now: float) -> AdaptationReport:
-    """Return the first line. Its number is that of the revision, so that no number of a lost journal is given again."""
+    """Return the first line. It is numbered as its revision, past whatever a lost journal had applied."""
     request, revision = AdaptationRequest((), "the stack's start", "regraft up"), architecture.revision
     return AdaptationReport(str(revision), Outcome.APPLIED, request, revision - 1, revision, now)

@@ -15,6 +15,7 @@ TOO_LONG = 4096
 KEEP = 4 * 1024 * 1024
 """Bytes to which the write-ahead file is cut when it begins anew."""
 PASSES = 20
+"""How often it is tried to move all there is before the next transaction comes."""
 
 
 class WriteBack:

@@ -295,7 +295,7 @@ class Host:
     def _judge_silence(self, now: float) -> None:
         source = self.wards.get(self.plan.source or "")
         hung = set(self._silence.hung(now, source.run if source else None))
-        stalled = set(self._silence.stalled()) - hung
+        stalled = set(self._silence.stalled())
         for ward in self._all():
             if ward.run in hung:
                 self._end_hung(ward, now)

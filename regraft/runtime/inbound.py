@@ -68,7 +68,7 @@ class Inbound:
     def remove(self, key: str) -> None:
         """Forget a key and its streams."""
         self._known.clear()
-        if key in self.consumers and key not in self._asleep:
+        if self.stepped and key in self.consumers and key not in self._asleep:
             self._dropped.add(key)
         self.consumers.pop(key, None)
         self.patterns.pop(key, None)
@@ -205,10 +205,10 @@ class Inbound:
         The next marker on a key that is read no longer, or again, begins anew. A pause of which others do not know is
         none: whoever pauses and goes on while time stands still has missed nothing.
         """
-        for key in (*self.consumers, *self.patterns):
-            if (key not in read) != (key in self._asleep):
-                self._asleep ^= {key}
-                self._unwire(key)
+        asleep = {key for key in (*self.consumers, *self.patterns) if key not in read}
+        for key in asleep ^ self._asleep:
+            self._unwire(key)
+        self._asleep = asleep
         self._dropped.clear()
 
     @property

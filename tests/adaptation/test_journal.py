@@ -204,6 +204,18 @@ def test_what_was_written_ahead_goes_into_the_file(system: System, monkeypatch: 
     wait_until(lambda: bytes_in_the_file_itself() > before + 20_000)
 
 
+def test_what_is_written_ahead_stays_short_although_the_thread_never_catches_up(
+    bare_system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(WriteBack, "if_due", lambda self: None)
+    monkeypatch.setattr(write_back, "TOO_LONG", 50)
+    bare_system.start_manager()
+    ahead = Path(f"{bare_system.journal}-wal")
+    for gain in itertools.islice(itertools.cycle((0.1, 0.2)), 100):
+        assert bare_system.adapt(SetParameters("listener", {"gain": gain})).outcome is Outcome.APPLIED
+        assert ahead.stat().st_size < 100 * 4200
+
+
 def test_a_disk_that_is_slow_to_write_back_keeps_no_adaptation_waiting(
     system: System, monkeypatch: pytest.MonkeyPatch
 ) -> None:
