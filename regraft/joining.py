@@ -16,11 +16,12 @@ from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.joining import JoinedSystem, JoinHost
 from regraft import rundir
 from regraft.bus import Answer, Bus, BusError
+from regraft.ending import Ending
 from regraft.host.asking import asked_by_a_child
 from regraft.host.guest import Guest
 from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
-from regraft.launch import PUMP, free_endpoint, prepare_process, stop_on_signals
+from regraft.launch import PUMP, free_endpoint, prepare_process
 from regraft.scheduling import work_in_batches
 from regraft.security import explained
 from regraft.stack.classes import look_in
@@ -55,31 +56,30 @@ class Wanted:
 
 @dataclass(slots=True)
 class Joined:
-    """A host that has joined, and how it is to be ended."""
+    """A host that has joined."""
 
     host: Guest
     bus: Bus
     system: str
     endpoint: str
-    stopping: bool = False
-
-    def stop(self) -> None:
-        """Have it leave."""
-        self.stopping = True
 
 
 def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -> Guest:
-    """Join, and run until SIGINT, SIGTERM or the system's end; returns the host, whose processes have all ended.
+    """Join, and run until SIGINT, SIGTERM, SIGHUP or the system's end; returns the host, whose processes have ended.
 
     Raises:
+        KeyboardInterrupt: one of the signals came before it had joined.
         BusError: nobody listens there.
         NothingThere: nobody answers there.
         CannotJoin: the first host refuses.
         AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
         NoSuchClass: a class of the host's components cannot be had here.
     """
+    ending = Ending()
+    ending.hear_signals()
     try:
-        first = _look(wanted)
+        with ending.interrupting():
+            first = _look(wanted)
     except BusError as error:
         raise explained(error, wanted.endpoints.connect[0], wanted.endpoints.tls) from None
     system = first.architecture.system
@@ -89,13 +89,14 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
     held = rundir.lock(folder.name)
     try:
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
-        prepare_process(mine.values())
+        with ending.interrupting():
+            prepare_process(mine.values())
         if first.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()
         try:
             plan = HostPlan(first.architecture, folder, stack_folder, first.run, free_endpoint(), name=wanted.name)
-            return _run(wanted, plan, zygote, step)
+            return _run(wanted, plan, zygote, ending, step)
         finally:
             zygote.close()
     finally:
@@ -139,19 +140,19 @@ def _stack_folder(first: JoinedSystem) -> Path:
     return there if there.is_dir() else Path.cwd()
 
 
-def _run(wanted: Wanted, plan: HostPlan, zygote: Zygote, step: Callable[[Joined], None]) -> Guest:
+def _run(wanted: Wanted, plan: HostPlan, zygote: Zygote, ending: Ending, step: Callable[[Joined], None]) -> Guest:
     architecture = plan.architecture
     endpoints = replace(wanted.endpoints, listen=(plan.endpoint,), router=True)
     bus = open_bus(endpoints, in_step=architecture.simulated)
     try:
         instance = secrets.token_hex(8)
-        first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()))
+        with ending.interrupting():
+            first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()))
         host = Guest(plan.as_joined(first), bus, zygote, first, instance)
         joined = Joined(host, bus, architecture.system, plan.endpoint)
-        stop_on_signals(joined.stop)
         host.start()
         try:
-            while not (joined.stopping or host.ended or host.over):
+            while not (ending.wanted or host.ended or host.over):
                 host.pump(PUMP)
                 step(joined)
             if host.ended:

@@ -6,16 +6,15 @@ import contextlib
 import os
 import random
 import secrets
-import signal
 import socket
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from types import FrameType
 
 from bus_schema.architecture import ComponentSpec
 from regraft import rundir
 from regraft.bus import Bus
 from regraft.component import Component
+from regraft.ending import Ending
 from regraft.host.home import Home
 from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.zygote import Zygote, start_zygote
@@ -35,16 +34,12 @@ PORTS = range(10_000, 20_000)
 
 @dataclass(slots=True)
 class Running:
-    """A system that has been started: its host, the bus, and how to reach it."""
+    """A system that has been started: its host, the bus, how to reach it, and the wish that it ends."""
 
     host: Home
     bus: Bus
     info: rundir.RunInfo
-    stopping: bool = False
-
-    def stop(self) -> None:
-        """Have the system end."""
-        self.stopping = True
+    ending: Ending
 
 
 def free_endpoint() -> str:
@@ -68,14 +63,15 @@ def run_system(
     guard: Guard = OPEN_TO_NOBODY,
     step: Callable[[Running], None] = lambda _: None,
 ) -> None:
-    """Start ``stack`` and run it; ``step`` is called again and again, and ends the system with ``stop``.
+    """Start ``stack`` and run it; ``step`` is called again and again, and may want its ``ending``.
 
     Its hub listens at the endpoint ``listen``, empty for any free one on loopback; there other hosts join. ``guard``
     says how a link beyond loopback is kept safe.
 
-    SIGINT and SIGTERM end it too. When this returns, every process has ended.
+    SIGINT, SIGTERM and SIGHUP end it too. When this returns, every process has ended.
 
     Raises:
+        KeyboardInterrupt: one of them came before the system was started.
         AlreadyRunning: a system of that name is running.
         NoSuchClass: a class cannot be prepared.
         NoRoom: the system's folder cannot be written.
@@ -86,13 +82,16 @@ def run_system(
         guard.check(listen)
     system = stack.architecture.system
     held = rundir.lock(system)
+    ending = Ending()
+    ending.hear_signals()
     try:
-        prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
+        with ending.interrupting():
+            prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
         if stack.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()
         try:
-            _run(_plan(stack, duration), _outside(listen, guard), stack, zygote, step)
+            _run(_plan(stack, duration), _outside(listen, guard), stack, zygote, ending, step)
         finally:
             zygote.close()
     finally:
@@ -137,11 +136,19 @@ def _outside(listen: str, guard: Guard) -> Endpoints:
     return Endpoints((listen,), tls=guard.tls(LOCAL)) if listen else Endpoints()
 
 
-def _run(plan: HostPlan, outside: Endpoints, stack: Stack, zygote: Zygote, step: Callable[[Running], None]) -> None:
+def _run(
+    plan: HostPlan,
+    outside: Endpoints,
+    stack: Stack,
+    zygote: Zygote,
+    ending: Ending,
+    step: Callable[[Running], None],
+) -> None:
     connect = (plan.source_endpoint,) if plan.source else ()
     endpoints = Endpoints((plan.endpoint, *outside.listen), connect, router=True, tls=outside.tls)
     bus = open_bus(endpoints, in_step=plan.architecture.simulated)
     try:
+        ending.check()
         host = Home(plan, bus, zygote)
         info = rundir.RunInfo(
             plan.architecture.system,
@@ -152,25 +159,14 @@ def _run(plan: HostPlan, outside: Endpoints, stack: Stack, zygote: Zygote, step:
             plan.architecture.simulated,
             join=as_reached(next(iter(outside.listen), plan.endpoint)),
         )
-        running = Running(host, bus, info)
-        stop_on_signals(running.stop)
+        running = Running(host, bus, info, ending)
         host.start()
         try:
             rundir.write_info(info)
-            while not running.stopping and not host.ended:
+            while not ending.wanted and not host.ended:
                 host.pump(PUMP)
                 step(running)
         finally:
             host.end()
     finally:
         bus.close()
-
-
-def stop_on_signals(stop: Callable[[], object]) -> None:
-    """Have SIGINT, SIGTERM and SIGHUP end what runs in this process in good order."""
-
-    def take(signum: int, frame: FrameType | None) -> None:
-        stop()
-
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, take)

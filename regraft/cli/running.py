@@ -52,7 +52,7 @@ class Run:
     def step(self, running: Running) -> None:
         """Look at the system if it is time to, show what is new, and end it when its time is over."""
         now = time.monotonic()
-        if now < self._next_look and not running.stopping and not running.host.ended:
+        if now < self._next_look and not running.ending.wanted and not running.host.ended:
             return
         self._next_look = now + LOOK_EVERY
         watch = self._watch
@@ -72,7 +72,7 @@ class Run:
         self._end_if_over(watch, running, now)
         self.closing = self._close(watch, running)
         self.healthy = not running.host.ended and not self.closing.problems
-        if running.stopping:
+        if running.ending.wanted:
             self._say_ending()
 
     def _has_settled(self) -> bool:
@@ -138,12 +138,12 @@ class Run:
             return
         if self._asked is not None:
             if self._asked.done:
-                running.stop()
+                running.ending.want()
             return
         if self._is_over(watch, running, now):
             service = summary_service(running.host.plan.architecture)
             if service is None:
-                running.stop()
+                running.ending.want()
             else:
                 self._asked = SummaryAsked(running, service)
 

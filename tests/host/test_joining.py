@@ -114,6 +114,29 @@ def test_a_class_that_the_other_machine_has_not_got_is_said_when_it_joins(site: 
     assert "cannot import 'here_only'" in guest.log.read_text()
 
 
+HERE = """
+import os, signal
+from regraft import Component
+
+class Here(Component):
+    pass
+"""
+INTERRUPTING = "os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))"
+
+
+def test_a_host_that_is_interrupted_before_it_has_joined_leaves_nothing(site: Site) -> None:
+    (site.folder / "here.py").write_text(HERE)
+    system = site.up("  here: {class: 'here:Here', host: edge}\n")
+    elsewhere = site.folder / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "here.py").write_text(HERE + INTERRUPTING)
+    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
+    assert guest.process.wait(PATIENCE) == 130, guest.log.read_text()
+    assert not system.said("host.joined", "edge")
+    site.join()
+    site.wait_active("here")
+
+
 # --- adapting over hosts ---
 
 

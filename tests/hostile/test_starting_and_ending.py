@@ -25,7 +25,7 @@ Write = Callable[..., Path]
 MANY = "".join(SOURCE.replace("source:", f"source_{n}:") for n in range(6)) + SINK
 
 
-def _begin(stack: Path, *options: str) -> subprocess.Popen[bytes]:
+def _begin(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> subprocess.Popen[bytes]:
     with (stack.parent / "up.log").open("wb") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
@@ -33,13 +33,14 @@ def _begin(stack: Path, *options: str) -> subprocess.Popen[bytes]:
             stdout=log,
             stderr=log,
             stdin=subprocess.DEVNULL,
-            preexec_fn=_hear_interrupts,
+            preexec_fn=lambda: _as_a_shell_starts_it(hangups),
         )
 
 
-def _hear_interrupts() -> None:
+def _as_a_shell_starts_it(hangups: signal.Handlers) -> None:
     """Undo what a shell does to jobs in its background: they ignore SIGINT, and so would all that they start."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, hangups)
 
 
 def _processes(process: subprocess.Popen[bytes], least: int) -> list[int]:
@@ -70,6 +71,54 @@ def test_a_start_that_is_interrupted_leaves_nothing(stack: Write, signum: signal
     wait_gone(pids)
     wait_until(lambda: not rundir.running(), "the lock to be free")
     assert not (rundir.folder("tests") / "run.json").exists()
+
+
+IN_A_CALLBACK = """
+import os, signal
+from tests.hostile.parts import Source
+
+def interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+
+class Dropped:
+    def __del__(self):
+        interrupt()
+
+class Early(Source):
+    @classmethod
+    def preload(cls):
+        {preload}
+
+{imported}
+"""
+
+
+@pytest.mark.parametrize(
+    ("imported", "preload"),
+    [
+        ("os.register_at_fork(before=interrupt)", "pass"),
+        ("os.register_at_fork(after_in_parent=interrupt)", "pass"),
+        ("", "Dropped()"),
+    ],
+    ids=["before_the_fork", "after_the_fork", "while_preparing"],
+)
+def test_an_interrupt_is_heard_also_where_python_drops_its_exception(stack: Write, imported: str, preload: str) -> None:
+    path = stack(SOURCE.replace("tests.hostile.parts:Source", "early:Early"))
+    (path.parent / "early.py").write_text(IN_A_CALLBACK.format(imported=imported, preload=preload))
+    process = _begin(path)
+    assert process.wait(PATIENCE) == 130, _log(path)
+    assert "active" not in _log(path)
+    wait_until(lambda: not rundir.running(), "the lock to be free")
+    assert not (rundir.folder("tests") / "run.json").exists()
+
+
+def test_what_nohup_started_outlives_its_terminal(stack: Write) -> None:
+    path = stack(SOURCE)
+    process = _begin(path, "--for", "1", hangups=signal.SIG_IGN)
+    wait_until(lambda: "components active" in _log(path), "the start")
+    process.send_signal(signal.SIGHUP)
+    assert process.wait(PATIENCE) == 0
+    assert "ran 1.0 s" in _log(path)
 
 
 @pytest.mark.parametrize("processes", [1, 3])
