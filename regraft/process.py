@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import logging
 import os
@@ -86,11 +87,12 @@ def run_component(assignment: Assignment) -> int:
 
 
 def _prepared(path: str) -> type[Component]:
-    """Return a component class; one that the zygote does not know has not been prepared by it. Raises NoSuchClass."""
+    """Return a component class, prepared as the zygote does it if that does not know the class; raises NoSuchClass."""
     known = path.partition(":")[0] in sys.modules
     cls = load_class(path)
     if not known:
         cls.preload()
+        gc.freeze()
     return cls
 
 

@@ -7,7 +7,6 @@ not their parent. Whatever kills the host kills the zygote, and that kills them.
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 import select
 import signal
@@ -90,8 +89,6 @@ def _serve(line: socket.socket) -> None:
     os.set_blocking(wake_reader, False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(wake_writer, warn_on_full_buffer=False)
-    gc.collect()
-    gc.freeze()
     alive: dict[int, tuple[str, int]] = {}
     sources: list[Any] = [line, wake_reader]
     while True:

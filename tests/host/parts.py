@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import signal
 import subprocess
@@ -67,6 +68,11 @@ class Moody(Component):
     def spin(self, tick: Tick) -> Tick:
         while True:
             tick = Tick(tick.count)
+
+    @service("garbage")
+    def count_garbage(self, tick: Tick) -> Tick:
+        """Count what a collection of garbage looks through."""
+        return Tick(len(gc.get_objects()))
 
     @service("exit")
     def exit(self, tick: Tick) -> Tick:

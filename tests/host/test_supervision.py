@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
 from tests.host.conftest import Start
 from tests.host.parts import Tick
-from tests.host.system import System, children_of, exists, wait_gone
+from tests.host.system import ROOT, System, children_of, exists, wait_gone
 from tests.kit.site import PATIENCE, wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
@@ -45,6 +47,15 @@ def _count(system: System) -> int:
 
 def test_under_the_real_clock_a_component_is_no_batch_work(start: Start) -> None:
     assert os.sched_getscheduler(start(TICKER).wait_running("ticker").pid) == os.SCHED_OTHER
+
+
+def test_no_process_stands_still_to_look_through_all_that_was_imported(start: Start) -> None:
+    system = start(MOODY)
+    system.wait_running("moody")
+    assert system.client.call("garbage", Tick(0), Tick, PATIENCE).count < 10_000
+    prepared = "import gc, regraft.launch as launch; launch.prepare_process(()); print(len(gc.get_objects()))"
+    host = subprocess.run([sys.executable, "-c", prepared], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert int(host.stdout) < 10_000
 
 
 def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
