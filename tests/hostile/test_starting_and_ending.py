@@ -8,7 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -21,20 +21,33 @@ from tests.hostile.test_broken_stacks import up
 from tests.kit.site import PATIENCE, wait_until
 
 Write = Callable[..., Path]
+Begin = Callable[..., subprocess.Popen[bytes]]
 
 MANY = "".join(SOURCE.replace("source:", f"source_{n}:") for n in range(6)) + SINK
 
 
-def _begin(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> subprocess.Popen[bytes]:
-    with (stack.parent / "up.log").open("wb") as log:
-        return subprocess.Popen(
-            [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
-            cwd=ROOT,
-            stdout=log,
-            stderr=log,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=lambda: _as_a_shell_starts_it(hangups),
-        )
+@pytest.fixture
+def begin() -> Iterator[Begin]:
+    """Return what has a system start; one that a test leaves running is killed."""
+    begun: list[subprocess.Popen[bytes]] = []
+
+    def start(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> subprocess.Popen[bytes]:
+        with (stack.parent / "up.log").open("wb") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
+                cwd=ROOT,
+                stdout=log,
+                stderr=log,
+                stdin=subprocess.DEVNULL,
+                preexec_fn=lambda: _as_a_shell_starts_it(hangups),
+            )
+        begun.append(process)
+        return process
+
+    yield start
+    for process in begun:
+        process.kill()
+        process.wait()
 
 
 def _as_a_shell_starts_it(hangups: signal.Handlers) -> None:
@@ -61,9 +74,11 @@ def _log(stack: Path) -> str:
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("processes", [1, 2, 5])
-def test_a_start_that_is_interrupted_leaves_nothing(stack: Write, signum: signal.Signals, processes: int) -> None:
+def test_a_start_that_is_interrupted_leaves_nothing(
+    stack: Write, begin: Begin, signum: signal.Signals, processes: int
+) -> None:
     path = stack(MANY)
-    process = _begin(path)
+    process = begin(path)
     pids = _processes(process, processes)
     process.send_signal(signum)
     assert process.wait(PATIENCE) in (0, 130, -signum), _log(path)
@@ -102,19 +117,21 @@ class Early(Source):
     ],
     ids=["before_the_fork", "after_the_fork", "while_preparing"],
 )
-def test_an_interrupt_is_heard_also_where_python_drops_its_exception(stack: Write, imported: str, preload: str) -> None:
+def test_an_interrupt_is_heard_also_where_python_drops_its_exception(
+    stack: Write, begin: Begin, imported: str, preload: str
+) -> None:
     path = stack(SOURCE.replace("tests.hostile.parts:Source", "early:Early"))
     (path.parent / "early.py").write_text(IN_A_CALLBACK.format(imported=imported, preload=preload))
-    process = _begin(path)
+    process = begin(path)
     assert process.wait(PATIENCE) == 130, _log(path)
     assert "active" not in _log(path)
     wait_until(lambda: not rundir.running(), "the lock to be free")
     assert not (rundir.folder("tests") / "run.json").exists()
 
 
-def test_what_nohup_started_outlives_its_terminal(stack: Write) -> None:
+def test_what_nohup_started_outlives_its_terminal(stack: Write, begin: Begin) -> None:
     path = stack(SOURCE)
-    process = _begin(path, "--for", "1", hangups=signal.SIG_IGN)
+    process = begin(path, "--for", "1", hangups=signal.SIG_IGN)
     wait_until(lambda: "components active" in _log(path), "the start")
     process.send_signal(signal.SIGHUP)
     assert process.wait(PATIENCE) == 0
@@ -122,9 +139,11 @@ def test_what_nohup_started_outlives_its_terminal(stack: Write) -> None:
 
 
 @pytest.mark.parametrize("processes", [1, 3])
-def test_a_start_that_is_killed_leaves_nothing_and_the_next_one_works(stack: Write, processes: int) -> None:
+def test_a_start_that_is_killed_leaves_nothing_and_the_next_one_works(
+    stack: Write, begin: Begin, processes: int
+) -> None:
     path = stack(MANY)
-    process = _begin(path)
+    process = begin(path)
     pids = _processes(process, processes)
     process.kill()
     process.wait()
@@ -222,9 +241,9 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
     wait_until(lambda: not rundir.running(), "the lock to be free")
 
 
-def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write) -> None:
+def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write, begin: Begin) -> None:
     path = stack("  late: {class: 'tests.hostile.slow_import:Late'}\n")
-    process = _begin(path)
+    process = begin(path)
     wait_until(lambda: _has_begun(process.pid), "the import")
     process.send_signal(signal.SIGINT)
     assert process.wait(PATIENCE) == 130
