@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from pathlib import Path
+
+from regraft.host.waits import Look
 
 HUNG_AFTER = 0.45
 """Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
@@ -20,38 +21,6 @@ MOST_FORGIVEN = 2.0
 """Seconds of waits for a processor that are forgiven at the most: on a machine so loaded, hung is still found."""
 MOST_FORGIVEN_ON_DISK = 10.0
 """Seconds of uninterruptible waits that are forgiven at the most."""
-
-
-def processor_wait(pid: int) -> float:
-    """Return the seconds that the threads of a process have waited for a processor, summed; 0 if unknown."""
-    waited = 0
-    try:
-        for thread in os.listdir(f"/proc/{pid}/task"):
-            waited += int(Path(f"/proc/{pid}/task/{thread}/schedstat").read_text().split()[1])
-    except (OSError, IndexError, ValueError):
-        return waited / 1e9
-    return waited / 1e9
-
-
-def waits_for_disk(pid: int) -> bool:
-    """Tell whether a thread of a process is in uninterruptible sleep (state D); False if unknown."""
-    try:
-        for thread in os.listdir(f"/proc/{pid}/task"):
-            state = Path(f"/proc/{pid}/task/{thread}/stat").read_text().rpartition(") ")[2][:1]
-            if state == "D":
-                return True
-    except OSError:
-        return False
-    return False
-
-
-def stolen() -> float:
-    """Return the seconds for which this virtual machine's processors were taken from it, summed; 0 if unknown."""
-    try:
-        line = Path("/proc/stat").read_text().partition("\n")[0]
-        return int(line.split()[8]) / os.sysconf("SC_CLK_TCK")
-    except (OSError, IndexError, ValueError):
-        return 0.0
 
 
 @dataclass(slots=True)
@@ -90,11 +59,11 @@ class Silence:
 
     def hung(self, now: float, hub: str | None) -> list[str]:
         """Return who is hung. While the hub on everybody's way is silent, nobody else can be judged."""
-        passed = self._since_last_look(now)
+        passed, look = self._since_last_look(now), Look()
         silent = [
             name
             for name, watched in self.watched.items()
-            if self._silent_for(watched, now, passed, hub) > watched.allowance
+            if self._silent_for(watched, now, passed, hub, look) > watched.allowance
         ]
         if hub is not None and hub in self.watched and now - self.watched[hub].last_beat > LOOK_CLOSER_AFTER:
             for name, watched in self.watched.items():
@@ -120,16 +89,16 @@ class Silence:
             return 0.0
         return passed
 
-    def _silent_for(self, watched: _Watched, now: float, passed: float, hub: str | None) -> float:
+    def _silent_for(self, watched: _Watched, now: float, passed: float, hub: str | None, look: Look) -> float:
         silence = now - watched.last_beat
         if silence < LOOK_CLOSER_AFTER:
             return silence
         on_the_way = {watched.pid, os.getpid()}
         if hub is not None and hub in self.watched:
             on_the_way.add(self.watched[hub].pid)
-        waited = stolen() + sum(processor_wait(pid) for pid in on_the_way)
+        waited = look.stolen() + sum(look.processor_wait(pid) for pid in on_the_way)
         if watched.waited_at is None:
             watched.waited_at = waited
-        if any(waits_for_disk(pid) for pid in on_the_way):
+        if any(look.waits_for_disk(pid) for pid in on_the_way):
             watched.on_disk += passed
         return silence - min(MOST_FORGIVEN, waited - watched.waited_at) - min(MOST_FORGIVEN_ON_DISK, watched.on_disk)

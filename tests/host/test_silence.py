@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from regraft.host import silence
+from regraft.host import silence, waits
 from regraft.host.silence import HUNG_AFTER, Silence
 
 STEP = 0.05
@@ -15,9 +15,9 @@ STEP = 0.05
 def _hung_after(taken_a_second: float, monkeypatch: pytest.MonkeyPatch, *, on_disk_for: float = 0.0) -> float:
     """Return the seconds after which a silent loop is found while processors, or the disk, are taken from it."""
     now, watched = 100.0, Silence()
-    monkeypatch.setattr(silence, "stolen", lambda: (now - 100.0) * taken_a_second)
-    monkeypatch.setattr(silence, "processor_wait", lambda pid: 0.0)
-    monkeypatch.setattr(silence, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
+    monkeypatch.setattr(waits, "stolen", lambda: (now - 100.0) * taken_a_second)
+    monkeypatch.setattr(waits, "processor_wait", lambda pid: 0.0)
+    monkeypatch.setattr(waits, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
     watched.watch("loop/1", os.getpid(), 0.3, now)
     while not watched.hung(now, None):
         now += STEP
@@ -40,3 +40,19 @@ def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch
 def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyPatch) -> None:
     longest = silence.MOST_FORGIVEN_ON_DISK
     assert longest < _hung_after(0.0, monkeypatch, on_disk_for=1000.0) < longest + 1.0
+
+
+def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[int] = []
+
+    def waited(pid: int) -> float:
+        read.append(pid)
+        return 0.0
+
+    monkeypatch.setattr(waits, "processor_wait", waited)
+    watched = Silence()
+    for number in range(50):
+        watched.watch(f"loop_{number}/1", 1_000_000 + number, HUNG_AFTER, 0.0)
+    watched.hung(0.0, None)
+    watched.hung(silence.LOOK_CLOSER_AFTER, None)
+    assert sorted(read) == sorted({os.getpid(), *range(1_000_000, 1_000_050)})
