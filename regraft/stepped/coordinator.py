@@ -23,7 +23,7 @@ from regraft.stepped.run_report import RunReport
 from regraft.stepped.slot import hold_slot
 from regraft.stepped.source_inbox import SourceInbox
 from regraft.stepped.wire import ClockLine
-from regraft.stepped.wiring import same_wiring, wiring_of
+from regraft.stepped.wiring import ToldWiring
 
 MARK_AGAIN_AFTER = 0.1
 WIRED_WITHIN = 5.0
@@ -54,9 +54,8 @@ class Coordinator:
         self._ended_in_slot: set[Run] = set()
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
-        self.local = self.roster.add(self._name, runtime.assignment.incarnation, wiring_of(runtime), None)
-        self._told = wiring_of(runtime)
-        runtime.inbound.told(self._told.inputs)
+        self._wiring = ToldWiring(runtime)
+        self.local = self.roster.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
         """Listen to members, and be found by them."""
@@ -228,11 +227,9 @@ class Coordinator:
         self.report.reproducible = False
 
     def _refresh_local(self) -> None:
-        wiring = wiring_of(self._runtime)
-        if not same_wiring(self._told, wiring):
-            self._told = wiring
-            self._runtime.inbound.told(wiring.inputs)
-            self.roster.rewire(self.local, wiring)
+        news = self._wiring.news()
+        if news is not None:
+            self.roster.rewire(self.local, news)
 
     # --- ticks ---
 

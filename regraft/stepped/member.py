@@ -11,7 +11,7 @@ from typing import Any
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State
-from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want, Wiring
+from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
 from regraft.bus import Presence, Sample
 from regraft.clock import SteppedClock
 from regraft.runtime.loop import reach
@@ -19,7 +19,7 @@ from regraft.runtime.runtime import Runtime
 from regraft.runtime.stream import Stream
 from regraft.stepped.slot import hold_slot
 from regraft.stepped.wire import ClockLine
-from regraft.stepped.wiring import same_wiring, wiring_of
+from regraft.stepped.wiring import ToldWiring, wiring_of
 
 JOIN_AGAIN_AFTER = 0.5
 IDLE_JOIN_AFTER = 2.0
@@ -42,7 +42,7 @@ class Member:
         self._begun = 0
         self._stepped_as = self._incarnation
         self._last_ack: Ack | None = None
-        self._told: Wiring | None = None
+        self._wiring = ToldWiring(runtime)
         self._started = False
         self._configured_to = runtime.state
         self._next_join = 0.0
@@ -167,7 +167,7 @@ class Member:
             self._clock.advance_to(step.time)
             self._runtime.inbound.forget_all()
             self._runtime.writers.advanced.clear()
-            self._told = None
+            self._wiring.forget()
         elif step.kind is StepKind.MARK:
             self._mark(step.marks)
         elif step.kind is StepKind.STEP:
@@ -239,11 +239,6 @@ class Member:
         runtime = self._runtime
         published = dict(runtime.writers.advanced)
         runtime.writers.advanced.clear()
-        wiring = wiring_of(runtime)
-        changed = not same_wiring(self._told, wiring)
-        self._told = wiring
-        if changed:
-            runtime.inbound.told(wiring.inputs)
         ack = Ack(
             self._name,
             self._incarnation,
@@ -251,7 +246,7 @@ class Member:
             published,
             self._next_wake(),
             runtime.slots.wanted,
-            wiring if changed else None,
+            self._wiring.news(),
             touched,
             error,
         )
