@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from bus_schema import codec
-from regraft import rundir
 from regraft.cli.group import NOT_REACHABLE, BadInput
+from regraft.cli.host_log import log_to_file
 from regraft.cli.options import InsecureOption, JsonOption, SystemOption, TlsOption, chosen_system
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.reach import Reached, reached
@@ -105,7 +104,7 @@ def _be_host(wanted: Wanted, as_json: bool) -> None:
         nonlocal told
         if not told:
             told = True
-            _log_to_file(joined)
+            log_to_file(joined.host.plan.folder)
             _say_joined(joined, as_json)
 
     ended = run_guest(wanted, step)
@@ -124,10 +123,3 @@ def _say_joined(joined: Joined, as_json: bool) -> None:
         return
     runs = f"; it runs {', '.join(components)}" if components else ""
     say(f"host {joined.host.plan.name} has joined system {joined.system}{runs}; Ctrl-C ends it")
-
-
-def _log_to_file(joined: Joined) -> None:
-    folder = rundir.folder(f"{joined.system}@{joined.host.plan.name}") / "logs"
-    form = "%(asctime)s %(levelname)s %(name)s: %(message)s"
-    logging.raiseExceptions = False  # a disk that is full is no matter for the terminal
-    logging.basicConfig(filename=folder / "host.log", format=form, force=True)

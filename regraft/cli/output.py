@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import typer
@@ -27,9 +27,13 @@ def harmless(text: str) -> str:
     >>> harmless("red\\x1b[31m, reversed\\u202e")
     'red\\\\x1b[31m, reversed\\\\u202e'
     """
+    return _escaped(text, lambda c: c.encode("unicode_escape").decode())
+
+
+def _escaped(text: str, escape: Callable[[str], str]) -> str:
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+    return "".join(c if c.isprintable() or c in "\n\t" else escape(c) for c in text)
 
 
 def say(text: str) -> None:
@@ -49,7 +53,8 @@ def complain(text: str) -> None:
 
 def show_json(value: Any, *, compact: bool = False) -> None:
     """Print a message or plain data as a JSON document; ``compact`` on one line, for streams of documents."""
-    typer.echo(json.dumps(as_json(value), indent=None if compact else 2, ensure_ascii=False))
+    text = json.dumps(as_json(value), indent=None if compact else 2, ensure_ascii=False)
+    typer.echo(_escaped(text, lambda c: json.dumps(c).strip('"')))
 
 
 def show_table(headings: Sequence[str], rows: Iterable[Sequence[object]], *, empty: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +12,7 @@ from regraft import rundir
 from regraft.bus import BusError
 from regraft.cli.display import display
 from regraft.cli.group import FAILED, BadInput
+from regraft.cli.host_log import log_to_file
 from regraft.cli.options import InsecureOption, JsonOption, TlsOption, chosen_system
 from regraft.cli.output import say, show_json
 from regraft.cli.ports_free import check_ports
@@ -81,7 +81,7 @@ def up(
     rundir.lock(wanted.name).close()
     check_ports(wanted.architecture)
     duration = duration if duration is not None else wanted.duration
-    _log_to_file(wanted.name)
+    log_to_file(rundir.folder(wanted.name))
     run = Run(display(headless=headless, quiet=quiet or as_json), duration)
     try:
         run_system(wanted, duration=duration, listen=listen or "", guard=guard, step=run.step)
@@ -108,16 +108,3 @@ def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | N
     if seed is not None:
         wanted = with_seed(wanted, seed)
     return apply_overrides(wanted, overrides)
-
-
-def _log_to_file(system: str) -> None:
-    """Send the host's own log to a file beside the others: what matters in it is shown as events."""
-    folder = rundir.folder(system) / "logs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        logging.raiseExceptions = False  # a disk that is full is no matter for the terminal
-        logging.basicConfig(
-            filename=folder / "host.log", format="%(asctime)s %(levelname)s %(name)s: %(message)s", force=True
-        )
-    except OSError as error:
-        raise BadInput(f"cannot write to {folder}: {error.strerror}; REGRAFT_HOME names another place") from None

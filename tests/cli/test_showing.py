@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from regraft.cli.extensions import add_extensions
 from regraft.cli.logs import grown, tail
 from regraft.cli.main import build
 from regraft.cli.managing import headline, violation_line
-from regraft.cli.output import harmless, plain_table, say
+from regraft.cli.output import harmless, plain_table, say, show_json
 from regraft.cli.ps import remark, shown_state
 from regraft.cli.rates import Rates
 from regraft.cli.watch import RENDERER, URL
@@ -54,6 +55,16 @@ def test_what_others_wrote_is_nothing_that_a_terminal_obeys(text: str) -> None:
 def test_a_harmless_text_shows_what_was_taken_out(capsys: pytest.CaptureFixture[str]) -> None:
     say("red\x1b[31m, reversed\u202e, bell\x07")
     assert capsys.readouterr().out == "red\\x1b[31m, reversed\\u202e, bell\\x07\n"
+
+
+@pytest.mark.parametrize("compact", [False, True])
+def test_json_is_whole_and_nothing_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str], compact: bool) -> None:
+    value = {"text": 'clear\x9b2J, "reversed\u202e", tag\U000e0001, é, 光, a\\u0041'}
+    show_json(value, compact=compact)
+    shown = capsys.readouterr().out
+    assert all(c.isprintable() or c == "\n" for c in shown)
+    assert "é, 光" in shown
+    assert json.loads(shown) == value
 
 
 def test_an_event_is_one_line_that_names_its_subject_once() -> None:
