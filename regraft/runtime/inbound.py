@@ -55,6 +55,7 @@ class Inbound:
         self.streams: dict[tuple[str, str], Stream] = {}
         self.ready: deque[tuple[Consumer, Sample]] = deque()
         self.holes: set[tuple[str, str]] = set()
+        self.giving_up = False
         self._asleep: set[str] = set()
         self._dropped: set[str] = set()
         # The runs that send now, by what all their samples share: these need not be opened.

@@ -39,7 +39,7 @@ def pump(runtime: Runtime) -> float:
     runtime.work()
     runtime.fire()
     now = runtime.clock.now()
-    runtime.inbound.give_up_on_holes(now)
+    give_up_on_holes(runtime, now)
     runtime.work()
     runtime.control.answer_parked()
     wait = runtime.herald.beat_if_due()
@@ -48,6 +48,27 @@ def pump(runtime: Runtime) -> float:
             wait = min(wait, max(0.0, (due - now) / 1e9))
     parked = runtime.control.seconds_to_next()
     return wait if parked is None else min(wait, parked)
+
+
+def give_up_on_holes(runtime: Runtime, now: int) -> None:
+    """Go on behind holes that have stayed open for too long, but first take all that has come until ``now``.
+
+    What is missing may be among it: a handler took its time.
+    """
+    inbound = runtime.inbound
+    if runtime.inbox.empty():
+        inbound.give_up_on_holes(now)
+        return
+    due = inbound.next_give_up()
+    if due is None or due > now or inbound.giving_up:
+        return
+
+    def give_up() -> None:
+        inbound.giving_up = False
+        inbound.give_up_on_holes(now)
+
+    inbound.giving_up = True
+    runtime.post(give_up)
 
 
 def next_due(runtime: Runtime) -> float:

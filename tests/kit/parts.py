@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import dataclass
 
@@ -35,6 +36,24 @@ class Echo(Component):
 
     @heard.handler
     def say(self, number: Number) -> None:
+        self.said.publish(number)
+
+
+class Gated(Component):
+    """Says again what it hears; from 100 on, only when it is let through."""
+
+    heard = Input(Number)
+    said = Output(Number)
+
+    def __init__(self) -> None:
+        self.entered = threading.Semaphore(0)
+        self.gate = threading.Semaphore(0)
+
+    @heard.handler
+    def say(self, number: Number) -> None:
+        if number.value >= 100:
+            self.entered.release()
+            self.gate.acquire(timeout=30.0)
         self.said.publish(number)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from bus_schema import codec
@@ -9,8 +11,9 @@ from bus_schema.envelope import Envelope
 from bus_schema.messages.health import Event
 from bus_schema.registry import type_of
 from regraft.bus import Bus
+from regraft.runtime.stream import HOLE_CLOSES_WITHIN
 from regraft.runtime.writers import Identity, Writers
-from tests.kit.parts import Counter, Echo, Fragile, Latest, Number, Other
+from tests.kit.parts import Counter, Echo, Fragile, Gated, Latest, Number, Other
 from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
 
 
@@ -56,6 +59,30 @@ def test_an_early_arrival_waits_for_the_hole_to_close(site: Site) -> None:
         if values[-2:] == [first, first + 1]:
             return
     raise AssertionError("the hole never closed in time")
+
+
+def test_what_came_in_time_is_not_lost_because_a_handler_takes_long() -> None:
+    site = Site("memory")
+    gated = site.start(Gated, "gated")
+    said = site.collect("said", Number)
+    holed, other = site.writer("heard", Number), site.writer("heard", Number, "other")
+    holed.put(codec.encode(Number(1)))
+    other.put(codec.encode(Number(100)))
+    assert gated.entered.acquire(timeout=PATIENCE)
+    holed.sequence = 2
+    holed.put(codec.encode(Number(3)))
+    other.put(codec.encode(Number(101)))
+    holed.sequence = 1
+    holed.put(codec.encode(Number(2)))
+    gated.gate.release()
+    assert gated.entered.acquire(timeout=PATIENCE)
+    too_late = time.monotonic_ns() + 2 * HOLE_CLOSES_WITHIN
+    wait_until(lambda: time.monotonic_ns() > too_late, "the hole to be overdue")
+    gated.gate.release()
+    wait_until(lambda: len(said) == 5, "all numbers")
+    assert [number.value for number in said] == [1, 100, 101, 2, 3]
+    assert site.status("gated").lost == 0
+    site.close()
 
 
 def test_a_hole_that_stays_open_is_reported_as_lost(site: Site) -> None:
