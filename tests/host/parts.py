@@ -69,11 +69,6 @@ class Moody(Component):
         while True:
             tick = Tick(tick.count)
 
-    @service("garbage")
-    def count_garbage(self, tick: Tick) -> Tick:
-        """Count what a collection of garbage looks through."""
-        return Tick(len(gc.get_objects()))
-
     @service("exit")
     def exit(self, tick: Tick) -> Tick:
         os._exit(tick.count)
@@ -82,6 +77,14 @@ class Moody(Component):
     def stop(self, tick: Tick) -> Tick:
         os.kill(os.getpid(), signal.SIGSTOP)
         return tick
+
+
+class Tidy(Component):
+    """Counts what a collection of garbage looks through."""
+
+    @service("garbage")
+    def garbage(self, tick: Tick) -> Tick:
+        return Tick(len(gc.get_objects()))
 
 
 class Stalling(Component):

@@ -50,8 +50,8 @@ def test_under_the_real_clock_a_component_is_no_batch_work(start: Start) -> None
 
 
 def test_no_process_stands_still_to_look_through_all_that_was_imported(start: Start) -> None:
-    system = start(MOODY)
-    system.wait_running("moody")
+    system = start("  tidy: {class: 'tests.host.parts:Tidy'}\n")
+    system.wait_running("tidy")
     assert system.client.call("garbage", Tick(0), Tick, PATIENCE).count < 10_000
     prepared = "import gc, regraft.launch as launch; launch.prepare_process(()); print(len(gc.get_objects()))"
     host = subprocess.run([sys.executable, "-c", prepared], cwd=ROOT, capture_output=True, text=True, check=True)
