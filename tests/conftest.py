@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Generator
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -15,14 +16,20 @@ settings.register_profile("tests", deadline=None, suppress_health_check=[HealthC
 settings.load_profile("tests")
 
 
-def pytest_collection_finish() -> None:
-    """Leave what was imported and collected out of every further collection of garbage.
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Have no collection of garbage look through what is imported and collected: not now, and not later.
 
-    There are some 400,000 objects of it, and to look at them all stops every thread of the process, for a second on a
-    busy machine: longer than whoever is linked to it waits for a sign of life.
+    It is some 400,000 objects, and to look at them all stops every thread of the process, for a second on a busy
+    machine: longer than whoever is linked to it waits for a sign of life.
     """
-    gc.collect()
-    gc.freeze()
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.fixture(params=["ray", "best"])

@@ -157,7 +157,7 @@ class System:
             revision=self.host.revision,
             term=self.host.term,
             simulated=self.architecture.simulated,
-            members=tuple(other for other in self.architecture.components if other != name),
+            members=tuple(other for other in {**self.architecture.components, **self.running} if other != name),
             succeeds=succession,
         )
         run = self.runs[name, incarnation] = Running(
