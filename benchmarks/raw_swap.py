@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import struct
@@ -52,20 +53,24 @@ def relays(endpoint: str, commands: Connection) -> None:
 
 
 def _relay(endpoint: str, number: int, parent: int) -> None:
-    over = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: over.set())
+    told: list[int] = []  # no Event: its wait holds the lock that a handler's set would wait for
+    signal.signal(signal.SIGTERM, lambda signum, _: told.append(signum))
     die_with_parent(parent)
     try:
         session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
         publisher = session.declare_publisher(OUT, congestion_control=zenoh.CongestionControl.BLOCK)
-        subscriber = session.declare_subscriber(IN, lambda sample: publisher.put(sample.payload.to_bytes()))
+
+        def pass_on(sample: zenoh.Sample) -> None:
+            with contextlib.suppress(zenoh.ZError):  # a session that is being closed still hears something
+                publisher.put(sample.payload.to_bytes())
+
+        subscriber = session.declare_subscriber(IN, pass_on)
         token = session.liveliness().declare_token(f"{SERVING}/{number}")
-        while not over.wait(0.002):
-            # A signal's handler runs only between two steps of the main thread.
-            pass
-        del token
+        while not told:
+            time.sleep(0.002)  # a signal's handler runs only between two steps of the main thread
 
         def leave() -> None:
+            token.undeclare()  # type: ignore[no-untyped-call]
             subscriber.undeclare()  # type: ignore[no-untyped-call]
             session.close()  # type: ignore[no-untyped-call]
 

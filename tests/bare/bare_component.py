@@ -84,6 +84,7 @@ class BareComponent:
         self.time = 0
         self.count_due: int | None = None
         self.inbox: queue.Queue[Any] = queue.Queue()
+        self.asked_to_end = False  # by a signal, whose handler must not put into a queue that may be waited for
         self.ready: list[Held] = []
         self.advanced: dict[str, int] = {}
         self.streams = Streams(self.saw_marker)
@@ -353,6 +354,10 @@ class BareComponent:
 
     def pump(self, timeout: float) -> None:
         """Take what arrives within ``timeout`` seconds."""
+        if self.asked_to_end:
+            self.asked_to_end = False
+            self.transition("shutdown")
+            return
         try:
             self.take(self.inbox.get(timeout=max(timeout, 0.001)))
         except queue.Empty:
@@ -375,8 +380,12 @@ def main() -> int:
     assignment = json.loads(os.environ["REGRAFT_ASSIGNMENT"])
     session = open_session(assignment["connect"], stepped=assignment.get("simulated", False))
     component = BareComponent(assignment, session)
+
+    def ask(*_: object) -> None:
+        component.asked_to_end = True
+
     for signum in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(signum, lambda *_: component.inbox.put(lambda: component.transition("shutdown")))
+        signal.signal(signum, ask)
     if component.stepped:
         Member(component).run()
     else:
