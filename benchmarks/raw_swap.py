@@ -53,8 +53,7 @@ def relays(endpoint: str, commands: Connection) -> None:
 
 
 def _relay(endpoint: str, number: int, parent: int) -> None:
-    told: list[int] = []  # no Event: its wait holds the lock that a handler's set would wait for
-    signal.signal(signal.SIGTERM, lambda signum, _: told.append(signum))
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})  # also in threads to come: it stays pending
     die_with_parent(parent)
     try:
         session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
@@ -65,12 +64,10 @@ def _relay(endpoint: str, number: int, parent: int) -> None:
                 publisher.put(sample.payload.to_bytes())
 
         subscriber = session.declare_subscriber(IN, pass_on)
-        token = session.liveliness().declare_token(f"{SERVING}/{number}")
-        while not told:
-            time.sleep(0.002)  # a signal's handler runs only between two steps of the main thread
+        with session.liveliness().declare_token(f"{SERVING}/{number}"):
+            signal.sigwait({signal.SIGTERM})
 
         def leave() -> None:
-            token.undeclare()  # type: ignore[no-untyped-call]
             subscriber.undeclare()  # type: ignore[no-untyped-call]
             session.close()  # type: ignore[no-untyped-call]
 

@@ -81,10 +81,10 @@ def run_system(
     """
     if listen:
         guard.check(listen)
-    system = stack.architecture.system
-    held = rundir.lock(system)
     ending = Ending()
     ending.hear_signals()
+    system = stack.architecture.system
+    held = rundir.lock(system)
     try:
         with ending.interrupting():
             prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
@@ -111,7 +111,6 @@ def prepare_process(specs: Iterable[ComponentSpec]) -> None:
             cls.preload()
         except Exception as error:
             raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {error}") from error
-    gc.collect()
     gc.freeze()
 
 
