@@ -122,9 +122,15 @@ def bodies() -> st.SearchStrategy[Body]:
         decorator = st.builds(
             lambda tag, inner, qr: (tag, (inner,), qr), st.sampled_from(DECORATORS), children, st.booleans()
         )
-        return control | decorator
+        return control.filter(_can_be_loaded) | decorator
 
     return st.recursive(leaves, above, max_leaves=8)
+
+
+def _can_be_loaded(body: Body) -> bool:
+    """A ReactiveSequence takes only one AsyncSequence as a child, as in BehaviorTree.CPP."""
+    tag, children, _ = body
+    return not tag.startswith("ReactiveSequence") or sum(c[0].startswith("AsyncSequence") for c in children) < 2
 
 
 def spelled(body: Body, with_requirements: bool) -> str:
