@@ -15,7 +15,7 @@ from benchmarks.raw import QUESTION, READY, answerer
 from benchmarks.system import MANAGER, System
 from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
 from bus_schema.lifecycle import Transition
-from regraft.zenoh_config import Endpoints, config
+from regraft.zenoh_config import config
 
 TENS, KILLS = 20, 12
 TAIL = 0.95
@@ -41,8 +41,8 @@ def adaptations(effort: Effort) -> list[Result]:
     tens, kills = effort.count(TENS, least=2), effort.count(KILLS)
     with System(TOPICS, COMPONENTS + MANAGER + KILLED_OFTEN) as system, Processes() as processes:
         system.wait_for_components(*NAMES)
-        processes.spawn(answerer, system.info.endpoint)
-        session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
+        processes.spawn(answerer, system.info.hub)
+        session = zenoh.open(config(system.info.hub, in_step=False))
         try:
             wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
             sides = in_turns(effort.rounds, lambda: _in_tens(system, tens), lambda: _ten_queries(session, tens))

@@ -14,6 +14,7 @@ from regraft.client import Client
 from regraft.component import Component, class_path
 from regraft.launch import free_endpoint
 from regraft.process import run_component
+from regraft.system_secret import fresh
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
 
@@ -26,9 +27,10 @@ class Site:
 
     def __init__(self) -> None:
         """Open the hub."""
-        self.endpoint = free_endpoint()
-        self.hub = open_bus(Endpoints((self.endpoint,), router=True))
-        self.bus: ZenohBus = open_bus(Endpoints(connect=(self.endpoint,)))
+        self.endpoint, self.secret = free_endpoint(), fresh()
+        self.hub = open_bus(Endpoints((self.endpoint,), router=True, secret=self.secret))
+        self.link = Endpoints(connect=(self.endpoint,), secret=self.secret)
+        self.bus: ZenohBus = open_bus(self.link)
         self.client = Client(self.bus, SYSTEM, "bench")
         self._processes = Processes()
 
@@ -51,7 +53,7 @@ class Site:
 
     def component(self, cls: type[Component], name: str, **assigned: Any) -> SpawnProcess:
         """Run a component in a process of its own."""
-        assignment = Assignment(SYSTEM, name, class_path(cls), connect=(self.endpoint,), **assigned)
+        assignment = Assignment(SYSTEM, name, class_path(cls), connect=(self.endpoint,), secret=self.secret, **assigned)
         return self.spawn(run_component, assignment)
 
     def wait_for_components(self, *names: str) -> None:

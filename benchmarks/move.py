@@ -15,7 +15,7 @@ from benchmarks.links import wait_until
 from benchmarks.system import MANAGER, ROOT, System
 from bus_schema.adaptation import Move
 from bus_schema.messages.host import HostState
-from regraft.zenoh_config import Endpoints, config
+from regraft.zenoh_config import config
 
 MOVES = 40
 EDGE, HOME = "edge", "local"
@@ -26,7 +26,7 @@ def move(effort: Effort) -> list[Result]:
     """Move a relay there and back again and again; by hand there is nothing that could be compared with it."""
     with System(TOPICS, COMPONENTS + MANAGER, hosts=(EDGE,)) as system, _second_host(system):
         system.wait_for_components("talker", "relay", "adaptation_manager")
-        session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
+        session = zenoh.open(config(system.info.hub, in_step=False))
         try:
             with heard(session, "passed") as ear:
                 both = [

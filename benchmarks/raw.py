@@ -23,9 +23,9 @@ ASKED = struct.Struct("<II")
 VOLLEY_WITHIN = 60.0
 
 
-def echo(endpoint: str) -> None:
+def echo(hub: Endpoints) -> None:
     """Send everything back, until terminated."""
-    session = _open(endpoint)
+    session = _open(hub)
     pong = session.declare_publisher(PONG, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def there(sample: zenoh.Sample) -> None:
@@ -35,9 +35,9 @@ def echo(endpoint: str) -> None:
     _stay(declared)
 
 
-def pinger(endpoint: str) -> None:
+def pinger(hub: Endpoints) -> None:
     """Play volleys as asked for at ``VOLLEY`` (count, size), replying with the seconds, until terminated."""
-    session = _open(endpoint)
+    session = _open(hub)
     ping = session.declare_publisher(PING, congestion_control=zenoh.CongestionControl.BLOCK)
     stamps: list[int] = []
     wanted = 0
@@ -73,9 +73,9 @@ def pinger(endpoint: str) -> None:
     _stay(declared)
 
 
-def answerer(endpoint: str) -> None:
+def answerer(hub: Endpoints) -> None:
     """Answer every question at ``QUESTION`` with what came with it, until terminated."""
-    session = _open(endpoint)
+    session = _open(hub)
 
     def answer(query: zenoh.Query) -> None:
         assert query.payload is not None
@@ -89,9 +89,9 @@ def answerer(endpoint: str) -> None:
     _stay(declared)
 
 
-def _open(endpoint: str) -> zenoh.Session:
+def _open(hub: Endpoints) -> zenoh.Session:
     keep_freed_memory()
-    return zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    return zenoh.open(config(hub, in_step=False))
 
 
 def _stay(declared: tuple[object, ...]) -> None:

@@ -20,9 +20,9 @@ CLOSED_WITHIN = 0.2
 NUMBER = struct.Struct("<Q")
 
 
-def source(endpoint: str, rate: float) -> None:
+def source(hub: Endpoints, rate: float) -> None:
     """Put 1, 2, 3 ... at ``rate`` (Hz), until terminated."""
-    session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+    session = zenoh.open(config(hub, in_step=False))
     publisher = session.declare_publisher(IN, congestion_control=zenoh.CongestionControl.BLOCK)
     number, due = 0, time.monotonic()
     while True:
@@ -32,7 +32,7 @@ def source(endpoint: str, rate: float) -> None:
         time.sleep(max(0.0, due - time.monotonic()))
 
 
-def relays(endpoint: str, commands: Connection) -> None:
+def relays(hub: Endpoints, commands: Connection) -> None:
     """Start a relay for each ``("start", number)``, end it for each ``("stop", number)``; answer when that is done.
 
     A relay is forked, as the host's are: this process opens no session. It says by a token that it serves.
@@ -44,7 +44,7 @@ def relays(endpoint: str, commands: Connection) -> None:
         if verb == "start":
             pid = os.fork()
             if pid == 0:
-                _relay(endpoint, number, parent)
+                _relay(hub, number, parent)
             pids[number] = pid
         else:
             os.kill(pids[number], signal.SIGTERM)
@@ -52,11 +52,11 @@ def relays(endpoint: str, commands: Connection) -> None:
         commands.send(number)
 
 
-def _relay(endpoint: str, number: int, parent: int) -> None:
+def _relay(hub: Endpoints, number: int, parent: int) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})  # also in threads to come: it stays pending
     die_with_parent(parent)
     try:
-        session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+        session = zenoh.open(config(hub, in_step=False))
         publisher = session.declare_publisher(OUT, congestion_control=zenoh.CongestionControl.BLOCK)
 
         def pass_on(sample: zenoh.Sample) -> None:

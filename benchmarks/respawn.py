@@ -13,13 +13,13 @@ from regraft.zenoh_config import Endpoints, config
 ALIVE = "plain/alive"
 
 
-def respawner(endpoint: str, pids: Connection, rounds: int) -> None:
+def respawner(hub: Endpoints, pids: Connection, rounds: int) -> None:
     """Fork a child that appears at ``plain/alive/N``, tell its pid, and fork the next when it ends."""
     for number in range(rounds):
         pid = os.fork()
         if pid == 0:
             try:
-                session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=False))
+                session = zenoh.open(config(hub, in_step=False))
                 token = session.liveliness().declare_token(f"{ALIVE}/{number}")
                 threading.Event().wait()
                 del token

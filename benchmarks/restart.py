@@ -23,7 +23,6 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.health import ComponentStatus
 from regraft.bus import Presence
 from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
 
 KILLS, HANGS = 24, 5
 KILL_LIMIT, HANG_LIMIT = 0.3, 0.6
@@ -40,7 +39,7 @@ def restart(effort: Effort) -> list[Result]:
     with System(TOPICS, specs) as system, Processes() as processes:
         system.wait_for_components(*names)
         wait_until(lambda: all(p.pid for p in system.processes().values()), "all processes told of")
-        bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
+        bus = open_bus(system.info.hub)
         try:
             back = _kill(system, bus, processes, names[:kills])
             found = [_stop(system, name) for name in names[kills:]]
@@ -80,7 +79,7 @@ def _kill(system: System, bus: ZenohBus, processes: Processes, names: list[str])
     ours, theirs = multiprocessing.get_context("spawn").Pipe()
     subscription = bus.subscribe(Keys(SYSTEM).status("*"), take)
     watching = bus.watch(f"{ALIVE}/*", tokens.put)
-    processes.spawn(respawner, system.info.endpoint, theirs, len(names) + 1)
+    processes.spawn(respawner, system.info.hub, theirs, len(names) + 1)
     _wait_for_token(tokens, 0)
     pids = {name: process.pid for name, process in system.processes().items()}
     back_ours: list[float] = []

@@ -51,8 +51,8 @@ def large(effort: Effort) -> list[Result]:
 def _start(site: Site, pinging: type[Component], echoing: type[Component]) -> None:
     site.component(pinging, "pinger")
     site.component(echoing, "echo")
-    site.spawn(echo, site.endpoint)
-    site.spawn(pinger, site.endpoint)
+    site.spawn(echo, site.link)
+    site.spawn(pinger, site.link)
     site.wait_for_components("pinger", "echo")
     site.wait_for_token(f"{READY}/echo")
     site.wait_for_token(f"{READY}/pinger")

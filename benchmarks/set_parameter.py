@@ -12,7 +12,7 @@ from benchmarks.processes import Processes
 from benchmarks.raw import QUESTION, READY, answerer
 from benchmarks.system import MANAGER, System
 from bus_schema.adaptation import SetParameters
-from regraft.zenoh_config import Endpoints, config
+from regraft.zenoh_config import config
 
 COUNT = 60
 LIMIT = 4.0
@@ -30,8 +30,8 @@ def set_parameter(effort: Effort) -> list[Result]:
     count = effort.count(COUNT, least=3)
     with System(TOPICS, COMPONENTS + MANAGER) as system, Processes() as processes:
         system.wait_for_components("talker", "adaptation_manager")
-        processes.spawn(answerer, system.info.endpoint)
-        session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
+        processes.spawn(answerer, system.info.hub)
+        session = zenoh.open(config(system.info.hub, in_step=False))
         try:
             wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
             sides = in_turns(effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count))

@@ -66,7 +66,7 @@ def _components(count: int) -> tuple[float, float]:
     trivial = "{class: benchmarks.counting:Trivial, connect: {out: numbers}}"
     specs = "".join(f"\n  trivial_{number}: {trivial}" for number in range(count))
     with System(TOPICS, specs) as system:
-        bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
+        bus = open_bus(system.info.hub)
         try:
             last = _when_all_are_there(bus, Keys(SYSTEM).alive("*", "*"), count)
         finally:

@@ -29,11 +29,11 @@ def swap(effort: Effort) -> list[Result]:
     """Swap through the manager, then by hand in both ways."""
     with System(TOPICS, COMPONENTS + MANAGER) as system, Processes() as processes:
         system.wait_for_components("talker", "relay", "adaptation_manager")
-        session = zenoh.open(config(Endpoints(connect=(system.info.endpoint,)), in_step=False))
+        session = zenoh.open(config(system.info.hub, in_step=False))
         try:
             ours = _through_the_manager(system, session, effort.count(SWAPS, least=2))
             by_hand = effort.count(BY_HAND, least=2)
-            hand = _Hand(system.info.endpoint, session, processes)
+            hand = _Hand(system.info.hub, session, processes)
             broken = hand.swaps(by_hand, make_first=False)
             made = hand.swaps(by_hand, make_first=True)
         finally:
@@ -58,13 +58,13 @@ def _through_the_manager(system: System, session: zenoh.Session, count: int) -> 
 class _Hand:
     """Relays that are started and ended by hand."""
 
-    def __init__(self, endpoint: str, session: zenoh.Session, processes: Processes) -> None:
+    def __init__(self, hub: Endpoints, session: zenoh.Session, processes: Processes) -> None:
         self._session = session
         self._number = 0
         self._pipe: Connection
         self._pipe, theirs = multiprocessing.get_context("spawn").Pipe()
-        processes.spawn(relays, endpoint, theirs)
-        processes.spawn(source, endpoint, RATE)
+        processes.spawn(relays, hub, theirs)
+        processes.spawn(source, hub, RATE)
         self._start()
 
     def swaps(self, count: int, *, make_first: bool) -> Handed:

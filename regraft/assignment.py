@@ -26,7 +26,8 @@ class Assignment:
 
     ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
     the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
-    ``succeeds`` another waits, silently, until it is told to take over.
+    ``succeeds`` another waits, silently, until it is told to take over. ``secret`` proves to the hub that it belongs
+    to the system.
     """
 
     system: str
@@ -50,3 +51,4 @@ class Assignment:
     speed: str = "real"
     duration: Seconds | None = None
     succeeds: Succession | None = None
+    secret: str = field(default="", repr=False)

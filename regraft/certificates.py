@@ -1,5 +1,7 @@
 """Certificates for a lab: an authority of its own, and one certificate for each host, made by ``openssl``.
 
+Beside them lies the secret that all hosts of its systems share.
+
 Elliptic-curve keys (P-256). The authority's key stays in the folder; whoever has it can admit hosts.
 """
 
@@ -14,6 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bus_schema.keys import system_name
+from regraft import system_secret
+from regraft.system_secret import BadSecret
 
 DAYS = 825
 """Days that a certificate is valid: the longest that today's TLS libraries all accept."""
@@ -25,7 +29,7 @@ class CannotMake(Exception):
 
 
 def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> list[Path]:
-    """Make what is missing of an authority, and a certificate for each host; returns the files written.
+    """Make a certificate for each host, and what is missing of authority and secret; returns the files written.
 
     ``addresses`` are the names and IP addresses under which hosts reach each other, beside each host's name. A host
     that has a certificate gets a new one.
@@ -43,10 +47,14 @@ def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> l
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         written = [] if _has_authority(folder) else _make_authority(folder)
+        secret = folder / system_secret.FILE
+        written += [secret] if system_secret.make(secret) else []
         for name in names:
             written += _make_host(folder, name, addresses)
     except OSError as error:
         raise CannotMake(f"cannot write to {folder}: {error.strerror}") from None
+    except BadSecret as error:
+        raise CannotMake(str(error)) from None
     return written
 
 

@@ -81,7 +81,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
         with ending.interrupting():
             first = _look(wanted)
     except BusError as error:
-        raise explained(error, wanted.endpoints.connect[0], wanted.endpoints.tls) from None
+        raise explained(error, wanted.endpoints) from None
     system = first.architecture.system
     stack_folder = wanted.stack_folder or _stack_folder(first)
     look_in(stack_folder)
@@ -95,7 +95,15 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
             work_in_batches()
         zygote = start_zygote()
         try:
-            plan = HostPlan(first.architecture, folder, stack_folder, first.run, free_endpoint(), name=wanted.name)
+            plan = HostPlan(
+                first.architecture,
+                folder,
+                stack_folder,
+                first.run,
+                free_endpoint(),
+                wanted.endpoints.secret,
+                name=wanted.name,
+            )
             return _run(wanted, plan, zygote, ending, step)
         finally:
             zygote.close()

@@ -24,6 +24,7 @@ from regraft.scheduling import work_in_batches
 from regraft.security import Guard, as_reached
 from regraft.stack import Stack, time_source
 from regraft.stack.components import in_run_folder
+from regraft.system_secret import fresh
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
@@ -92,7 +93,8 @@ def run_system(
             work_in_batches()
         zygote = start_zygote()
         try:
-            _run(_plan(stack, duration), _outside(listen, guard), stack, zygote, ending, step)
+            plan = _plan(stack, duration, guard.secret() or fresh())
+            _run(plan, _outside(listen, guard), stack, zygote, ending, step)
         finally:
             zygote.close()
     finally:
@@ -119,7 +121,7 @@ def _classes(specs: Iterable[ComponentSpec]) -> dict[str, type[Component]]:
     return {path: load_class(path) for path in paths}
 
 
-def _plan(stack: Stack, duration: float | None) -> HostPlan:
+def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
     architecture = stack.architecture
     folder = rundir.folder(architecture.system)
     components = {name: in_run_folder(spec, str(folder)) for name, spec in architecture.components.items()}
@@ -130,6 +132,7 @@ def _plan(stack: Stack, duration: float | None) -> HostPlan:
         stack.file.parent,
         secrets.token_hex(8),
         free_endpoint(),
+        secret,
         source,
         free_endpoint() if source else "",
         stack.seed,
@@ -151,7 +154,7 @@ def _run(
     step: Callable[[Running], None],
 ) -> None:
     connect = (plan.source_endpoint,) if plan.source else ()
-    endpoints = Endpoints((plan.endpoint, *outside.listen), connect, router=True, tls=outside.tls)
+    endpoints = Endpoints((plan.endpoint, *outside.listen), connect, router=True, tls=outside.tls, secret=plan.secret)
     bus = open_bus(endpoints, in_step=plan.architecture.simulated)
     try:
         ending.check()
@@ -164,6 +167,7 @@ def _run(
             str(stack.file),
             plan.architecture.simulated,
             join=as_reached(next(iter(outside.listen), plan.endpoint)),
+            secret=plan.secret,
         )
         running = Running(host, bus, info, ending)
         host.start()

@@ -64,7 +64,8 @@ def run_component(assignment: Assignment) -> int:
         router = bool(assignment.listen)
         if not router:
             have_one_thread_read()
-        bus = open_bus(Endpoints(assignment.listen, assignment.connect, router), in_step=assignment.simulated)
+        endpoints = Endpoints(assignment.listen, assignment.connect, router, secret=assignment.secret)
+        bus = open_bus(endpoints, in_step=assignment.simulated)
     except (NoSuchClass, BusError) as error:
         print(f"{assignment.name}: {error}", file=sys.stderr)
         return EXIT_BAD_ASSIGNMENT

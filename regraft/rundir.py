@@ -1,7 +1,7 @@
 """Where a running system keeps its files: ``~/.regraft/SYSTEM`` or ``$REGRAFT_HOME/SYSTEM``.
 
-``run.json`` says how to reach it, ``lock`` is held while it runs, ``logs/`` has a file per component,
-``journal.sqlite`` is the adaptation manager's.
+``run.json`` says how to reach it and holds its secret, so only its user may read it. ``lock`` is held while it runs,
+``logs/`` has a file per component, ``journal.sqlite`` is the adaptation manager's.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ import fcntl
 import json
 import os
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO
+
+from regraft.zenoh_config import Endpoints
 
 LOOKERS_WITHIN = 20
 """Hundredths of a second that a lock is tried for: whoever looks whether a system runs holds it for a moment."""
@@ -32,7 +34,10 @@ class NoRoom(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that tells this."""
+    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that tells this.
+
+    ``secret`` proves to its hub that a session belongs to the system.
+    """
 
     system: str
     run: str
@@ -43,6 +48,12 @@ class RunInfo:
     gateway: str | None = None
     join: str = ""
     host: str = "local"
+    secret: str = field(default="", repr=False)
+
+    @property
+    def hub(self) -> Endpoints:
+        """How a session reaches the system's hub, and is admitted."""
+        return Endpoints(connect=(self.endpoint,), secret=self.secret)
 
 
 def home() -> Path:
@@ -59,7 +70,9 @@ def lock(system: str) -> IO[str]:
     """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom."""
     place = folder(system)
     try:
-        (place / "logs").mkdir(parents=True, exist_ok=True, mode=0o700)
+        place.mkdir(parents=True, exist_ok=True, mode=0o700)
+        place.chmod(0o700)
+        (place / "logs").mkdir(exist_ok=True, mode=0o700)
         held = (place / "lock").open("a+")
     except OSError as error:
         raise _no_room(place, error) from None
@@ -90,11 +103,17 @@ def write_info(info: RunInfo) -> None:
     path = folder(info.system) / "run.json"
     fresh = path.with_suffix(".new")
     try:
-        fresh.write_text(json.dumps(asdict(info), indent=2) + "\n")
+        fresh.unlink(missing_ok=True)
+        with open(fresh, "x", opener=_private) as out:
+            out.write(json.dumps(asdict(info), indent=2) + "\n")
         fresh.replace(path)
     except OSError as error:
         fresh.unlink(missing_ok=True)
         raise _no_room(path, error) from None
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
 
 
 def _no_room(path: Path, error: OSError) -> NoRoom:

@@ -1,7 +1,8 @@
-"""What keeps strangers off a system's bus: loopback only, unless both ends of a link prove who they are.
+"""Keeps strangers off a system's bus: sessions prove that they belong to it, links beyond loopback are encrypted.
 
 Mutual TLS: both ends show a certificate that the lab's own authority (``ca.pem``) has signed. A folder holds them:
-``ca.pem``, and for each host ``NAME.pem`` and ``NAME.key``; ``regraft certificates`` makes one.
+``ca.pem``, the secret that all hosts share (``bus.secret``), and for each host ``NAME.pem`` and ``NAME.key``;
+``regraft certificates`` makes one.
 """
 
 from __future__ import annotations
@@ -12,8 +13,10 @@ import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
+from regraft import system_secret
 from regraft.bus import BusError
-from regraft.zenoh_config import Tls, address_of, on_loopback
+from regraft.system_secret import BadSecret
+from regraft.zenoh_config import Endpoints, Tls, address_of, on_loopback
 
 LOOK_WITHIN = 2.0
 PROTOCOLS = ("tcp", "tls", "unixsock-stream")
@@ -25,10 +28,27 @@ class NotSecure(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """How links beyond this machine are to be kept safe: by certificates, or knowingly not at all."""
+    """How links beyond this machine are to be kept safe: by certificates, or knowingly unencrypted.
+
+    ``secret_file`` holds the secret of the system; without one it is in the folder of the certificates.
+    """
 
     folder: Path | None = None
     insecure: bool = False
+    secret_file: Path | None = None
+
+    def secret(self) -> str:
+        """Return the secret that hosts share beforehand, empty if there is none; raises NotSecure."""
+        file = self.secret_file or (self.folder / system_secret.FILE if self.folder else None)
+        try:
+            return system_secret.read(file) if file else ""
+        except BadSecret as error:
+            raise NotSecure(f"{error}{self._how_made(file)}") from None
+
+    def _how_made(self, file: Path | None) -> str:
+        if self.secret_file or self.folder is None or file is None or file.exists():
+            return ""
+        return f"; 'regraft certificates {self.folder} NAME' makes it: copy it to every host"
 
     def tls(self, name: str) -> Tls | None:
         """Return the certificates of a host; raises NotSecure if the folder has none for it."""
@@ -58,7 +78,7 @@ class Guard:
             )
         if not inside and protocol != "tls" and not self.insecure:
             raise NotSecure(
-                f"{endpoint} is open to the network: whoever reaches it can command the robot. Use "
+                f"{endpoint} is open to the network: whoever listens in can command the robot. Use "
                 f"tls/{address_of(endpoint)} with --tls FOLDER, or --insecure in a network where everybody is trusted"
             )
 
@@ -82,7 +102,10 @@ def why_unreachable(endpoint: str, tls: Tls | None) -> str:
         return f"nobody listens there ({error.strerror or error})"
     with link:
         if protocol == "tcp":
-            return "somebody listens there, but does not speak plain Zenoh: is it a tls/ endpoint, or another program?"
+            return (
+                "a program listens there, but does not admit this one: it is of a system with another secret, "
+                "a tls/ endpoint, or no hub at all"
+            )
         return _why_no_handshake(link, host, tls) if tls else ""
 
 
@@ -104,10 +127,11 @@ def _why_no_handshake(link: socket.socket, host: str, tls: Tls) -> str:
         return "somebody listens there, but does not speak TLS: is it a tcp/ endpoint?"
     except OSError:
         return f"it does not accept our certificate {tls.certificate}: is it of the same authority?"
-    return ""
+    return f"its secret is another one than ours: all hosts need the same {system_secret.FILE}"
 
 
-def explained(error: BusError, endpoint: str, tls: Tls | None) -> BusError:
+def explained(error: BusError, endpoints: Endpoints) -> BusError:
     """Return an error of the bus with the reason, where it can be told."""
-    why = why_unreachable(endpoint, tls)
+    endpoint = endpoints.connect[0]
+    why = why_unreachable(endpoint, endpoints.tls)
     return BusError(f"cannot reach {endpoint}: {why}") if why else error

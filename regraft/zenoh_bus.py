@@ -13,7 +13,7 @@ from typing import Any
 import zenoh
 
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
-from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, config
+from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, admitted, config
 from regraft.zenoh_session import Declared, LastingSession
 from regraft.zenoh_shared import SharedMemory
 
@@ -28,7 +28,8 @@ def open_bus(endpoints: Endpoints, *, in_step: bool = False) -> ZenohBus:
     os.environ.setdefault("RUST_LOG", "off")
 
     def opened() -> zenoh.Session:
-        return zenoh.open(config(endpoints, in_step=in_step))
+        with admitted(endpoints) as file:
+            return zenoh.open(config(endpoints, in_step=in_step, admitted=file))
 
     try:
         return ZenohBus(LastingSession(opened(), opened if endpoints.needs_hub else None), in_step=in_step)

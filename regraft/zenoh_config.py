@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 import json
-from dataclasses import dataclass
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import zenoh
 
@@ -25,6 +28,8 @@ BLOCKED_PUT_IN_STEP = 15.0
 """The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""
 SHARED_MEMORY_FROM = 64 * 1024
 SHARED_MEMORY_POOL = 64 * MEGABYTE
+USER = "regraft"
+"""The user name that goes with a system's secret; Zenoh wants one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +45,15 @@ class Tls:
 class Endpoints:
     """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
 
-    ``tls`` is what ``tls/...`` endpoints need.
+    ``tls`` is what ``tls/...`` endpoints need. ``secret`` proves that a session belongs to the system: a hub admits
+    nobody without it, over any kind of link; with an empty one it admits everybody.
     """
 
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
     router: bool = False
     tls: Tls | None = None
+    secret: str = field(default="", repr=False)
 
     @property
     def needs_hub(self) -> bool:
@@ -54,8 +61,29 @@ class Endpoints:
         return bool(self.connect) and not self.router
 
 
-def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
-    """Return the configuration of one session; ``in_step`` is true under simulated time."""
+@contextlib.contextmanager
+def admitted(endpoints: Endpoints) -> Iterator[str]:
+    """Hold, while a hub's session is being opened, the file from which it reads who is admitted; yields its path.
+
+    The path is empty for a session that nobody connects to. The file is in memory and without a name, so that nobody
+    else can read it and nothing is left of it.
+    """
+    if not (endpoints.listen and endpoints.secret):
+        yield ""
+        return
+    descriptor = os.memfd_create("admitted")
+    try:
+        os.write(descriptor, f"{USER}:{endpoints.secret}\n".encode())
+        yield f"/proc/self/fd/{descriptor}"
+    finally:
+        os.close(descriptor)
+
+
+def config(endpoints: Endpoints, *, in_step: bool, admitted: str = "") -> zenoh.Config:
+    """Return the configuration of one session; ``in_step`` is true under simulated time.
+
+    ``admitted`` is the path of the file that names who may connect to a hub; without one everybody may.
+    """
     blocked = BLOCKED_PUT_IN_STEP if in_step else BLOCKED_PUT
     settings: dict[str, object] = {
         "mode": "router" if endpoints.router else ("client" if endpoints.needs_hub else "peer"),
@@ -77,6 +105,10 @@ def config(endpoints: Endpoints, *, in_step: bool) -> zenoh.Config:
         settings["connect/exit_on_failure"] = False
     if endpoints.tls:
         settings |= _tls_settings(endpoints.tls)
+    if endpoints.secret:
+        settings |= {"transport/auth/usrpwd/user": USER, "transport/auth/usrpwd/password": endpoints.secret}
+    if admitted:
+        settings["transport/auth/usrpwd/dictionary_file"] = admitted
     made = zenoh.Config()
     for key, value in settings.items():
         made.insert_json5(key, json.dumps(value))

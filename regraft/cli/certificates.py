@@ -30,4 +30,4 @@ def certificates(
         return
     for path in written:
         say(path)
-    say(f"a host needs ca.pem and the two files of its own; keep {folder / 'ca.key'} to yourself")
+    say(f"a host needs ca.pem, bus.secret and the two files of its own; keep {folder / 'ca.key'} to yourself")

@@ -22,6 +22,7 @@ from regraft.cli.options import JsonOption
 from regraft.cli.output import show_json, show_table
 from regraft.cli.ports_free import why_not_free
 from regraft.launch import free_endpoint
+from regraft.system_secret import fresh
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
@@ -88,14 +89,14 @@ def check_packages() -> Iterator[Finding]:
 
 def check_bus() -> Iterator[Finding]:
     """Open a hub on a loopback port and reach it."""
-    endpoint = free_endpoint()
+    endpoint, secret = free_endpoint(), fresh()
     try:
-        hub = open_bus(Endpoints((endpoint,), router=True))
+        hub = open_bus(Endpoints((endpoint,), router=True, secret=secret))
     except BusError as error:
         yield Finding("bus", PROBLEM, str(error))
         return
     try:
-        open_bus(Endpoints(connect=(endpoint,))).close()
+        open_bus(Endpoints(connect=(endpoint,), secret=secret)).close()
         yield Finding("bus", OK, f"a hub at {endpoint} was reached")
     except BusError as error:
         yield Finding("bus", PROBLEM, str(error))

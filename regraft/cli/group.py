@@ -19,6 +19,7 @@ from regraft.rundir import AlreadyRunning, NoRoom, NotRunning
 from regraft.runtime.calling import CallFailed
 from regraft.security import NotSecure
 from regraft.stack import StackError
+from regraft.system_secret import BadSecret
 
 WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -47,7 +48,7 @@ class Failed(Exception):
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, ParameterError, SchemaError)),
-    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, CannotMake)),
+    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )

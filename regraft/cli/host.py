@@ -8,9 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from bus_schema import codec
+from regraft import rundir
 from regraft.cli.group import NOT_REACHABLE, BadInput
 from regraft.cli.host_log import log_to_file
-from regraft.cli.options import InsecureOption, JsonOption, SystemOption, TlsOption, chosen_system
+from regraft.cli.options import InsecureOption, JsonOption, SecretOption, SystemOption, TlsOption, chosen_system
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.reach import Reached, reached
 from regraft.client.seen import HostSeen
@@ -40,22 +41,24 @@ def host(
     ] = None,
     tls: TlsOption = None,
     insecure: InsecureOption = False,
+    secret: SecretOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the hosts and the processes that they run; or join a system as one more host."""
     if join is None:
-        if name is not None or stack_folder is not None or tls is not None or insecure:
-            raise BadInput("--name, --stack-folder, --tls and --insecure belong to --join ENDPOINT")
+        if name is not None or stack_folder is not None or tls is not None or insecure or secret is not None:
+            raise BadInput("--name, --stack-folder, --tls, --insecure and --secret belong to --join ENDPOINT")
         with reached(ctx, system) as there:
             _list(there, as_json)
         return
     if name is None:
         raise BadInput("--join needs a --name to be a host under, such as --name edge")
-    guard = Guard(tls, insecure)
+    guard = Guard(tls, insecure, secret)
     guard.check(join)
-    endpoints = Endpoints(connect=(join,), tls=guard.tls(name))
-    _be_host(Wanted(endpoints, name, chosen_system(ctx, system), stack_folder), as_json)
+    named = chosen_system(ctx, system)
+    endpoints = Endpoints(connect=(join,), tls=guard.tls(name), secret=guard.secret() or _secret_here(join, named))
+    _be_host(Wanted(endpoints, name, named, stack_folder), as_json)
 
 
 # --- listing ---
@@ -95,6 +98,19 @@ def _plain(host: HostSeen) -> dict[str, Any]:
 
 
 # --- joining ---
+
+
+def _secret_here(join: str, system: str | None) -> str:
+    """Return the secret of the system that this user runs on this machine, and that is joined; raises BadInput."""
+    running = rundir.running()
+    found = [info for info in running if join in (info.endpoint, info.join)]
+    found = found or [info for info in running if system in (None, info.system)]
+    if len(found) == 1:
+        return found[0].secret
+    raise BadInput(
+        "joining needs the system's secret: give --secret FILE, a copy of the file that the first host was started "
+        "with ('regraft up STACK --secret FILE'), or a --tls folder with a bus.secret"
+    )
 
 
 def _be_host(wanted: Wanted, as_json: bool) -> None:

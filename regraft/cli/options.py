@@ -21,6 +21,15 @@ TlsOption = Annotated[
 InsecureOption = Annotated[
     bool, typer.Option("--insecure", help="Take links beyond this machine that are neither encrypted nor checked.")
 ]
+SecretOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--secret",
+        metavar="FILE",
+        dir_okay=False,
+        help="The secret that all hosts of the system share; by default bus.secret of the --tls folder.",
+    ),
+]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
 TimeoutOption = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]

@@ -17,7 +17,6 @@ from regraft.client import Client
 from regraft.client.sending import Sender
 from regraft.rundir import RunInfo
 from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
 
 
 @dataclass(slots=True)
@@ -52,7 +51,7 @@ def reached(ctx: typer.Context, system: str | None) -> Iterator[Reached]:
 @contextmanager
 def joined(info: RunInfo) -> Iterator[Reached]:
     """Join a system while the block runs; raises BusError."""
-    bus = open_bus(Endpoints(connect=(info.endpoint,)), in_step=info.simulated)
+    bus = open_bus(info.hub, in_step=info.simulated)
     with Client(bus, info.system, owns_bus=True) as client:
         yield Reached(info, bus, client)
 
@@ -66,5 +65,5 @@ def user() -> str:
 
 
 def plain_info(info: RunInfo) -> dict[str, Any]:
-    """Return what is known of a running system as plain data."""
-    return {name: getattr(info, name) for name in RunInfo.__dataclass_fields__}
+    """Return what is known of a running system as plain data, but for its secret."""
+    return {name: getattr(info, name) for name in RunInfo.__dataclass_fields__ if name != "secret"}

@@ -35,6 +35,7 @@ from regraft.rundir import RunInfo
 from regraft.stack.classes import look_in
 from regraft.stack.components import with_absolute_paths
 from regraft.stepped.source import TimeSource
+from regraft.system_secret import fresh
 
 LOOK_EVERY = 0.25
 
@@ -119,14 +120,15 @@ def _log_to_terminal() -> None:
 
 def _run_alone(own: Assignment, cls: type[Component], as_json: bool) -> int:
     """Be a system of one component, with a hub of its own."""
-    alone = replace(own, simulated=issubclass(cls, TimeSource), listen=(free_endpoint(),))
+    alone = replace(own, simulated=issubclass(cls, TimeSource), listen=(free_endpoint(),), secret=fresh())
     system = own.system
     with ExitStack() as undone:
         undone.enter_context(rundir.lock(system))
         undone.callback(rundir.forget_info, system)
         cls.preload()
         run_id = secrets.token_hex(8)
-        rundir.write_info(RunInfo(system, run_id, os.getpid(), alone.listen[0], own.cls, alone.simulated))
+        endpoint, secret = alone.listen[0], alone.secret
+        rundir.write_info(RunInfo(system, run_id, os.getpid(), endpoint, own.cls, alone.simulated, secret=secret))
         _announce(own, f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it", as_json)
         return run_component(alone)
 
@@ -139,7 +141,7 @@ def _run_joined(own: Assignment, cls: type[Component], info: RunInfo, as_json: b
     cls.preload()
     _announce(own, f"{own.name} joins system {info.system}; Ctrl-C ends it", as_json)
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
-    return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,)))
+    return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,), secret=info.secret))
 
 
 def _announce(own: Assignment, text: str, as_json: bool) -> None:

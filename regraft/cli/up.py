@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
-from regraft import rundir
+from regraft import rundir, system_secret
 from regraft.bus import BusError
 from regraft.cli.display import display
 from regraft.cli.group import FAILED, BadInput
 from regraft.cli.host_log import log_to_file
-from regraft.cli.options import InsecureOption, JsonOption, TlsOption, chosen_system
+from regraft.cli.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
 from regraft.cli.output import say, show_json
 from regraft.cli.ports_free import check_ports
 from regraft.cli.running import Run
@@ -64,15 +64,19 @@ def up(
     ] = None,
     tls: TlsOption = None,
     insecure: InsecureOption = False,
+    secret: SecretOption = None,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the closing line.")] = False,
 ) -> None:
     """Start the system of a stack file, show what happens, and end it with Ctrl-C or when its time is over.
 
     Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
-    quarantined or was never up within its time.
+    quarantined or was never up within its time. A --secret FILE that is not there is made.
     """
-    guard = Guard(tls, insecure)
+    if secret is not None:
+        system_secret.make(secret)
+    guard = Guard(tls, insecure, secret)
+    guard.secret()
     if listen is not None:
         guard.check(listen)
         guard.tls(LOCAL)

@@ -37,7 +37,6 @@ from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
 from regraft.rundir import RunInfo
 from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
 
 A = TypeVar("A")
 F = TypeVar("F")
@@ -80,7 +79,7 @@ class Client:
     @classmethod
     def connect(cls, info: RunInfo, name: str | None = None) -> Client:
         """Join a running system; raises BusError if it cannot be reached."""
-        bus = open_bus(Endpoints(connect=(info.endpoint,)), in_step=info.simulated)
+        bus = open_bus(info.hub, in_step=info.simulated)
         return cls(bus, info.system, name, owns_bus=True)
 
     def close(self) -> None:

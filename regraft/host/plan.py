@@ -19,8 +19,9 @@ class HostPlan:
     """One machine's part of a system.
 
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
-    the components. ``folder`` is the system's folder (``regraft.rundir``), ``stack_folder`` where the stack file is
-    and programs run. ``paths`` has the folders that are elsewhere on this machine than on the first host, by theirs.
+    the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
+    (``regraft.rundir``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders that are
+    elsewhere on this machine than on the first host, by theirs.
     """
 
     architecture: Architecture
@@ -28,6 +29,7 @@ class HostPlan:
     stack_folder: Path
     run: str
     endpoint: str
+    secret: str = field(repr=False)
     source: str | None = None
     source_endpoint: str = ""
     seed: int = 0

@@ -118,6 +118,7 @@ class Ward:
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
             succeeds=self.succeeds,
+            secret=plan.secret,
         )
 
     def _checkpoint(self) -> Snapshot | None:

@@ -378,7 +378,9 @@ def light_level(held: Plain) -> Plain:
 def main() -> int:
     """Be the component that ``REGRAFT_ASSIGNMENT`` says."""
     assignment = json.loads(os.environ["REGRAFT_ASSIGNMENT"])
-    session = open_session(assignment["connect"], stepped=assignment.get("simulated", False))
+    session = open_session(
+        assignment["connect"], assignment.get("secret", ""), stepped=assignment.get("simulated", False)
+    )
     component = BareComponent(assignment, session)
 
     def ask(*_: object) -> None:

@@ -42,7 +42,7 @@ def unpacked(payload: bytes) -> Plain:
     return message
 
 
-def open_session(endpoints: list[str], *, stepped: bool) -> zenoh.Session:
+def open_session(endpoints: list[str], secret: str, *, stepped: bool) -> zenoh.Session:
     """Join the system as a client of its hub."""
     config = zenoh.Config()
     settings = {
@@ -53,6 +53,8 @@ def open_session(endpoints: list[str], *, stepped: bool) -> zenoh.Session:
         "transport/link/tx/lease": 1000,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": 15_000_000 if stepped else 200_000,
     }
+    if secret:
+        settings |= {"transport/auth/usrpwd/user": "regraft", "transport/auth/usrpwd/password": secret}
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)

@@ -20,6 +20,7 @@ from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlError, Snapshot
 from bus_schema.messages.health import ComponentStatus
 from regraft.assignment import Assignment
+from regraft.system_secret import fresh
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 from tests.ports import free_endpoint
@@ -63,7 +64,8 @@ class System:
         self.simulated = simulated
         self.keys = Keys("small")
         self.endpoint = free_endpoint()
-        self.bus = open_bus(Endpoints((self.endpoint,), (), router=True), in_step=simulated)
+        self.secret = fresh()
+        self.bus = open_bus(Endpoints((self.endpoint,), (), router=True, secret=self.secret), in_step=simulated)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.statuses: dict[str, list[ComponentStatus]] = {}
         self.bus.subscribe(self.keys.status("*"), self._take_status)
@@ -93,7 +95,7 @@ class System:
         self.bus.close()
 
     def _assignment(self, name: str, cls: str, **more: Any) -> Assignment:
-        made = Assignment("small", name, cls, simulated=self.simulated, connect=(self.endpoint,))
+        made = Assignment("small", name, cls, simulated=self.simulated, connect=(self.endpoint,), secret=self.secret)
         return replace(made, **more)
 
     def _start(self, name: str, command: list[str], environment: dict[str, str], given: bytes) -> None:

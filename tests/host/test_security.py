@@ -11,6 +11,7 @@ import pytest
 
 from regraft.certificates import CannotMake, make
 from regraft.security import Guard, NotSecure
+from regraft.system_secret import make as make_secret
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of
 from tests.kit.site import PATIENCE
@@ -36,6 +37,7 @@ def _labs(folder: Path) -> tuple[Path, Path, Path]:
     make(other, ["local", "edge"])
     mixed.mkdir()
     (mixed / "ca.pem").write_bytes((right / "ca.pem").read_bytes())
+    make_secret(mixed / "bus.secret")
     for file in ("edge.pem", "edge.key"):
         (mixed / file).write_bytes((other / file).read_bytes())
     return right, other, mixed
@@ -50,7 +52,7 @@ def test_a_host_joins_over_tls_with_the_right_certificate_and_with_no_other(site
         ((endpoint,), 2, "needs certificates"),
         ((endpoint, "--tls", str(other)), 3, "its certificate is not one that"),
         ((endpoint, "--tls", str(mixed)), 3, "it does not accept our certificate"),
-        ((f"tcp/127.0.0.1:{port}",), 3, "does not speak plain Zenoh"),
+        ((f"tcp/127.0.0.1:{port}",), 3, "does not admit this one"),
     ):
         returned, said = _host("--name", "edge", "--join", *options)
         assert text in said
@@ -96,7 +98,7 @@ def test_up_refuses_to_listen_to_everybody(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "regraft.cli", "up", "stacks/frog", "--headless", "--listen", "tcp/0.0.0.0:7447"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
-    assert "whoever reaches it can command the robot" in done.stderr
+    assert "whoever listens in can command the robot" in done.stderr
 
 
 def test_keys_are_readable_by_their_owner_alone_and_the_authority_is_kept(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A stranger on the bus: bare Zenoh, no manners."""
+"""A faulty member of a system: bare Zenoh, no manners."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ import zenoh
 from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.registry import type_of
-from regraft.zenoh_config import Endpoints, config
+from regraft.rundir import RunInfo
+from regraft.zenoh_config import config
 from tests.kit.site import PATIENCE
 
 
 class Raw:
     """One session that puts and asks whatever it likes."""
 
-    def __init__(self, endpoint: str, *, in_step: bool = False) -> None:
-        self.session = zenoh.open(config(Endpoints(connect=(endpoint,)), in_step=in_step))
+    def __init__(self, info: RunInfo, *, in_step: bool = False) -> None:
+        self.session = zenoh.open(config(info.hub, in_step=in_step))
 
     def put(self, key: str, payload: bytes, encoding: str = "", attachment: bytes = b"") -> None:
         """Put bytes; an empty attachment is none."""
@@ -60,9 +61,9 @@ class Raw:
 
 
 @contextmanager
-def stranger(endpoint: str, *, in_step: bool = False) -> Iterator[Raw]:
+def stranger(info: RunInfo, *, in_step: bool = False) -> Iterator[Raw]:
     """Be on the bus for a while."""
-    raw = Raw(endpoint, in_step=in_step)
+    raw = Raw(info, in_step=in_step)
     try:
         yield raw
     finally:

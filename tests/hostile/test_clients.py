@@ -33,7 +33,7 @@ def _resident(pid: int) -> int:
 def _come_and_go(system: System, count: int) -> None:
     for number in range(count):
         if number % 10:
-            with stranger(system.info.endpoint) as raw:
+            with stranger(system.info) as raw:
                 raw.put(system.client.keys.topic("numbers"), b"hello")
         else:
             with Client.connect(system.info) as client:

@@ -52,7 +52,7 @@ def _hang(system: System) -> None:
 
 @pytest.fixture
 def raw(system: System) -> Iterator[Raw]:
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         yield raw
 
 
@@ -66,7 +66,7 @@ def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, 
     stopped = False
 
     def forge() -> None:
-        with stranger(system.info.endpoint) as raw:
+        with stranger(system.info) as raw:
             while not stopped:
                 raw.say(system.client.keys.status("hanging"), _status("hanging", incarnation), "hanging", 1)
                 pause(0.001)
@@ -105,7 +105,7 @@ def test_a_token_that_names_no_run_confuses_nobody(system: System, raw: Raw) -> 
         raw.token(f"tests/component/{name}/alive/{run}")
         for name, run in (("sink", "abc"), ("sink", "-1"), ("sink", "1.5"), ("sink", "x"), ("ghost", "abc"))
     ]
-    with stranger(system.info.endpoint) as other:
+    with stranger(system.info) as other:
         key = "tests/component/*/alive/*"
         wait_until(lambda: len(list(other.session.liveliness().get(key, timeout=1.0))) == 3 + len(tokens))
     assert system.client.view("sink").incarnation == 1
@@ -143,7 +143,7 @@ def test_control_of_a_run_that_has_ended_reaches_nobody(start: Start) -> None:
     system.wait_running("hanging", 2)
     wait_until(lambda: system.client.view("hanging").state is State.ACTIVE)
     before = system.client.view("hanging")
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         for verb, change in CHANGES.items():
             for incarnation in (0, 1, 3):
                 assert not raw.ask(system.client.keys.control("hanging", incarnation, verb), codec.encode(change), 0.3)
@@ -170,7 +170,7 @@ def _managed(start: Start) -> System:
 
 @pytest.mark.parametrize("verb", CHANGES)
 def test_a_change_of_a_component_without_the_managers_term_is_fenced(managed: System, verb: str) -> None:
-    with stranger(managed.info.endpoint) as raw:
+    with stranger(managed.info) as raw:
         before = managed.client.view("sink")
         for term in (None, 0):
             plain = {**codec.to_plain(CHANGES[verb]), "term": term}
@@ -188,7 +188,7 @@ def test_a_host_takes_no_orders_without_the_managers_term(managed: System) -> No
         "start": [StartComponent("sink", 5, term) for term in (None, 0)],
         "specs": [UpdateSpecs(99, (spec,), (), term) for term in (None, 0)],
     }
-    with stranger(managed.info.endpoint) as raw:
+    with stranger(managed.info) as raw:
         for verb, messages in orders.items():
             for message in messages:
                 ((is_error, answer),) = raw.ask(host.host("local", verb), codec.encode(message))
@@ -204,7 +204,7 @@ def test_a_host_takes_no_orders_without_the_managers_term(managed: System) -> No
 @pytest.mark.parametrize("name", ["nobody", "", "../host", "sink/../source", "*", "sink\0", "сink"])
 def test_a_host_asked_for_a_component_that_it_has_not_says_so(managed: System, name: str) -> None:
     term = managed.client.host_view("local").term
-    with stranger(managed.info.endpoint) as raw:
+    with stranger(managed.info) as raw:
         for verb, message in (("stop", StopComponent(name, 0.0, term)), ("start", StartComponent(name, None, term))):
             ((is_error, answer),) = raw.ask(managed.client.keys.host("local", verb), codec.encode(message))
             assert is_error
@@ -222,7 +222,7 @@ def test_an_incarnation_beyond_all_numbers_is_refused(start: Start) -> None:
     term = managed.client.host_view("local").term
     key = managed.client.keys.host("local", "start")
     stop = codec.encode(StopComponent("sink", 1.0, term))
-    with stranger(managed.info.endpoint) as raw:
+    with stranger(managed.info) as raw:
         raw.ask(managed.client.keys.host("local", "stop"), stop)
         managed.wait_for("sink", lambda p: p.state is ProcessState.STOPPED, "stopped")
         ((is_error, answer),) = raw.ask(key, codec.encode(StartComponent("sink", 2**63, term)))

@@ -42,7 +42,7 @@ def system(start_for_all: Start) -> System:
 
 @pytest.fixture
 def raw(system: System) -> Iterator[Raw]:
-    with stranger(system.info.endpoint, in_step=True) as raw:
+    with stranger(system.info, in_step=True) as raw:
         yield raw
 
 

@@ -53,7 +53,7 @@ def system(start_for_all: Start) -> System:
 
 @pytest.fixture
 def raw(system: System) -> Iterator[Raw]:
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         yield raw
 
 
@@ -137,7 +137,7 @@ def test_a_message_of_another_type_is_refused_and_said(system: System, raw: Raw)
 def test_the_system_outlives_messages_beyond_64_megabytes(start: Start) -> None:
     system = _up(start)
     keys = system.client.keys
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         envelope = Envelope("boaster", 1, 1, 1, 0).to_bytes()
         raw.put(keys.topic("numbers"), bytes(BEYOND), type_of(Number).encoding, envelope)
         for key in (keys.request("heard"), keys.status("sink"), keys.host("local", "status"), keys.event):
@@ -149,7 +149,7 @@ def test_the_system_outlives_messages_beyond_64_megabytes(start: Start) -> None:
 def test_the_system_outlives_questions_beyond_64_megabytes(start: Start) -> None:
     system = _up(start)
     keys = system.client.keys
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         for key in (keys.control("sink", 1, "parameters"), keys.host("local", "stop")):
             for is_error, answer in raw.ask(key, bytes(BEYOND)):
                 assert is_error
@@ -209,7 +209,7 @@ def test_a_flood_from_outside_leaves_the_system_responsive(start: Start) -> None
     system = _up(start)
     key, encoding = system.client.keys.topic("numbers"), type_of(Number).encoding
     payload = codec.encode(Number(1.0, bytes(1000)))
-    with stranger(system.info.endpoint) as raw:
+    with stranger(system.info) as raw:
         for number in range(1, 100_000):
             raw.put(key, payload, encoding, Envelope("flooder", 1, 1, number, 0).to_bytes())
     assert heard(system) > 0

@@ -17,7 +17,6 @@ from bus_schema import codec
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
 from tests.cli.app import whole
 from tests.host.system import System
 from tests.kit.site import wait_until
@@ -57,7 +56,7 @@ def test_what_was_learned_and_the_tickets_outlive_a_killed_planner(system: Syste
     chosen: list[Any] = []
     credit: dict[str, Any] = {}
     checkpoints: list[Any] = []
-    bus = open_bus(Endpoints(connect=(system.info.endpoint,)))
+    bus = open_bus(system.info.hub)
     bus.subscribe(system.client.keys.checkpoint("bandits"), checkpoints.append)
     for turn in range(7):
         proposal = propose(system, **credit)
