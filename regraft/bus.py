@@ -112,5 +112,8 @@ class Bus(Protocol):
     def present(self, key: str, timeout: float) -> list[str]:
         """Return the keys of the matching tokens that are there now."""
 
+    def when_renewed(self, call: Callable[[], object]) -> None:
+        """Have something called, on some thread, whenever a broken link has been replaced by another."""
+
     def close(self) -> None:
         """Leave the bus, within bounds; again does nothing."""

@@ -166,6 +166,9 @@ class MemoryBus:
         """Return the matching tokens."""
         return [token.key for token in self.hub.tokens if matches(key, token.key)]
 
+    def when_renewed(self, call: Callable[[], object]) -> None:
+        """Do nothing: links of this bus do not break."""
+
     def close(self) -> None:
         """Undeclare everything."""
         self.closed = True

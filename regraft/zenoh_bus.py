@@ -130,12 +130,15 @@ class ZenohBus:
         return self._session.declare(lambda s: s.declare_queryable(key, Direct(sink, indirect=False), complete=False))
 
     def open_sample(self, item: Any) -> Sample | None:
-        """Copy a raw sample out of the session's memory."""
+        """Copy a raw sample out of the session's memory; None if that has been taken back by the writer meanwhile."""
         if type(item) is not zenoh.Sample:
             return None
         attached = item.attachment
         attachment = attached.to_bytes() if attached is not None else b""
-        return tuple.__new__(Sample, (str(item.key_expr), item.payload.to_bytes(), attachment, str(item.encoding)))
+        payload = item.payload.to_bytes()
+        if len(payload) >= SHARED_MEMORY_FROM and not _is_whole(item.payload):
+            return None
+        return tuple.__new__(Sample, (str(item.key_expr), payload, attachment, str(item.encoding)))
 
     def open_query(self, item: Any) -> ZenohQuery | None:
         """Wrap a raw query."""
@@ -212,9 +215,23 @@ class ZenohBus:
             return []
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
+    def when_renewed(self, call: Callable[[], object]) -> None:
+        """Have something called when another session stands in for one whose link broke."""
+        self._session.when_renewed.append(call)
+
     def close(self) -> None:
         """Close the session, bounded."""
         self._session.close()
+
+
+def _is_whole(payload: zenoh.ZBytes) -> bool:
+    """Tell whether a payload that has been copied was still its writer's message then.
+
+    A writer takes shared memory back from readers that give no sign of life for 100 ms. A process that the machine
+    keeps from running may find another message in its place.
+    """
+    shared = payload.as_shm()
+    return shared is None or shared.is_valid()
 
 
 def _target(all_of_them: bool) -> dict[str, Any]:

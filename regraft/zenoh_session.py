@@ -56,6 +56,7 @@ class LastingSession:
         self._ending = threading.Lock()
         self._closed = threading.Event()
         self._renewal: threading.Thread | None = None
+        self.when_renewed: list[Callable[[], object]] = []
         self._look_after(session)
 
     @property
@@ -133,6 +134,8 @@ class LastingSession:
                 declared.inner = inner
             self.now = session
         self._look_after(session)
+        for call in self.when_renewed:
+            call()
         return True
 
 

@@ -134,6 +134,38 @@ class Qualities:
     evaluated: dict[str, float]
 
 
+@message("regraft/Resend")
+@dataclass(frozen=True, slots=True)
+class Resend:
+    """Ask a writer for samples that have not come: sequences ``first`` to ``last`` of an epoch of a key.
+
+    ``last`` None means all that it has put.
+    """
+
+    key: str
+    epoch: Count
+    first: Count
+    last: Count | None = None
+
+
+@message("regraft/ResentSample")
+@dataclass(frozen=True, slots=True)
+class ResentSample:
+    """A sample as it was put: payload, attachment and encoding."""
+
+    payload: bytes
+    attachment: bytes
+    encoding: str
+
+
+@message("regraft/Resent")
+@dataclass(frozen=True, slots=True)
+class Resent:
+    """What the writer still has of them, in sequence, as much as one answer holds."""
+
+    samples: tuple[ResentSample, ...] = ()
+
+
 class StateStep(Enum):
     """What is done with a state."""
 

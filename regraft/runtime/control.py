@@ -17,6 +17,8 @@ from bus_schema.messages.control import (
     ControlError,
     ParameterValues,
     Qualities,
+    Resend,
+    Resent,
     Rewire,
     RewireStep,
     SetTransition,
@@ -65,6 +67,7 @@ class Control:
             "connections": self._connections,
             "state": self._state,
             "handover": runtime.handover.step,
+            "resend": self._resend,
         }
 
     def take(self, query: Query) -> None:
@@ -246,6 +249,9 @@ class Control:
             )
         self._runtime.component.restore(wanted.state)
         return self.view()
+
+    def _resend(self, payload: bytes) -> Resent:
+        return self._runtime.writers.resend(codec.decode(payload, Resend))
 
     def _refuse_unless_live(self) -> None:
         role = self._runtime.handover.role

@@ -11,6 +11,7 @@ from bus_schema.errors import BadMessage
 from bus_schema.keys import matches
 from regraft.bus import Sample
 from regraft.clock import Clock
+from regraft.runtime.repair import Repair
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN, Arrival, Stream
 
 MOST_STREAMS = 10_000
@@ -44,9 +45,18 @@ class Inbound:
     """Every stream of one component. ``stepped`` holds samples until their step, otherwise they go on at once."""
 
     def __init__(
-        self, clock: Clock, *, stepped: bool, on_marker: Callable[[str, str, Stream], None] | None = None
+        self,
+        clock: Clock,
+        *,
+        stepped: bool,
+        on_marker: Callable[[str, str, Stream], None] | None = None,
+        repair: Repair | None = None,
     ) -> None:
-        """Start without consumers; ``on_marker`` hears of every marker (key, source, stream)."""
+        """Start without consumers; ``on_marker`` hears of every marker (key, source, stream).
+
+        ``repair`` gets what has not come; without it a hole is given up after a moment.
+        """
+        self._repair = repair
         self.stepped = stepped
         self._clock = clock
         self.on_marker = on_marker
@@ -128,7 +138,9 @@ class Inbound:
         if (stream.epoch, stream.incarnation) != before:
             self._known.clear()
         if envelope.kind is Kind.MARKER:
-            stream.mark(envelope.sequence)
+            stream.mark(envelope.sequence, stepped=self.stepped)
+            if not self.stepped and envelope.incarnation == stream.incarnation:
+                self._look_for_hole(sample.key, envelope.source, stream, consumer)
             if self.on_marker:
                 self.on_marker(sample.key, envelope.source, stream)
         elif consumer.paused and (not self.stepped or sample.key in self._asleep):
@@ -147,13 +159,36 @@ class Inbound:
         if stream.waiting:
             self.holes.add((key, envelope.source))
 
+    def _look_for_hole(self, key: str, source: str, stream: Stream, consumer: Consumer) -> None:
+        """Note that messages are missing which, by a marker, have been put."""
+        if consumer.reliable and not consumer.paused and not stream.waiting and stream.hole() is not None:
+            stream.waiting_since = self._clock.now()
+            self.holes.add((key, source))
+
+    def reliable_streams(self) -> dict[tuple[str, str], Stream]:
+        """Return the streams of which every message is wanted."""
+        found = {}
+        for (key, source), stream in self.streams.items():
+            consumer = self.consumer_of(key)
+            if consumer is not None and consumer.reliable and not consumer.paused and stream.handled is not None:
+                found[key, source] = stream
+        return found
+
     def give_up_on_holes(self, now: int) -> None:
-        """Report holes that stayed open for too long, and go on behind them."""
+        """Get what is missing; report holes that cannot be closed, and go on behind them."""
         for pair in list(self.holes):
             stream = self.streams.get(pair)
             consumer = self.consumer_of(pair[0])
-            if stream is None or consumer is None or not stream.waiting:
+            hole = stream.hole() if stream is not None else None
+            if stream is None or consumer is None or hole is None:
                 self.holes.discard(pair)
+                if self._repair is not None:
+                    self._repair.forget(pair)
+                continue
+            if now - stream.waiting_since < HOLE_CLOSES_WITHIN:
+                continue
+            if self._repair is not None and consumer.reliable and self._repair.may_come(pair, stream, *hole):
+                stream.waiting_since = now
                 continue
             lost_before = stream.lost
             self._line_up(consumer, stream.overdue(now))
@@ -174,6 +209,18 @@ class Inbound:
             for key, sources in frontier.items()
             for source, sequence in sources.items()
         )
+
+    def ask_for_missing(self, frontier: Frontier) -> bool:
+        """Have writers send again what is missing up to ``frontier``; tells whether all of it may still come."""
+        if self._repair is None:
+            return True
+        for key, sources in frontier.items():
+            for source, sequence in sources.items():
+                stream = self.stream(key, source)
+                first = None if stream.reaches(sequence) else stream.first_missing(sequence)
+                if first is not None and not self._repair.may_come((key, source), stream, first, sequence):
+                    return False
+        return True
 
     def release(self, frontier: Frontier) -> None:
         """Line up everything up to ``frontier``, by key, source and sequence."""

@@ -112,6 +112,7 @@ def catch_up(runtime: Runtime) -> None:
 
 def shed(runtime: Runtime) -> None:
     """Let messages of topics go by until half of what may wait is left; the holes in their numbering are reported."""
+    runtime.repair.rest()
     for _ in range(runtime.inbox.qsize() - MOST_WAITING // 2):
         runtime.take_unless_data(runtime.inbox.get(0.0))
         runtime.work()

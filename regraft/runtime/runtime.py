@@ -28,12 +28,16 @@ from regraft.runtime.inputs import InputPort, TopicReader
 from regraft.runtime.kit import Kit
 from regraft.runtime.lifecycle import Lifecycle
 from regraft.runtime.outputs import OutputPort
+from regraft.runtime.repair import Repair
 from regraft.runtime.rewiring import Rewiring
 from regraft.runtime.serving import Server
 from regraft.runtime.stream import Stream
 from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
 from regraft.runtime.timers import Timers
 from regraft.runtime.writers import Identity, Writers
+
+MARK_PAUSES = (0.05, 0.2, 0.75)
+"""Seconds between the markers that are put on a new link."""
 
 
 class Runtime:
@@ -64,8 +68,12 @@ class Runtime:
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)
-        self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker)
+        self.repair = Repair(bus, self.keys, assignment.name, self.post)
+        self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker, repair=self.repair)
+        self.repair.arrive = self.inbound.arrive
         self.writers = Writers(bus, clock, self.identity, self.herald.fault)
+        self.writers.keeps_history, self.writers.in_step = True, self.stepped
+        bus.when_renewed(lambda: self.post(self._link_renewed))
         self.tasks = Tasks()
         self.timers = Timers()
         self.slots = Slots(stepped=self.stepped)
@@ -287,6 +295,23 @@ class Runtime:
             waiting.fail(error)
         else:
             waiting.resolve(future.result())
+
+    def _link_renewed(self) -> None:
+        """Make good what the broken link has lost: say how far all that is written has come, ask for what is read.
+
+        In step there is no need: everybody is told how far to read.
+        """
+        if self.stepped:
+            return
+        self.spawn("marking", self._mark_for_a_while())
+        self.repair.catch_up(self.inbound.reliable_streams())
+
+    async def _mark_for_a_while(self) -> None:
+        """Put markers more than once: until readers are known on the new link, what is put reaches nobody."""
+        for pause in MARK_PAUSES:
+            self.writers.mark_all()
+            await self.component.kit.sleep(pause)
+        self.writers.mark_all()
 
     def _marker(self, key: str, source: str, stream: Stream) -> None:
         self.rewiring.saw_marker(key, source, stream)

@@ -56,13 +56,16 @@ class Stream:
         self.incarnation = envelope.incarnation
         return True
 
-    def mark(self, sequence: int) -> None:
-        """Take a marker: the first one wires the stream, and what lies at or below it is not for us."""
+    def mark(self, sequence: int, *, stepped: bool = True) -> None:
+        """Take a marker: the first one wires the stream, and what lies at or below it is not for us.
+
+        Under the real clock, what lies between it and what was handled has been lost on the way, and is for us.
+        """
         self.marked = max(self.marked, sequence)
         if self.wired:
             return
         self.wired = True
-        if self.handled is None or self.handled < sequence:
+        if self.handled is None or (stepped and self.handled < sequence):
             self.handled = sequence
         self.waiting = {n: arrival for n, arrival in self.waiting.items() if n > self.handled}
 
@@ -93,13 +96,21 @@ class Stream:
         self.waiting[sequence] = (envelope, sample)
         return self._in_sequence()
 
+    def hole(self) -> tuple[int, int] | None:
+        """Return the first and last sequence that are missing before what has come or, by a marker, was put."""
+        if self.handled is None:
+            return None
+        last = min(self.waiting) - 1 if self.waiting else self.marked
+        return (self.handled + 1, last) if last > self.handled else None
+
     def overdue(self, now: int) -> list[Arrival]:
         """Give up on a hole that has stayed open for too long: count it as lost and return what lies behind it."""
-        if not self.waiting or now - self.waiting_since < HOLE_CLOSES_WITHIN or self.handled is None:
+        hole = self.hole()
+        if hole is None or now - self.waiting_since < HOLE_CLOSES_WITHIN:
             return []
-        first = min(self.waiting)
-        self.lost += first - self.handled - 1
-        self.handled = first - 1
+        first, last = hole
+        self.lost += last - first + 1
+        self.handled = last
         self.waiting_since = now
         return self._in_sequence()
 
@@ -130,6 +141,10 @@ class Stream:
             sequence in self.waiting or self.since <= sequence <= self.marked
             for sequence in range(start + 1, frontier + 1)
         )
+
+    def first_missing(self, frontier: int) -> int | None:
+        """Return the first sequence up to ``frontier`` that is not here."""
+        return next((n for n in range((self.handled or 0) + 1, frontier + 1) if n not in self.waiting), None)
 
     def release(self, frontier: int) -> list[Arrival]:
         """Give out everything up to ``frontier``, in sequence; what is missing counts as lost."""

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from threading import get_ident
 
 from bus_schema.envelope import PLACE, Kind, run_part
+from bus_schema.messages.control import Resend, Resent, ResentSample
 from regraft.bus import Bus, BusError, Publisher
 from regraft.clock import Clock
+from regraft.runtime.history import History
 
 MATCH_POLL = 0.001
 
@@ -43,6 +45,7 @@ class Writer:
     __slots__ = (
         "_data",
         "_declared",
+        "_history",
         "_marker",
         "_now",
         "_promised",
@@ -65,6 +68,7 @@ class Writer:
         self._declared = publisher
         self._now = writers.clock.now
         self._promised = 0
+        self._history: History | None = None
         self.speak()
 
     def speak(self) -> None:
@@ -79,7 +83,10 @@ class Writer:
         """Put the next sample; from any thread but the component's own it would break the numbering."""
         if self._promised:
             self._writers.keep_promises()
-        self._publisher.put(payload, self._next())
+        attachment = self._next()
+        if self._history is not None:
+            self._history.keep(payload, attachment)
+        self._publisher.put(payload, attachment)
 
     def promise(self, make: Callable[[], bytes]) -> None:
         """Number and stamp the next sample now, and put what ``make`` returns when promises are kept."""
@@ -93,7 +100,10 @@ class Writer:
         """Put what was promised; if that fails, a marker, so that nobody waits for it."""
         self._promised -= 1
         try:
-            self._publisher.put(make(), attachment)
+            payload = make()
+            if self._history is not None:
+                self._history.keep(payload, attachment)
+            self._publisher.put(payload, attachment)
         except Exception as error:
             self._writers.fault(self.key, error)
             with contextlib.suppress(BusError):
@@ -112,6 +122,22 @@ class Writer:
         """Put a marker: it says how far the numbering has come."""
         self._writers.keep_promises()
         self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
+
+    def keep_history(self) -> None:
+        """Keep the last samples from now on, for readers that do not get them."""
+        self._history = self._history or History()
+
+    def resend(self, asked: Resend) -> Resent:
+        """Return what is kept of the samples that a reader has not got."""
+        if self._history is None:
+            return Resent()
+        found = self._history.find(asked.epoch, asked.first, self.sequence if asked.last is None else asked.last)
+        return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found))
+
+    @property
+    def keeps_history(self) -> bool:
+        """Whether its readers are to get every sample."""
+        return self._history is not None
 
     @property
     def matched(self) -> bool:
@@ -140,6 +166,7 @@ def _raise(_: str, error: BaseException) -> None:
 class Writers:
     """The writers of one component. ``advanced`` collects what was put or promised since it was last cleared.
 
+    With ``keeps_history`` it can put again what readers of reliable keys, ``in_step`` of all keys, have not got.
     While it ``may_promise``, what is promised waits until promises are kept; at other times it is put at once. Whatever
     else is to be done then stands among the ``promises``.
     """
@@ -154,6 +181,7 @@ class Writers:
         self.mute = False
         self.fault = fault or _raise
         self.may_promise = False
+        self.keeps_history = self.in_step = False
         self.promises: deque[Callable[[], object]] = deque()
         self.advanced: dict[str, int] = {}
         self.open_keys: dict[str, Writer] = {}
@@ -166,8 +194,22 @@ class Writers:
         if writer is None:
             writer = Writer(self, key, encoding, self.bus.publisher(key, encoding, reliable=reliable))
             writer.sequence = self._numbering.get(key, 0)
+            if self.keeps_history and (reliable or self.in_step):
+                writer.keep_history()
             self.open_keys[key] = writer
         return writer
+
+    def resend(self, asked: Resend) -> Resent:
+        """Return what is kept of the samples that a reader has not got."""
+        self.keep_promises()
+        writer = self.open_keys.get(asked.key)
+        return writer.resend(asked) if writer is not None else Resent()
+
+    def mark_all(self) -> None:
+        """Say how far the numbering of every key has come whose readers are to get every sample."""
+        for writer in self.open_keys.values():
+            if writer.keeps_history:
+                writer.mark()
 
     def keep_promises(self) -> None:
         """Make and put what was promised, in its order."""

@@ -14,10 +14,12 @@ from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, ClockMember, Join, Seen, StepKind, Want
 from regraft.bus import Closable, Presence, Sample
+from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.admission import Admission
 from regraft.stepped.errands import STEP_BOUND, Errands, Moment
 from regraft.stepped.living import Living, Run
+from regraft.stepped.member import NOT_COME
 from regraft.stepped.roster import MemberState, Pair, Roster
 from regraft.stepped.run_report import RunReport
 from regraft.stepped.slot import hold_slot
@@ -205,9 +207,9 @@ class Coordinator:
     def wire(self) -> None:
         """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
         self._refresh_local()
-        deadline = time.monotonic() + WIRED_WITHIN
+        within = Patience(WIRED_WITHIN)
         while unwired := self.roster.unwired():
-            if time.monotonic() > deadline:
+            if within.is_over():
                 self._give_up_wiring(unwired)
                 return
             self._marked = unwired
@@ -217,8 +219,7 @@ class Coordinator:
             for key in by_writer.pop(self._name, ()):
                 self._runtime.writers.open_keys[key].mark()
             self._exchange(dict.fromkeys(by_writer, StepKind.MARK), by_writer)
-            again = min(deadline, time.monotonic() + MARK_AGAIN_AFTER)
-            self._inbox.pump_until(lambda: not self._marked, again)
+            self._inbox.pump_until(lambda: not self._marked, time.monotonic() + MARK_AGAIN_AFTER)
 
     def _give_up_wiring(self, unwired: set[Pair]) -> None:
         for key, writer, reader in sorted(unwired):
@@ -272,8 +273,8 @@ class Coordinator:
         runtime, member = self._runtime, self.local
         runtime.inbound.forget_sources(member.take_gone())
         frontier = member.begin_step()
-        if not self._inbox.pump_until(lambda: runtime.inbound.reaches(frontier), time.monotonic() + STEP_BOUND):
-            self._fault(self._name, "some of the messages that were to be handled have not come")
+        if not self._inbox.wait_for_inputs(frontier, Patience(STEP_BOUND)):
+            self._fault(self._name, NOT_COME)
         runtime.inbound.release(frontier)
         runtime.work()
         if number == 0:
@@ -389,7 +390,9 @@ class Coordinator:
         def missing() -> set[str]:
             return wanted - set(self._joining) - set(self.roster.members)
 
-        self._inbox.pump_until(lambda: not missing(), time.monotonic() + seconds)
+        within = Patience(seconds)
+        while missing() and not within.is_over():
+            self._inbox.pump()
         return tuple(sorted(missing()))
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:

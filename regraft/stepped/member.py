@@ -14,6 +14,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
 from regraft.bus import Presence, Sample
 from regraft.clock import SteppedClock
+from regraft.patience import Patience
 from regraft.runtime.loop import reach
 from regraft.runtime.runtime import Runtime
 from regraft.runtime.stream import Stream
@@ -24,8 +25,11 @@ from regraft.stepped.wiring import ToldWiring, wiring_of
 JOIN_AGAIN_AFTER = 0.5
 IDLE_JOIN_AFTER = 2.0
 WANT_AGAIN_AFTER = 0.2
-INPUTS_WITHIN = 5.0
+INPUTS_WITHIN = 8.0
 """Seconds that a step waits for its inputs; what has not come by then is reported as lost."""
+ASK_AFTER = 0.1
+"""Seconds after which writers are asked to send again what has not come."""
+NOT_COME = "some of the messages that were to be handled have not come"
 
 
 class Member:
@@ -217,12 +221,13 @@ class Member:
             self._runtime.take(item)
         if inbound.reaches(step.frontier):
             return ""
-        deadline = time.monotonic() + INPUTS_WITHIN
+        within, ask_at = Patience(INPUTS_WITHIN), time.monotonic() + ASK_AFTER
         inbox.attentive = True
         try:
             while not inbound.reaches(step.frontier):
-                if time.monotonic() > deadline:
-                    return "some of the messages that were to be handled have not come"
+                hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(step.frontier)
+                if hopeless or within.is_over():
+                    return NOT_COME
                 self._pump_once()
             return ""
         finally:

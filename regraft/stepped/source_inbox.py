@@ -5,7 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from regraft.patience import Patience
+from regraft.runtime.inbound import Frontier
 from regraft.runtime.runtime import Runtime
+from regraft.stepped.member import ASK_AFTER
 
 LONGEST_WAIT = 0.1
 
@@ -25,6 +28,16 @@ class SourceInbox:
         while item is not None:
             runtime.take(item)
             item = runtime.inbox.get(0.0)
+
+    def wait_for_inputs(self, frontier: Frontier, within: Patience) -> bool:
+        """Wait until the source's own inputs have come as far as they are to be handled; returns whether they have."""
+        inbound, ask_at = self._runtime.inbound, time.monotonic() + ASK_AFTER
+        while not inbound.reaches(frontier):
+            hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(frontier)
+            if hopeless or within.is_over():
+                return False
+            self.pump()
+        return True
 
     def pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
         """Take what arrives until ``ready`` or the deadline (monotonic seconds); returns whether it became ready."""

@@ -1,0 +1,211 @@
+"""What a link has lost is sent again: a reader misses nothing that a living writer has put."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pytest
+
+from bus_schema.annotations import Count
+from bus_schema.envelope import Envelope
+from bus_schema.keys import Keys
+from bus_schema.lifecycle import State
+from bus_schema.registry import message
+from regraft import Component, Input, Output, every
+from regraft.assignment import Assignment
+from regraft.clock import RealClock
+from regraft.component import class_path
+from regraft.runtime import loop
+from regraft.runtime.history import MAX_BYTES, MAX_KEPT, History
+from regraft.runtime.runtime import Runtime
+from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.zenoh_config import Endpoints
+from tests.kit.site import wait_until
+from tests.kit.test_broken_links import Cable, cable, hub
+
+__all__ = ["cable", "hub"]
+
+SYSTEM = "repair"
+CUTS = 10
+
+
+@message("repair_tests/Number")
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number, with some weight."""
+
+    number: Count
+    weight: bytes = b""
+
+
+class Counter(Component):
+    """Counts at 1 kHz."""
+
+    numbers = Output(Number)
+
+    def on_configure(self) -> None:
+        self.number = 0
+        self.quiet = False
+
+    @every(hz=1000)
+    def count(self) -> None:
+        if not self.quiet:
+            self.number += 1
+            self.numbers.publish(Number(self.number, b"x" * 100))
+
+
+class Listener(Component):
+    """Keeps all numbers that it hears."""
+
+    numbers = Input(Number)
+
+    def on_configure(self) -> None:
+        self.heard: list[int] = []
+
+    @numbers.handler
+    def hear(self, number: Number) -> None:
+        self.heard.append(number.number)
+
+
+class Running:
+    """A component on a session of its own, in a thread."""
+
+    def __init__(self, cls: type[Component], port: int) -> None:
+        name = cls.__name__.lower()
+        self.bus: ZenohBus = open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",)))
+        ready = threading.Event()
+
+        def run() -> None:
+            self.runtime = Runtime(cls, Assignment(SYSTEM, name, class_path(cls)), self.bus, RealClock())
+            ready.set()
+            loop.run(self.runtime)
+            self.runtime.leave()
+
+        self.thread = threading.Thread(target=run, daemon=True)
+        self.thread.start()
+        assert ready.wait(30.0)
+        wait_until(lambda: self.runtime.state is State.ACTIVE, "to be active")
+
+    def end(self) -> None:
+        self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
+        self.thread.join(30.0)
+        self.bus.close()
+
+
+@pytest.fixture
+def listener(hub: tuple[ZenohBus, int], request: pytest.FixtureRequest) -> Iterator[Running]:
+    running = Running(Listener, hub[1])
+    yield running
+    running.end()
+
+
+def in_sequence(listener: Running) -> bool:
+    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+    return bool(heard == list(range(heard[0], heard[-1] + 1)))
+
+
+def hears_on(listener: Running, more: int = 50) -> None:
+    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+    goal = len(heard) + more
+    wait_until(lambda: len(heard) >= goal, "to be heard")
+
+
+def test_a_writers_link_that_breaks_again_and_again_loses_nothing(
+    hub: tuple[ZenohBus, int], cable: Cable, listener: Running
+) -> None:
+    counter = Running(Counter, cable.port)
+    try:
+        for _ in range(CUTS):
+            hears_on(listener)
+            cable.cut()
+        hears_on(listener)
+        assert in_sequence(listener)
+        assert listener.runtime.herald.status.lost == 0
+    finally:
+        counter.end()
+
+
+def test_a_readers_link_that_breaks_again_and_again_loses_nothing(hub: tuple[ZenohBus, int], cable: Cable) -> None:
+    counter, listener = Running(Counter, hub[1]), Running(Listener, cable.port)
+    try:
+        for _ in range(CUTS):
+            hears_on(listener)
+            cable.cut()
+        hears_on(listener)
+        assert in_sequence(listener)
+        assert listener.runtime.herald.status.lost == 0
+    finally:
+        counter.end()
+        listener.end()
+
+
+@pytest.mark.parametrize("cut", ["writer", "reader"])
+def test_the_last_messages_come_although_none_follows_them(hub: tuple[ZenohBus, int], cable: Cable, cut: str) -> None:
+    ports = {"writer": hub[1], "reader": hub[1], cut: cable.port}
+    listener, counter = Running(Listener, ports["reader"]), Running(Counter, ports["writer"])
+    try:
+        hears_on(listener)
+        component = counter.runtime.component
+        assert isinstance(component, Counter)
+        cable.plugged = False
+        cable.cut()
+        last = component.number
+        wait_until(lambda: component.number >= last + 20, "to count without a link")
+        component.quiet = True
+        cable.plugged = True
+        heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+        wait_until(lambda: heard[-1] == component.number, "the last number")
+        assert in_sequence(listener)
+    finally:
+        counter.end()
+        listener.end()
+
+
+def test_what_a_writer_does_not_have_any_more_counts_as_lost_and_the_rest_goes_on(
+    hub: tuple[ZenohBus, int], listener: Running
+) -> None:
+    counter = Running(Counter, hub[1])
+    try:
+        hears_on(listener)
+        component = counter.runtime.component
+        assert isinstance(component, Counter)
+
+        def skip() -> None:
+            counter.runtime.writers.open_keys[Keys(SYSTEM).topic("numbers")].sequence += 5
+
+        counter.runtime.post(skip)
+        wait_until(lambda: listener.runtime.herald.status.lost == 5, "the loss")
+        hears_on(listener)
+    finally:
+        counter.end()
+
+
+def test_a_source_that_is_no_component_costs_no_more_than_before(hub: tuple[ZenohBus, int], listener: Running) -> None:
+    key = Keys(SYSTEM).topic("numbers")
+    publisher = hub[0].publisher(key, "application/msgpack;repair_tests/Number@1", reliable=True)
+    wait_until(lambda: publisher.matched, "the reader")
+    for sequence in (1, 2, 9, 10):
+        publisher.put(
+            b"\x82\xa6number" + bytes([sequence]) + b"\xa6weight\xc4\x00",
+            Envelope("ghost", 1, 1, sequence, 0).to_bytes(),
+        )
+    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+    wait_until(lambda: heard == [1, 2, 9, 10], "the rest")
+    assert listener.runtime.herald.status.lost == 6
+
+
+def test_a_history_is_bounded_and_gives_what_it_has() -> None:
+    history = History()
+    attachments = [Envelope("a", 3, 3, n, 0).to_bytes() for n in range(1, MAX_KEPT + 11)]
+    for attachment in attachments:
+        history.keep(b"x", attachment)
+    kept = [Envelope.from_bytes(sent[1]).sequence for sent in history.find(3, 1, MAX_KEPT + 10)]
+    assert kept == list(range(11, MAX_KEPT + 11))
+    assert history.find(2, 1, MAX_KEPT) == []
+    assert len(history.find(3, 20, 24)) == 5
+    for attachment in attachments[:3]:
+        history.keep(bytes(MAX_BYTES), attachment)
+    assert len(history.find(3, 1, 3)) == 1, "one answer is bounded, but holds one sample"
+    assert Envelope.from_bytes(history.find(3, 1, 3)[0][1]).sequence == 2, "the last two are kept, however large"
