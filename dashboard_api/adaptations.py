@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
 from bus_schema.adaptation import AdaptationReport, Outcome
@@ -22,7 +22,8 @@ from dashboard_api.reading import (
     read_reason,
     reason_schema,
 )
-from dashboard_api.terms import Terms, actor, terms
+from dashboard_api.roles import require_for
+from dashboard_api.terms import ActorHeader, Terms, actor, terms
 from dashboard_api.views import JournalView
 
 Id = Annotated[str, Path(alias="id", description="An adaptation's id", examples=["7"])]
@@ -62,7 +63,9 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         The answer waits for the outcome. A rejected adaptation has touched nothing; one that failed was undone. With
         `confirm` it is watched for so many seconds before it is final, and undone if it does not hold.
         """
-        report = manager.adapt(read_adaptation(body, asked))
+        wanted = read_adaptation(body, asked)
+        require_for(wanted.changes, asked.caller, manager.architecture)
+        report = manager.adapt(wanted)
         return answer(report, prefix, if_match=asked.revision is not None)
 
     @router.post(
@@ -74,7 +77,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         request: Request,
         adaptation: Id,
         body: Annotated[dict[str, Any], Depends(optional_json_object)],
-        x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
+        x_regraft_actor: ActorHeader = None,
     ) -> Response:
         """Undo an applied adaptation by a new one."""
         wrong = unknown_fields(body, ["reason"])

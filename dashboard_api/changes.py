@@ -17,6 +17,7 @@ from dashboard_api.manager import Manager
 from dashboard_api.outcomes import answer, declared_outcomes
 from dashboard_api.problems import declared, malformed, not_found
 from dashboard_api.reading import read_change, read_reason, request, short_form
+from dashboard_api.roles import require_for
 from dashboard_api.status import ComponentName
 from dashboard_api.terms import Terms, terms
 
@@ -46,6 +47,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         except BadKey as error:
             raise not_found(str(error)) from None
         wanted = read_change({**plain, "component": name})
+        require_for((wanted,), asked.caller, manager.architecture)
         report = manager.adapt(request((wanted,), reason, asked.revision, asked))
         if report.outcome is Outcome.REJECTED and name not in manager.architecture().components:
             raise not_found(f"there is no component {name!r}")

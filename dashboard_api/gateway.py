@@ -6,11 +6,14 @@ import secrets
 
 from bus_schema.description import Resources
 from dashboard_api.app import PREFIX, build
+from dashboard_api.callers import Callers
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.manager import Services
 from dashboard_api.server import HttpServer, bind
 from regraft import Component, Parameter, every
 from regraft.client import Client
+from regraft.rundir import folder
+from regraft.tokens import Tokens
 
 
 class Gateway(Component):
@@ -32,6 +35,7 @@ class Gateway(Component):
 
     def __init__(self) -> None:
         """Begin without a server."""
+        self._callers = Callers(Tokens(folder(self.kit.system)))
         self._client: Client | None = None
         self._services: Services | None = None
         self._buffer: EventBuffer | None = None
@@ -45,7 +49,7 @@ class Gateway(Component):
         self._buffer = EventBuffer()
         self._client.events(self._buffer.add)
         self._services = Services(self._client, self.answer_within, self.adaptation_within)
-        self._server = HttpServer(build(self._services, self._buffer, self.address), bound)
+        self._server = HttpServer(build(self._services, self._buffer, self._callers, self.address), bound)
         try:
             self._server.start()
         except Exception:

@@ -1,4 +1,4 @@
-"""Stands before the application: no foreign host names, no other origins, no huge bodies.
+"""Stands before the application: no foreign host names, no other origins, no huge bodies; for WebSockets as well.
 
 A browser on this machine can be made to send requests here by any page. A page of another origin gives itself
 away by its ``Origin`` or ``Sec-Fetch-Site``, one that rebound its own name to this address by its ``Host``.
@@ -17,6 +17,8 @@ from dashboard_api.problems import CROSS_ORIGIN, TOO_LARGE, WRONG_HOST, Problem
 
 LARGEST_BODY = 1024 * 1024
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+POLICY_VIOLATION = 1008
+"""The code that closes a WebSocket for what it is, by RFC 6455."""
 
 
 class Guard:
@@ -29,18 +31,37 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
-        if scope["type"] != "http":
+        if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
-            return
+        elif scope["type"] == "http":
+            await self._handle_http(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._handle_websocket(scope, receive, send)
+        else:
+            raise ValueError(f"a connection of type {scope['type']!r} is not served")
+
+    async def _handle_http(self, scope: Scope, receive: Receive, send: Send) -> None:
         try:
             headers = Headers(scope=scope)
             self._check_host(headers)
-            _check_origin(scope["method"], headers)
+            _check_origin(headers, may_follow_links=scope["method"] in SAFE_METHODS)
             _check_announced_length(headers)
         except Problem as problem:
             await problem.response(scope["path"])(scope, receive, _hardened(send))
             return
         await self._app(scope, _bounded(receive), _hardened(send))
+
+    async def _handle_websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            headers = Headers(scope=scope)
+            self._check_host(headers)
+            _check_origin(headers, may_follow_links=False)
+        except Problem as problem:
+            # Before it is accepted, the server answers this with 403.
+            await receive()
+            await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": problem.kind.slug})
+            return
+        await self._app(scope, receive, send)
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
@@ -66,14 +87,21 @@ def _is_loopback(name: str) -> bool:
         return False
 
 
-def _check_origin(method: str, headers: Headers) -> None:
+def _check_origin(headers: Headers, *, may_follow_links: bool) -> None:
     origin = headers.get("origin")
-    if origin is not None and urlsplit(origin).netloc.lower() != headers["host"].lower():
+    if origin is not None and _origin_host(origin) != headers["host"].lower():
         raise Problem(CROSS_ORIGIN, f"the request comes from a page of {origin!r}")
     site = headers.get("sec-fetch-site", "none")
-    following_a_link = method in SAFE_METHODS and headers.get("sec-fetch-mode") == "navigate"
+    following_a_link = may_follow_links and headers.get("sec-fetch-mode") == "navigate"
     if site not in ("none", "same-origin") and not following_a_link:
         raise Problem(CROSS_ORIGIN, f"the request comes from a {site} page")
+
+
+def _origin_host(origin: str) -> str | None:
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:
+        return None
 
 
 def _check_announced_length(headers: Headers) -> None:

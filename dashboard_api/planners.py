@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Depends, Header, Path, Request
+from fastapi import APIRouter, Depends, Path, Request
 from starlette.responses import Response
 
 from bus_schema.architecture import Architecture
@@ -29,7 +29,7 @@ from dashboard_api.problems import (
     unavailable,
     violation,
 )
-from dashboard_api.terms import actor
+from dashboard_api.terms import ActorHeader, actor
 
 PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
 DESCRIBE_WITHIN: Final = 1.0
@@ -88,7 +88,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
         request: Request,
         name: Name,
         body: Annotated[dict[str, Any], Depends(json_object)],
-        x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
+        x_regraft_actor: ActorHeader = None,
     ) -> Response:
         """Ask a planner for an adaptation, and have it carried out unless ``apply`` is false.
 

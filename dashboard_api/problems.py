@@ -32,6 +32,8 @@ class Kind:
     title: str
 
 
+UNAUTHENTICATED = Kind("unauthenticated", 401, "It is not proven who asks")
+FORBIDDEN = Kind("forbidden", 403, "The caller does not have the role for this")
 CROSS_ORIGIN = Kind("cross-origin", 403, "Requests from other origins are refused")
 NOT_FOUND = Kind("not-found", 404, "There is no such thing")
 BAD_METHOD = Kind("method-not-allowed", 405, "This cannot be done to this resource")
@@ -51,7 +53,8 @@ STUCK = Kind("stuck", 500, "The adaptation failed and could not be undone")
 UNAVAILABLE = Kind("unavailable", 503, "A part of the system does not answer")
 
 TITLES = {
-    403: "Cross-origin request",
+    401: "It is not proven who asks, or the token is unknown, revoked or expired",
+    403: "Cross-origin request, or the caller does not have the role for this",
     404: "Not found",
     409: "Rejected, rolled back, cancelled, or not possible now",
     412: "Stale revision",
@@ -161,11 +164,22 @@ def schema() -> dict[str, Any]:
     return record_shape(ProblemDetails).json_schema()
 
 
-def _allowed(app: FastAPI, path: str) -> str:
+def methods_at(document: dict[str, Any], path: str) -> list[str]:
     """Return the methods that a path takes; Starlette knows only those of the first route that fits."""
-    paths: dict[str, dict[str, Any]] = app.openapi()["paths"]
+    paths: dict[str, dict[str, Any]] = document["paths"]
     templates = [template for template in paths if re.fullmatch(re.sub(r"\{[^}]+\}", "[^/]+", template), path)]
-    return ", ".join(sorted({method.upper() for template in templates for method in paths[template]})) or "GET"
+    methods = {method.upper() for template in templates for method in paths[template]}
+    return sorted(methods | {"HEAD"} if "GET" in methods else methods)
+
+
+def nothing_at(path: str) -> Problem:
+    """Return the problem of a path without a route."""
+    return not_found(f"there is nothing at {path}; see /api/v1/openapi.json")
+
+
+def bad_method(method: str, allowed: Iterable[str]) -> Problem:
+    """Return the problem of a method that a path does not take."""
+    return Problem(BAD_METHOD, f"{method} is not possible here", headers={"Allow": ", ".join(allowed) or "GET, HEAD"})
 
 
 def install(app: FastAPI) -> None:
@@ -184,10 +198,9 @@ def install(app: FastAPI) -> None:
         assert isinstance(error, HTTPException)
         path = request.url.path
         if error.status_code == NOT_FOUND.status:
-            return not_found(f"there is nothing at {path}; see /api/v1/openapi.json").response(path)
+            return nothing_at(path).response(path)
         if error.status_code == BAD_METHOD.status:
-            detail = f"{request.method} is not possible here"
-            return Problem(BAD_METHOD, detail, headers={"Allow": _allowed(app, path)}).response(path)
+            return bad_method(request.method, methods_at(app.openapi(), path)).response(path)
         return Problem(Kind("http", error.status_code, "HTTP error"), str(error.detail)).response(path)
 
     def unexpected(request: Request, error: Exception) -> Response:

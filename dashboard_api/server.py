@@ -10,6 +10,8 @@ from typing import Any
 
 import uvicorn
 
+from dashboard_api.peers import KnownConnection
+
 START_WITHIN = 5.0
 GRACE = 1
 """Seconds that open requests get to finish when the server stops."""
@@ -34,8 +36,8 @@ def bind(address: str, port: int) -> socket.socket:
         raise CannotServe(f"cannot serve at {address!r}: {error.strerror or error}") from None
     if not ipaddress.ip_address(str(resolved[0]).partition("%")[0]).is_loopback:
         raise CannotServe(
-            f"cannot serve at {address!r}: anybody who reaches it could adapt the robot, and this version knows no "
-            "access tokens; use 127.0.0.1, and ssh -L to reach it from elsewhere"
+            f"cannot serve at {address!r}: plain HTTP would show access tokens to the network; use 127.0.0.1, and "
+            "ssh -L to reach it from elsewhere"
         )
     # Only where the protocol is stated does asyncio turn Nagle's algorithm off, which costs 40 ms per answer.
     bound = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
@@ -62,8 +64,10 @@ class HttpServer:
         self.address = f"[{host}]" if ":" in host else host
         config = uvicorn.Config(
             app,
-            http="h11",
+            http=KnownConnection,
             ws="none",
+            # A client could say by X-Forwarded-For that it is another one.
+            proxy_headers=False,
             loop="asyncio",
             lifespan="off",
             log_config=None,

@@ -8,17 +8,22 @@ from typing import Annotated
 
 from fastapi import Header, Query, Request
 
-from dashboard_api.problems import malformed, violation
+from dashboard_api.callers import CALLER, Caller
+from dashboard_api.problems import FORBIDDEN, Problem, malformed, violation
 
 LONGEST_ACTOR = 100
 LONGEST_KEY = 200
+ActorHeader = Annotated[
+    str | None, Header(description="Who asks, for the journal, behind what is proven of the caller")
+]
 ENTITY_TAG = re.compile(r'"(\d{1,18})"')
 
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """Who asks; the revision that he saw (None: any); the key that makes a repetition the same adaptation."""
+    """Who asks, proven and named; the revision that the caller saw (None: any); the key of a repetition."""
 
+    caller: Caller
     who: str
     revision: int | None
     key: str
@@ -39,11 +44,12 @@ def terms(
     prefer: Annotated[
         str | None, Header(description="`respond-async` answers at once, with 202 and a Location")
     ] = None,
-    x_regraft_actor: Annotated[str | None, Header(description="Who asks, for the journal")] = None,
+    x_regraft_actor: ActorHeader = None,
 ) -> Terms:
     """Return the terms of a request; raises Problem."""
     preferences = {preference.strip().lower() for preference in (prefer or "").split(",")}
     return Terms(
+        caller(request),
         actor(request, x_regraft_actor),
         _revision(if_match),
         idempotency_key or "",
@@ -52,11 +58,19 @@ def terms(
     )
 
 
+def caller(request: Request) -> Caller:
+    """Return who asks, as the gate has proven it; raises Problem where it has let nobody in."""
+    proven = request.scope.get(CALLER)
+    if not isinstance(proven, Caller):
+        raise Problem(FORBIDDEN, "no role is declared for this route in dashboard_api/roles.py")
+    return proven
+
+
 def actor(request: Request, named: str | None) -> str:
-    """Return who asks: as named, without what does not belong in a journal's line, or where the request is from."""
+    """Return who asks, for the journal: what is proven, then the name given, as in ``uid 1000 ana: page``."""
     text = (named or "").encode("latin-1", "replace").decode(errors="replace")
     name = "".join(c for c in text if c.isprintable()).strip()[:LONGEST_ACTOR]
-    return name or f"rest {request.client.host if request.client else 'unknown'}"
+    return ": ".join(filter(None, (caller(request).proven, name)))
 
 
 def _revision(if_match: str | None) -> int | None:

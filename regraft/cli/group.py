@@ -20,6 +20,7 @@ from regraft.runtime.calling import CallFailed
 from regraft.security import NotSecure
 from regraft.stack import StackError
 from regraft.system_secret import BadSecret
+from regraft.tokens import BadToken, BadTokens
 
 WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -48,7 +49,7 @@ class Failed(Exception):
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, ParameterError, SchemaError)),
-    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake)),
+    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake, BadToken, BadTokens)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )

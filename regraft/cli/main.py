@@ -25,6 +25,7 @@ from regraft.cli.remove import remove
 from regraft.cli.run import run
 from regraft.cli.service import action, goal, service
 from regraft.cli.swap import move, swap
+from regraft.cli.token import token
 from regraft.cli.topic import topic
 from regraft.cli.types import types
 from regraft.cli.up import up
@@ -42,6 +43,7 @@ GROUPS = {
     "action": action,
     "goal": goal,
     "planner": planner,
+    "token": token,
 }
 
 

@@ -19,12 +19,14 @@ from bus_schema import codec
 from bus_schema.adaptation import AdaptationRequest
 from bus_schema.registry import known_types
 from dashboard_api import app
+from dashboard_api.callers import Callers
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.manager import Services
 from regraft.client import Client
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.process import load_class
 from regraft.stack import StackError, load
+from regraft.tokens import Tokens
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
 
@@ -218,7 +220,7 @@ def served() -> Iterator[set[str]]:
     """Give every route of the gateway."""
     bus = MemoryBus(MemoryHub())
     client = Client(bus, "docs", "docs-1")
-    paths = app.build(Services(client, 1.0, 1.0), EventBuffer(), "127.0.0.1").openapi()["paths"]
+    paths = app.build(Services(client, 1.0, 1.0), EventBuffer(), Callers(Tokens(ROOT)), "127.0.0.1").openapi()["paths"]
     yield {f"{method.upper()} {path.removeprefix(app.PREFIX)}" for path, item in paths.items() for method in item}
     client.close()
     bus.close()

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -48,7 +49,8 @@ def start_gateway(site: Site, **parameters: Any) -> str:
 
 
 @pytest.fixture
-def site() -> Iterator[Site]:
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
     site = Site("memory")
     yield site
     site.close()

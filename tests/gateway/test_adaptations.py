@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import os
 import threading
 from typing import Any
 
 import pytest
 
 from bus_schema.adaptation import Outcome, Swap
+from dashboard_api.callers import user_name
 from tests.gateway.conftest import Running
 from tests.kit.site import wait_until
 
@@ -30,9 +32,10 @@ def test_who_asked_is_told_to_the_journal(running: Running) -> None:
     running.post("/adaptations", adaptation())
     running.post("/adaptations", adaptation(), headers={"X-Regraft-Actor": ("Åda\u200b\x85 " + "x" * 300).encode()})
     first, second = running.manager.requests
-    assert first.who == "rest 127.0.0.1"
-    assert second.who.startswith("Åda x")
-    assert len(second.who) == 100
+    own = user_name(os.geteuid())
+    assert first.who == own
+    assert second.who.startswith(f"{own}: Åda x")
+    assert len(second.who) == len(f"{own}: ") + 100
 
 
 def test_the_context_of_a_decision_is_kept_in_the_journal(running: Running) -> None:
@@ -137,7 +140,11 @@ def test_undoing_is_an_adaptation(running: Running) -> None:
     response = running.post("/adaptations/1/undo", {"reason": "it was better"}, headers={"X-Regraft-Actor": "ada"})
     assert response.status_code == 200
     request = response.json()["request"]
-    assert (request["undoes"], request["reason"], request["who"]) == ("1", "it was better", "ada")
+    assert (request["undoes"], request["reason"], request["who"]) == (
+        "1",
+        "it was better",
+        f"{user_name(os.geteuid())}: ada",
+    )
     assert running.http.post("/adaptations/1/undo").status_code == 200
     assert running.http.post("/adaptations/77/undo").status_code == 404
     assert running.post("/adaptations/1/undo", {"because": "it was better"}).status_code == 422

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -157,16 +158,18 @@ def test_a_stalled_reader_costs_bounded_memory() -> None:
     assert missed == 85
 
 
-def test_silence_is_filled_with_comments() -> None:
+def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
     from dashboard_api.app import build
+    from dashboard_api.callers import Callers
     from dashboard_api.manager import Services
     from dashboard_api.server import HttpServer, bind
     from regraft.client import Client
     from regraft.memory_bus import MemoryBus, MemoryHub
+    from regraft.tokens import Tokens
 
     buffer = EventBuffer()
     with Client(MemoryBus(MemoryHub()), "site") as client:
-        app = build(Services(client, 1.0, 1.0), buffer, "127.0.0.1", heartbeat=0.01)
+        app = build(Services(client, 1.0, 1.0), buffer, Callers(Tokens(tmp_path)), "127.0.0.1", heartbeat=0.01)
         server = HttpServer(app, bind("127.0.0.1", 0))
         server.start()
         with httpx.stream("GET", f"{server.url}/api/v1/events") as response:

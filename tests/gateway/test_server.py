@@ -28,7 +28,7 @@ def test_a_port_in_use_is_a_clear_error(site: Site) -> None:
 
 @pytest.mark.parametrize("address", ["0.0.0.0", "::", "192.0.2.7"])
 def test_only_loopback_is_served(address: str) -> None:
-    with pytest.raises(CannotServe, match=r"access tokens.*127\.0\.0\.1"):
+    with pytest.raises(CannotServe, match=r"access tokens to the network.*127\.0\.0\.1"):
         bind(address, 0)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
 from bus_schema.adaptation import Outcome
+from dashboard_api.callers import user_name
 from dashboard_api.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
@@ -63,7 +65,7 @@ def test_a_proposal_is_carried_out_in_the_name_of_who_asked(served: Served) -> N
     assert answer["changes"] == [
         {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
     ]
-    assert served.manager.requests[0].who == "safety desk, by the bandits"
+    assert served.manager.requests[0].who == f"{user_name(os.geteuid())}: safety desk, by the bandits"
 
 
 def test_a_dry_proposal_touches_nothing(served: Served) -> None:
