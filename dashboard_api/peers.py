@@ -20,9 +20,9 @@ CONNECTION: Final = "regraft.connection"
 TABLES: Final = Path("/proc/net")
 LOOKS: Final = 3
 """How often a table is read: a row can be missed while others come and go."""
-ESTABLISHED, FIN_WAIT2, CLOSE_WAIT = 1, 5, 8
-LINKED: Final = {ESTABLISHED: ESTABLISHED, CLOSE_WAIT: FIN_WAIT2}
-"""The state of the client's end by the state of ours: linked both ways, or the client has nothing more to send."""
+ESTABLISHED, FIN_WAIT1, FIN_WAIT2, CLOSE_WAIT = 1, 4, 5, 8
+LINKED: Final = {ESTABLISHED: {ESTABLISHED, FIN_WAIT1, FIN_WAIT2}, CLOSE_WAIT: {FIN_WAIT1, FIN_WAIT2}}
+"""The states that the client's end can have, by the state of ours: open, or the client has nothing more to send."""
 
 End = tuple[str, int]
 
@@ -53,7 +53,8 @@ def user_of(scope: Scope, tables: Path = TABLES) -> int | None:
         if found is not None:
             # Looked at last: a client that has hung up since could have left its address to somebody else.
             uid, state = found
-            return uid if LINKED.get(_state_of(connection)) == state else None
+            if state in LINKED.get(_state_of(connection), ()):
+                return uid
     return None
 
 

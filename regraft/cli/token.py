@@ -21,7 +21,7 @@ token = typer.Typer(
 )
 
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
-DURATION = re.compile(r"(\d{1,9})([smhd])")
+DURATION = re.compile(r"([0-9]{1,9})([smhd])")
 
 SystemOfTokens = Annotated[
     str | None,

@@ -1,11 +1,16 @@
 from __future__ import annotations
 
+import asyncio
 import socket
+from contextlib import nullcontext
+from typing import Any
 from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from starlette.types import Message, Receive, Scope, Send
 
+from dashboard_api.guard import Guard
 from tests.gateway.conftest import Running
 
 ADAPTATION = {"changes": [{"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}]}
@@ -48,6 +53,7 @@ def test_a_request_without_a_host_is_refused(running: Running) -> None:
         {"Origin": "https://evil.example"},
         {"Origin": "null"},
         {"Origin": "http://localhost:1"},
+        {"Origin": "http://[::1"},
         {"Sec-Fetch-Site": "cross-site"},
         {"Sec-Fetch-Site": "same-site"},
         {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"},
@@ -71,6 +77,66 @@ def test_the_own_page_and_a_followed_link_are_welcome(running: Running) -> None:
     assert running.post("/adaptations", ADAPTATION, headers=own).status_code == 200
     link = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
     assert running.http.get("/hosts", headers=link).status_code == 200
+
+
+def closed_before_it_is_accepted(headers: dict[str, str]) -> list[Any] | None:
+    """Return how a WebSocket with such headers is closed, None if it comes through to the application."""
+    sent: list[Any] = []
+    reached: list[Scope] = []
+
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
+        reached.append(scope)
+
+    async def receive() -> Message:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    raw_headers = [(name.lower().encode(), value.encode()) for name, value in headers.items()]
+    scope = {"type": "websocket", "path": "/api/v1/watch", "headers": raw_headers}
+    asyncio.run(Guard(app, "127.0.0.1")(scope, receive, send))
+    assert bool(reached) != bool(sent)
+    return None if reached else sent
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {},
+        {"Host": "evil.example"},
+        {"Host": "localhost:8000", "Origin": "https://evil.example"},
+        {"Host": "localhost:8000", "Origin": "null"},
+        {"Host": "localhost:8000", "Origin": "http://[::1"},
+        {"Host": "localhost:8000", "Sec-Fetch-Site": "cross-site"},
+        {"Host": "localhost:8000", "Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"},
+    ],
+)
+def test_a_websocket_of_another_origin_or_host_is_closed_before_it_is_accepted(headers: dict[str, str]) -> None:
+    closed = closed_before_it_is_accepted(headers)
+    assert closed
+    assert [(message["type"], message["code"]) for message in closed] == [("websocket.close", 1008)]
+
+
+def test_a_websocket_of_the_own_page_or_of_a_program_comes_through() -> None:
+    assert closed_before_it_is_accepted({"Host": "localhost:8000"}) is None
+    own = {"Host": "localhost:8000", "Origin": "http://localhost:8000", "Sec-Fetch-Site": "same-origin"}
+    assert closed_before_it_is_accepted(own) is None
+
+
+@pytest.mark.parametrize(("kind", "passes"), [("lifespan", True), ("http3", False), ("", False)])
+def test_a_connection_of_a_kind_that_is_not_known_is_refused(kind: str, passes: bool) -> None:
+    reached: list[Scope] = []
+
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
+        reached.append(scope)
+
+    async def nothing(*_: Any) -> Any:
+        raise AssertionError
+
+    with nullcontext() if passes else pytest.raises(ValueError, match="is not served"):
+        asyncio.run(Guard(app, "127.0.0.1")({"type": kind}, nothing, nothing))
+    assert bool(reached) is passes
 
 
 def test_no_other_origin_is_ever_allowed_in_advance(running: Running) -> None:

@@ -1,0 +1,106 @@
+"""Whose socket is at the other end, read from the kernel's tables as they look on machines of all kinds."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+from dashboard_api import callers
+from dashboard_api.callers import is_own, user_name
+from dashboard_api.peers import CONNECTION, owner, user_of
+
+HEADING = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
+CLIENT, SERVER = ("127.0.0.1", 0xDAC4), ("127.0.0.1", 8000)
+HERE, THERE = "0100007F:DAC4", "0100007F:1F40"
+MAPPED = "0000000000000000FFFF0000"
+SIX = "00000000000000000000000001000000"
+
+pytestmark = pytest.mark.skipif(sys.byteorder == "big", reason="the tables below are those of a little-endian machine")
+
+
+def row(local: str, remote: str, state: int = 1, uid: int = 1000, inode: int = 8781) -> str:
+    return f"   3: {local} {remote} {state:02X} 00000000:00000000 00:00000000 00000000 {uid:5d}        0 {inode} 1 0\n"
+
+
+@pytest.fixture
+def tables(tmp_path: Path) -> Path:
+    (tmp_path / "tcp").write_text(HEADING + row("0100007F:1F40", "00000000:0000", 10, 0) + row(THERE, HERE, 1, 0))
+    (tmp_path / "tcp6").write_text(HEADING)
+    return tmp_path
+
+
+def add(tables: Path, table: str, text: str) -> None:
+    with (tables / table).open("a") as file:
+        file.write(text)
+
+
+def test_the_client_s_own_row_tells_its_user(tables: Path) -> None:
+    add(tables, "tcp", row("0100007F:DAC5", THERE, uid=1001) + row(HERE, THERE) + row("0200007F:DAC4", THERE, uid=1002))
+    assert owner(CLIENT, SERVER, tables) == (1000, 1)
+
+
+def test_without_a_row_or_a_table_nothing_is_known(tables: Path) -> None:
+    assert owner(CLIENT, SERVER, tables) is None
+    assert owner(CLIENT, SERVER, tables / "nowhere") is None
+
+
+def test_ipv4_through_a_socket_for_ipv6_is_found(tables: Path) -> None:
+    add(tables, "tcp6", row(MAPPED + HERE, MAPPED + THERE, uid=1003))
+    assert owner(CLIENT, SERVER, tables) == (1003, 1)
+    assert owner(("::ffff:127.0.0.1", CLIENT[1]), ("::ffff:127.0.0.1", SERVER[1]), tables) == (1003, 1)
+
+
+def test_ipv6_is_found(tables: Path) -> None:
+    add(tables, "tcp6", row(f"{SIX}:DAC4", f"{SIX}:1F40", uid=1004))
+    assert owner(("::1", CLIENT[1]), ("::1", SERVER[1]), tables) == (1004, 1)
+
+
+@pytest.mark.parametrize("state", [4, 5, 6, 9])
+def test_a_socket_that_no_process_holds_is_not_taken_for_root_s(tables: Path, state: int) -> None:
+    add(tables, "tcp", row(HERE, THERE, state, uid=0, inode=0))
+    assert owner(CLIENT, SERVER, tables) is None
+
+
+def test_an_address_that_is_none_is_not_looked_for(tables: Path) -> None:
+    assert owner(("unix", 0), SERVER, tables) is None
+    assert owner(("::1", 1), SERVER, tables) is None
+
+
+def test_the_state_of_our_end_must_fit_the_client_s(tables: Path) -> None:
+    listening = socket.create_server(("127.0.0.1", 0))
+    there = socket.create_connection(listening.getsockname())
+    here, client = listening.accept()
+    server = listening.getsockname()
+    scope = {CONNECTION: here, "client": client, "server": server}
+    with listening, there, here:
+        assert user_of(scope) == os.geteuid()
+        there.shutdown(socket.SHUT_WR)
+        assert here.recv(1) == b""
+        assert user_of(scope) == os.geteuid()
+        # Somebody else has the client's address now, as far as the table says.
+        (tables / "tcp").write_text(HEADING + row(f"0100007F:{client[1]:04X}", f"0100007F:{server[1]:04X}"))
+        assert user_of(scope, tables) is None
+    assert user_of(scope) is None
+    assert user_of({"client": CLIENT, "server": SERVER}) is None
+    assert user_of({CONNECTION: None, "client": None, "server": None}) is None
+
+
+@pytest.mark.parametrize(
+    ("uid", "own", "may"),
+    [(0, 0, True), (0, 1000, True), (1000, 1000, True), (1001, 1000, False), (1000, 0, False), (65534, 65534, False)],
+)
+def test_root_and_the_gateway_s_own_user_may_act(
+    uid: int, own: int, may: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "overflowuid").write_text("65534\n")
+    monkeypatch.setattr(callers, "OVERFLOW", tmp_path / "overflowuid")
+    assert is_own(uid, own) is may
+
+
+def test_a_user_without_a_name_is_its_number() -> None:
+    assert user_name(0) == "uid 0 root"
+    assert user_name(3_999_999_999) == "uid 3999999999"
