@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -27,7 +28,11 @@ print(json.dumps(answers))
 """
 
 
-def ask_as(uid: int | None, url: str, requests: list[tuple[str, str, dict[str, str], str | None]]) -> list[Any]:
+Asked = tuple[str, str, dict[str, str], str | None]
+"""A request: its method, path, headers and body."""
+
+
+def ask_as(uid: int | None, url: str, requests: Sequence[Asked]) -> list[Any]:
     """Send requests as a user, None for the present one; returns status, headers and body of each answer."""
     parts = urlsplit(url)
     given = json.dumps([parts.hostname, parts.port, uid, requests])

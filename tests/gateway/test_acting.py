@@ -18,13 +18,13 @@ from fastapi import APIRouter, FastAPI
 
 from bus_schema.description import ParameterDescription, ServiceDescription
 from dashboard_api import peers
-from dashboard_api.callers import user_name
+from dashboard_api.callers import Callers, user_name
 from dashboard_api.document import ROLE
 from dashboard_api.gate import Gate
 from dashboard_api.roles import READING_METHODS, ROLES
 from regraft import rundir
 from regraft.tokens import Role, Tokens
-from tests.gateway.clients import NOBODY, ask_as, send_and_leave
+from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
 
@@ -155,7 +155,9 @@ def test_another_user_acts_nowhere_and_reads_everywhere(running: Running, tokens
         assert status == 403, f"{act.method} {act.path}: {status} {body[:300]}"
         assert "uid 65534" in json.loads(body)["detail"]
     assert running.manager.requests == []
-    reading = [("GET", f"/api/v1{path}", {}, None) for path in ("/system", "/architecture", "/adaptations", "/mission")]
+    reading: list[Asked] = [
+        ("GET", f"/api/v1{path}", {}, None) for path in ("/system", "/architecture", "/adaptations", "/mission")
+    ]
     assert [status for status, _, _ in ask_as(NOBODY, running.url, reading)] == [200] * 4
     with_token = [("POST", "/api/v1/adaptations", as_json | bearer(token), json.dumps({"changes": [SLOWER]}))]
     assert ask_as(NOBODY, running.url, with_token)[0][0] == 200
@@ -288,12 +290,12 @@ def test_every_acting_route_declares_a_role_and_every_role_a_route(running: Runn
     assert found == set(ROLES)
 
 
-def test_a_route_without_a_declared_role_is_refused() -> None:
+def test_a_route_without_a_declared_role_is_refused(tmp_path: Path) -> None:
     app, reached = FastAPI(), threading.Event()
     router = APIRouter()
     router.add_api_route("/api/v1/format-the-disk", reached.set, methods=["POST"])
     app.include_router(router)
-    app.add_middleware(Gate, callers=None, prefix="/api/v1", document=app.openapi)
+    app.add_middleware(Gate, callers=Callers(Tokens(tmp_path)), prefix="/api/v1", document=app.openapi)
     with httpx.Client(transport=_InProcess(app), base_url="http://localhost") as http:
         refused = http.post("/api/v1/format-the-disk")
         assert refused.status_code == 403
