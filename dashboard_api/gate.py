@@ -11,7 +11,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from dashboard_api.callers import CALLER, Callers
 from dashboard_api.problems import FORBIDDEN, Problem, bad_method, methods_at, nothing_at
-from dashboard_api.roles import READING_METHODS, ROLES
+from dashboard_api.roles import READING_METHODS, ROLES, WEBSOCKET
 
 
 class Gate:
@@ -29,16 +29,17 @@ class Gate:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
-        if scope["type"] == "http" and scope["method"] not in READING_METHODS:
+        method = scope.get("method", WEBSOCKET)
+        if scope["type"] != "lifespan" and method not in READING_METHODS:
             try:
-                await self._admit(scope)
+                await self._admit(method, scope)
             except Problem as problem:
-                await problem.response(scope["path"])(scope, receive, send)
+                await problem.refuse(scope, receive, send)
                 return
         await self._app(scope, receive, send)
 
-    async def _admit(self, scope: Scope) -> None:
-        method, path = scope["method"], scope["path"]
+    async def _admit(self, method: str, scope: Scope) -> None:
+        path = scope["path"]
         found = next((r for r in self._routes if r[0] == method and r[1].fullmatch(path)), None)
         if found is None:
             raise self._undeclared(method, path)

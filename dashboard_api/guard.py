@@ -17,8 +17,6 @@ from dashboard_api.problems import CROSS_ORIGIN, TOO_LARGE, WRONG_HOST, Problem
 
 LARGEST_BODY = 1024 * 1024
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
-POLICY_VIOLATION = 1008
-"""The code that closes a WebSocket for what it is, by RFC 6455."""
 
 
 class Guard:
@@ -33,35 +31,18 @@ class Guard:
         """Handle one request."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
-        elif scope["type"] == "http":
-            await self._handle_http(scope, receive, send)
-        elif scope["type"] == "websocket":
-            await self._handle_websocket(scope, receive, send)
-        else:
+            return
+        if scope["type"] not in ("http", "websocket"):
             raise ValueError(f"a connection of type {scope['type']!r} is not served")
-
-    async def _handle_http(self, scope: Scope, receive: Receive, send: Send) -> None:
         try:
             headers = Headers(scope=scope)
             self._check_host(headers)
-            _check_origin(headers, may_follow_links=scope["method"] in SAFE_METHODS)
+            _check_origin(headers, may_follow_links=scope.get("method") in SAFE_METHODS)
             _check_announced_length(headers)
         except Problem as problem:
-            await problem.response(scope["path"])(scope, receive, _hardened(send))
+            await problem.refuse(scope, receive, _hardened(send))
             return
         await self._app(scope, _bounded(receive), _hardened(send))
-
-    async def _handle_websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        try:
-            headers = Headers(scope=scope)
-            self._check_host(headers)
-            _check_origin(headers, may_follow_links=False)
-        except Problem as problem:
-            # Before it is accepted, the server answers this with 403.
-            await receive()
-            await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": problem.kind.slug})
-            return
-        await self._app(scope, receive, send)
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")

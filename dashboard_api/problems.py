@@ -13,6 +13,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
+from starlette.types import Receive, Scope, Send
 
 from bus_schema.adaptation import AdaptationReport, Violation
 from bus_schema.records import record_shape
@@ -21,6 +22,8 @@ from dashboard_api.json_replies import to_json
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER = "1"
+POLICY_VIOLATION = 1008
+"""The code that closes a WebSocket for what it is (RFC 6455)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +120,14 @@ class Problem(Exception):
         if self.report is None:
             del body["report"]
         return JSONResponse(body, kind.status, self.headers, MEDIA_TYPE)
+
+    async def refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request with the problem; close a WebSocket before it is accepted, which is a 403 to the client."""
+        if scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": self.kind.slug})
+        else:
+            await self.response(scope["path"])(scope, receive, send)
 
 
 def _sendable(text: str) -> str:

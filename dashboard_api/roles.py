@@ -12,6 +12,8 @@ from dashboard_api.callers import Caller
 from regraft.tokens import Role
 
 READING_METHODS: Final = ("GET", "HEAD", "OPTIONS")
+WEBSOCKET: Final = "WEBSOCKET"
+"""Stands for the method of a WebSocket, which could act and needs a role like any acting route."""
 OPERATE, ADMINISTER = Role.OPERATE, Role.ADMINISTER
 
 ROLES: Final[Mapping[tuple[str, str], Role | None]] = {

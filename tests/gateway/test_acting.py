@@ -304,6 +304,24 @@ def test_a_route_without_a_declared_role_is_refused(tmp_path: Path) -> None:
     assert not reached.is_set()
 
 
+def test_a_websocket_without_a_declared_role_is_closed_before_it_is_accepted(tmp_path: Path) -> None:
+    sent: list[Any] = []
+    reached: list[Any] = []
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        reached.append(scope)
+
+    async def receive() -> Any:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Any) -> None:
+        sent.append(message["type"])
+
+    gate = Gate(app, Callers(Tokens(tmp_path)), "/api/v1", lambda: {"paths": {}})
+    asyncio.run(gate({"type": "websocket", "path": "/api/v1/drive", "headers": []}, receive, send))
+    assert (reached, sent) == ([], ["websocket.close"])
+
+
 class _InProcess(httpx.BaseTransport):
     """Asks an application without a server."""
 
