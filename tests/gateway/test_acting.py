@@ -199,13 +199,15 @@ def test_another_user_cannot_claim_the_connection_of_somebody_else(running: Runn
 
 
 def test_where_the_kernel_cannot_say_a_token_is_needed(
-    running: Running, tokens: Tokens, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    running: Running, tokens: Tokens, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_callers(running), "_user", lambda scope: peers.user_of(scope, tmp_path / "no-proc"))
-    refused = running.post("/adaptations", {"changes": [SLOWER]})
-    assert refused.status_code == 401
-    assert refused.headers["www-authenticate"] == 'Bearer realm="regraft"'
-    assert is_problem(refused, "unauthenticated")
+    monkeypatch.setattr(_callers(running), "_user", lambda scope: peers.user_of(scope, lambda *ends: None))
+    for act in acts(running):
+        refused = act.send(running.http, {})
+        assert refused.status_code == 401, f"{act.method} {act.path}"
+        assert refused.headers["www-authenticate"] == 'Bearer realm="regraft"'
+        assert is_problem(refused, "unauthenticated")
+    assert running.manager.requests == []
     token, _ = tokens.create(Role.OPERATE, 60.0)
     assert running.post("/adaptations", {"changes": [SLOWER]}, headers=bearer(token)).status_code == 200
     assert running.http.get("/system").status_code == 200

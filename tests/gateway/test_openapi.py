@@ -74,6 +74,19 @@ def test_every_route_declares_its_problems(document: dict[str, Any]) -> None:
                 assert answer["content"].keys() == {"application/problem+json"}, f"{method} {path} {status}"
 
 
+def test_every_acting_route_names_its_role_and_says_how_to_prove_who_asks(document: dict[str, Any]) -> None:
+    scheme = document["components"]["securitySchemes"]["bearer"]
+    assert (scheme["type"], scheme["scheme"]) == ("http", "bearer")
+    for path, method, operation in operations(document):
+        acts = method != "get" and not path.endswith("/qualities")
+        assert (operation.get("x-regraft-role") in ("operate", "administer")) is acts, f"{method} {path}"
+        assert (operation.get("security") == [{"bearer": []}, {}]) is acts
+        assert ("401" in operation["responses"]) is acts
+        if acts:
+            assert f"Needs the role `{operation['x-regraft-role']}`" in operation["description"]
+            assert "WWW-Authenticate" in operation["responses"]["401"]["headers"]
+
+
 def test_examples_are_valid_bodies(document: dict[str, Any]) -> None:
     shown = 0
     for path, method, operation in operations(document):

@@ -11,7 +11,8 @@ import pytest
 
 from dashboard_api import callers
 from dashboard_api.callers import is_own, user_name
-from dashboard_api.peers import CONNECTION, owner, user_of
+from dashboard_api.peers import CONNECTION, user_of
+from dashboard_api.sockets import Owner, asked, listed, owner
 
 HEADING = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
 CLIENT, SERVER = ("127.0.0.1", 0xDAC4), ("127.0.0.1", 8000)
@@ -40,34 +41,57 @@ def add(tables: Path, table: str, text: str) -> None:
 
 def test_the_client_s_own_row_tells_its_user(tables: Path) -> None:
     add(tables, "tcp", row("0100007F:DAC5", THERE, uid=1001) + row(HERE, THERE) + row("0200007F:DAC4", THERE, uid=1002))
-    assert owner(CLIENT, SERVER, tables) == (1000, 1)
+    assert listed(CLIENT, SERVER, tables) == Owner(1000, 1)
 
 
 def test_without_a_row_or_a_table_nothing_is_known(tables: Path) -> None:
-    assert owner(CLIENT, SERVER, tables) is None
-    assert owner(CLIENT, SERVER, tables / "nowhere") is None
+    assert listed(CLIENT, SERVER, tables) is None
+    assert listed(CLIENT, SERVER, tables / "nowhere") is None
 
 
 def test_ipv4_through_a_socket_for_ipv6_is_found(tables: Path) -> None:
     add(tables, "tcp6", row(MAPPED + HERE, MAPPED + THERE, uid=1003))
-    assert owner(CLIENT, SERVER, tables) == (1003, 1)
-    assert owner(("::ffff:127.0.0.1", CLIENT[1]), ("::ffff:127.0.0.1", SERVER[1]), tables) == (1003, 1)
+    assert listed(CLIENT, SERVER, tables) == Owner(1003, 1)
+    assert listed(("::ffff:127.0.0.1", CLIENT[1]), ("::ffff:127.0.0.1", SERVER[1]), tables) == Owner(1003, 1)
 
 
 def test_ipv6_is_found(tables: Path) -> None:
     add(tables, "tcp6", row(f"{SIX}:DAC4", f"{SIX}:1F40", uid=1004))
-    assert owner(("::1", CLIENT[1]), ("::1", SERVER[1]), tables) == (1004, 1)
+    assert listed(("::1", CLIENT[1]), ("::1", SERVER[1]), tables) == Owner(1004, 1)
 
 
 @pytest.mark.parametrize("state", [4, 5, 6, 9])
 def test_a_socket_that_no_process_holds_is_not_taken_for_root_s(tables: Path, state: int) -> None:
     add(tables, "tcp", row(HERE, THERE, state, uid=0, inode=0))
-    assert owner(CLIENT, SERVER, tables) is None
+    assert listed(CLIENT, SERVER, tables) is None
 
 
 def test_an_address_that_is_none_is_not_looked_for(tables: Path) -> None:
-    assert owner(("unix", 0), SERVER, tables) is None
-    assert owner(("::1", 1), SERVER, tables) is None
+    assert listed(("unix", 0), SERVER, tables) is None
+    assert listed(("::1", 1), SERVER, tables) is None
+
+
+@pytest.mark.parametrize(
+    ("served_at", "connected_to", "family"),
+    [
+        ("127.0.0.1", "127.0.0.1", socket.AF_INET),
+        ("127.0.0.1", "::ffff:127.0.0.1", socket.AF_INET6),
+        ("::1", "::1", socket.AF_INET6),
+    ],
+)
+def test_asking_and_listing_say_the_same(served_at: str, connected_to: str, family: socket.AddressFamily) -> None:
+    served = socket.AF_INET6 if ":" in served_at else socket.AF_INET
+    with socket.create_server((served_at, 0), family=served) as listening, socket.socket(family) as there:
+        there.connect((connected_to, listening.getsockname()[1]))
+        here, client = listening.accept()
+        with here:
+            ends = client[:2], here.getsockname()[:2]
+            assert owner(*ends) == listed(*ends) == Owner(os.geteuid(), 1)
+            assert asked(*ends) in (None, listed(*ends))
+            there.close()
+            assert owner(*ends) is None
+    assert asked(("127.0.0.1", 1), ("127.0.0.1", 2)) is None
+    assert asked(("no address", 1), ("127.0.0.1", 2)) is None
 
 
 def test_the_state_of_our_end_must_fit_the_client_s(tables: Path) -> None:
@@ -83,7 +107,7 @@ def test_the_state_of_our_end_must_fit_the_client_s(tables: Path) -> None:
         assert user_of(scope) == os.geteuid()
         # Somebody else has the client's address now, as far as the table says.
         (tables / "tcp").write_text(HEADING + row(f"0100007F:{client[1]:04X}", f"0100007F:{server[1]:04X}"))
-        assert user_of(scope, tables) is None
+        assert user_of(scope, lambda client, server: listed(client, server, tables)) is None
     assert user_of(scope) is None
     assert user_of({"client": CLIENT, "server": SERVER}) is None
     assert user_of({CONNECTION: None, "client": None, "server": None}) is None
