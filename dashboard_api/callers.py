@@ -1,4 +1,4 @@
-"""Who asks, proven: by a token, or by the user at the other end of the connection."""
+"""Proves who asks: by a token, or by the user at the other end of the connection."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OVERFLOW: Final = Path("/proc/sys/kernel/overflowuid")
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who asks: ``proven`` in words, and the role that this gives; None may only read."""
+    """The one who asks: ``proven`` in words, and the role that this gives; None may only read."""
 
     proven: str
     role: Role | None

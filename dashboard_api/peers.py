@@ -1,4 +1,4 @@
-"""Who is at the other end of a connection, as the kernel tells it: the user that owns the client's socket."""
+"""The user at the other end of a connection, as the kernel tells it: the owner of the client's socket."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Who may do what: the role that each acting route needs. A route that is not listed here is refused."""
+"""The role that each acting route needs. A route that is not listed here is refused."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from bus_schema.adaptation import Add, Move, Remove, SetParameters, Swap
@@ -54,31 +54,36 @@ MISSION_COMMAND: Final = "mission/command"
 MISSION_PARAMETERS: Final = frozenset({"mission", "main"})
 
 
-def require_for(changes: Iterable[Any], caller: Caller, architecture: Any) -> None:
+def require_for(changes: Iterable[Any], caller: Caller, architecture: Callable[[], Architecture]) -> None:
     """Raise Problem (403) if the caller's role does not suffice for all changes.
 
-    ``architecture`` is a function that returns the architecture; it is called only if the answer depends on it.
+    ``architecture`` is asked for only if the answer depends on it.
     """
     if caller.role is ADMINISTER:
         return
+    parameters: list[SetParameters] = []
     for change in changes:
         if isinstance(change, STRUCTURE):
             caller.require(ADMINISTER, f"the change {change.change!r} of {change.component!r}")
         elif isinstance(change, SetParameters):
-            _require_for_parameters(change, caller, architecture())
+            parameters.append(change)
+    if parameters:
+        components = architecture().components
+        for change in parameters:
+            _require_for_parameters(change, caller, components.get(change.component))
 
 
-def _require_for_parameters(change: SetParameters, caller: Caller, architecture: Architecture) -> None:
-    spec = architecture.components.get(change.component)
+def _require_for_parameters(change: SetParameters, caller: Caller, spec: ComponentSpec | None) -> None:
+    """Raise Problem (403) if the caller may not set these; those of no component are refused by the manager."""
     for name in sorted(change.parameters) if spec else ():
         if spec and configures(spec, name):
             caller.require(ADMINISTER, f"parameter {name!r} of {change.component!r}")
 
 
 def configures(spec: ComponentSpec, parameter: str) -> bool:
-    """Tell whether a parameter is a planner's, names a file, or chooses the mission."""
+    """Tell whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
     if spec.description is None:
-        return False
+        return True
     services = {spec.services.get(offered.name, offered.name) for offered in spec.description.services}
     if any(PROPOSE.fullmatch(service) for service in services):
         return True

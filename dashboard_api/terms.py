@@ -14,14 +14,14 @@ from dashboard_api.problems import FORBIDDEN, Problem, malformed, violation
 LONGEST_ACTOR = 100
 LONGEST_KEY = 200
 ActorHeader = Annotated[
-    str | None, Header(description="Who asks, for the journal, behind what is proven of the caller")
+    str | None, Header(description="A name for the journal, which has it behind what is proven of the caller")
 ]
 ENTITY_TAG = re.compile(r'"(\d{1,18})"')
 
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """Who asks, proven and named; the revision that the caller saw (None: any); the key of a repetition."""
+    """The caller, and its name for the journal; the revision it saw (None: any); the key of a repetition."""
 
     caller: Caller
     who: str

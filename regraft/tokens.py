@@ -19,18 +19,20 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bus_schema.annotations import Text
+from bus_schema.annotations import Bounds, Text
 from bus_schema.errors import BadMessage
 from bus_schema.records import record_shape
 from regraft.rundir import NoRoom
 
 FILE: Final = "tokens.json"
 PREFIX: Final = "regraft_"
-"""What every token begins with, so that one that leaked can be found."""
+"""The beginning of every token, by which one that leaked can be found."""
 NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 SHORTEST: Final = 1.0
 LONGEST: Final = 366 * 86_400.0
+Stamp = Annotated[float, Bounds(0.0, 1e11)]
+"""Seconds since 1970, as a date that a calendar has."""
 
 
 class BadTokens(Exception):
@@ -42,7 +44,7 @@ class BadToken(Exception):
 
 
 class Role(Enum):
-    """What somebody may do. ``ADMINISTER`` includes ``OPERATE``."""
+    """The permission of a caller. ``ADMINISTER`` includes ``OPERATE``."""
 
     OPERATE = "operate"
     ADMINISTER = "administer"
@@ -58,8 +60,8 @@ class Token:
 
     name: Annotated[str, Text(64)]
     role: Role
-    created: float
-    expires: float
+    created: Stamp
+    expires: Stamp
     digest: Annotated[str, Text(64)]
 
     def __post_init__(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import stat
 import threading
 from datetime import datetime, timedelta
@@ -156,6 +157,8 @@ def test_an_expired_token_is_shown_and_not_honoured(regraft: Regraft, home: Path
         (lambda text: text.replace('"digest": "', '"digest": "x'), "tokens.0.digest"),
         (lambda text: text.replace('"expires"', '"ends"'), "tokens.0"),
         (lambda text: '{"tokens": [7]}', "tokens.0"),
+        (lambda text: re.sub('"expires": [0-9.]+', '"expires": 1e300', text), "tokens.0.expires"),
+        (lambda text: re.sub('"expires": [0-9.]+', '"expires": NaN', text), "tokens.0.expires"),
     ],
 )
 def test_a_damaged_file_is_a_clear_error_and_admits_nobody(

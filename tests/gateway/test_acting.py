@@ -262,6 +262,7 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
         )
         for name in ("navigator", *offers)
     }
+    described["stranger"] = replace(navigator, name="stranger", description=None)
     running.manager.revisions = {1: replace(architecture, components={**architecture.components, **described})}
     expected = {
         ("navigator", "max_velocity"): False,
@@ -271,6 +272,7 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
         ("executor", "max_velocity"): False,
         ("executor", "mission"): True,
         ("executor", "main"): True,
+        ("stranger", "max_velocity"): True,
     }
     for (component, parameter), needs_more in expected.items():
         change = {"change": "set_parameters", "component": component, "parameters": {parameter: 0.1}}

@@ -1,4 +1,4 @@
-"""What a person sees in a browser: a page with what is there, and one with every route."""
+"""A person sees in a browser a page with what is there, and one with every route."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAGES = ("/", "/api/v1", "/api/v1/openapi.html")
 
 
 class Page(HTMLParser):
-    """What a page consists of."""
+    """The parts of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Whose socket is at the other end, read from the kernel's tables as they look on machines of all kinds."""
+"""The owner of the socket at the other end, read from the kernel's tables as they look on machines of all kinds."""
 
 from __future__ import annotations
 
