@@ -12,13 +12,15 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 
-from regraft.host.waits import Look
+from regraft.host.waits import Look, Waits
 
 HUNG_AFTER = 0.45
 """Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
 LOOK_CLOSER_AFTER = 0.2
 MOST_FORGIVEN = 2.0
 """Seconds of waits for a processor that are forgiven at the most: on a machine so loaded, hung is still found."""
+MOST_FORGIVEN_OF_ONE = 30.0
+"""The same for the one thread that waited longest: it cannot have done anything meanwhile."""
 MOST_FORGIVEN_ON_DISK = 10.0
 """Seconds of uninterruptible waits that are forgiven at the most."""
 
@@ -28,7 +30,7 @@ class _Watched:
     pid: int
     allowance: float
     last_beat: float
-    waited_at: float | None = None
+    waited_at: Waits | None = None
     on_disk: float = 0.0
     told: bool = False
 
@@ -96,9 +98,17 @@ class Silence:
         on_the_way = {watched.pid, os.getpid()}
         if hub is not None and hub in self.watched:
             on_the_way.add(self.watched[hub].pid)
-        waited = look.stolen() + sum(look.processor_wait(pid) for pid in on_the_way)
+        waited = {"stolen": look.stolen()}
+        for pid in on_the_way:
+            waited |= look.processor_wait(pid)
         if watched.waited_at is None:
             watched.waited_at = waited
         if any(look.waits_for_disk(pid) for pid in on_the_way):
             watched.on_disk += passed
-        return silence - min(MOST_FORGIVEN, waited - watched.waited_at) - min(MOST_FORGIVEN_ON_DISK, watched.on_disk)
+        return silence - _forgiven(waited, watched.waited_at) - min(MOST_FORGIVEN_ON_DISK, watched.on_disk)
+
+
+def _forgiven(waited: Waits, before: Waits) -> float:
+    """Return the seconds of waits that are forgiven: the longest of one thread, and a little of all the others."""
+    passed = sorted(seconds - before.get(thread, 0.0) for thread, seconds in waited.items())
+    return min(MOST_FORGIVEN_OF_ONE, passed[-1]) + min(MOST_FORGIVEN, sum(passed[:-1]))

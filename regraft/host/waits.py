@@ -6,6 +6,8 @@ import os
 from functools import cache
 from pathlib import Path
 
+Waits = dict[str, float]
+
 
 class Look:
     """One look at the waits of many: what is read for one is not read again for the next."""
@@ -17,15 +19,15 @@ class Look:
         self.stolen = cache(stolen)
 
 
-def processor_wait(pid: int) -> float:
-    """Return the seconds that the threads of a process have waited for a processor, summed; 0 if unknown."""
-    waited = 0
+def processor_wait(pid: int) -> Waits:
+    """Return the seconds that each thread of a process has waited for a processor, by thread; empty if unknown."""
+    waited: Waits = {}
     try:
         for thread in os.listdir(f"/proc/{pid}/task"):
-            waited += int(Path(f"/proc/{pid}/task/{thread}/schedstat").read_text().split()[1])
+            waited[thread] = int(Path(f"/proc/{pid}/task/{thread}/schedstat").read_text().split()[1]) / 1e9
     except (OSError, IndexError, ValueError):
-        return waited / 1e9
-    return waited / 1e9
+        return waited
+    return waited
 
 
 def waits_for_disk(pid: int) -> bool:

@@ -12,11 +12,16 @@ from regraft.host.silence import HUNG_AFTER, Silence
 STEP = 0.05
 
 
-def _hung_after(taken_a_second: float, monkeypatch: pytest.MonkeyPatch, *, on_disk_for: float = 0.0) -> float:
-    """Return the seconds after which a silent loop is found while processors, or the disk, are taken from it."""
+def _hung_after(
+    taken_a_second: float, monkeypatch: pytest.MonkeyPatch, *, on_disk_for: float = 0.0, loop_waits: float = 0.0
+) -> float:
+    """Return the seconds after which a silent loop is found while processors, or the disk, are taken from it.
+
+    ``loop_waits`` is the share of its time for which its thread waits for a processor.
+    """
     now, watched = 100.0, Silence()
     monkeypatch.setattr(waits, "stolen", lambda: (now - 100.0) * taken_a_second)
-    monkeypatch.setattr(waits, "processor_wait", lambda pid: 0.0)
+    monkeypatch.setattr(waits, "processor_wait", lambda pid: {"1": (now - 100.0) * loop_waits})
     monkeypatch.setattr(waits, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
     watched.watch("loop/1", os.getpid(), 0.3, now)
     while not watched.hung(now, None):
@@ -30,7 +35,13 @@ def test_time_that_was_taken_from_the_machine_is_nobodys_silence(monkeypatch: py
 
 
 def test_a_hung_loop_is_found_on_a_machine_that_gets_no_time_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _hung_after(1.5, monkeypatch) < silence.MOST_FORGIVEN + HUNG_AFTER + 1.0
+    assert _hung_after(1.5, monkeypatch) < silence.MOST_FORGIVEN_OF_ONE + HUNG_AFTER + 1.0
+
+
+def test_a_loop_that_the_machine_keeps_from_running_is_slow_and_not_hung(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) > 4 * HUNG_AFTER
+    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) < 12 * HUNG_AFTER
+    assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < silence.MOST_FORGIVEN_OF_ONE + HUNG_AFTER + 1.0
 
 
 def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,9 +56,9 @@ def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyP
 def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[int] = []
 
-    def waited(pid: int) -> float:
+    def waited(pid: int) -> waits.Waits:
         read.append(pid)
-        return 0.0
+        return {}
 
     monkeypatch.setattr(waits, "processor_wait", waited)
     watched = Silence()
