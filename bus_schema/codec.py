@@ -39,9 +39,12 @@ def encode(message: object) -> bytes:
 def encode_as(kind: MessageType, message: object) -> bytes:
     """Return the payload of a message of a known kind; raises BadMessage if a field does not fit its type."""
     packed: bytes = _pack(kind.pack(message))
-    if kind.tail is None:
-        return packed
-    tail = np.ascontiguousarray(getattr(message, kind.tail))
+    return packed if kind.tail is None else with_tail(packed, getattr(message, kind.tail))
+
+
+def with_tail(packed: bytes, array: np.ndarray[Any, Any]) -> bytes:
+    """Return a payload of a packed map and the array that it describes as its tail."""
+    tail = np.ascontiguousarray(array)
     return b"".join((HEADER_LENGTH.pack(len(packed)), packed, tail.reshape(-1).view(np.uint8).data))
 
 

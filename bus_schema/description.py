@@ -105,3 +105,10 @@ class Description:
     def parameter(self, name: str) -> ParameterDescription | None:
         """Return the parameter of that name."""
         return next((parameter for parameter in self.parameters if parameter.name == name), None)
+
+
+def types_in(description: Description) -> tuple[str, ...]:
+    """Return the names of the message types that a component's ports, services and actions use, each once."""
+    ports = [port.type for port in description.ports if port.type != ANY_TYPE]
+    parts = [part for offered in description.services for part in (offered.request, offered.reply, offered.feedback)]
+    return tuple(sorted({name for name in (*ports, *parts) if name}))

@@ -16,7 +16,7 @@ COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
 CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
 TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 
-CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend")
+CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types")
 
 
 def system_name(name: str) -> str:

@@ -87,8 +87,9 @@ class FloatShape:
     unpack = pack
 
     def json_schema(self) -> JsonSchema:
-        """Return a ``number`` with bounds and ``x-unit``."""
-        return _bounded({"type": "number"}, self.minimum, self.maximum, self.unit)
+        """Return a ``number`` with bounds and ``x-unit``, with ``x-infinite`` where it may be infinite."""
+        more = {"x-infinite": True} if self.infinite else {}
+        return _bounded({"type": "number", **more}, self.minimum, self.maximum, self.unit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Annotated
 
-from bus_schema.annotations import Count, PlainValue, Seconds
+from bus_schema.annotations import Count, PlainValue, Seconds, Text
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
 
@@ -195,3 +196,34 @@ class Snapshot:
     version: Count
     state: PlainValue
     outputs: dict[str, Count] = field(default_factory=dict)
+
+
+LARGEST_SCHEMA = 2**20
+"""Characters that a JSON Schema may have."""
+
+
+@message("regraft/AskTypes")
+@dataclass(frozen=True, slots=True)
+class AskTypes:
+    """Ask a component for message types by name; without names, for those of its ports, services and actions."""
+
+    names: tuple[str, ...] = ()
+
+
+@message("regraft/TypeDescription")
+@dataclass(frozen=True, slots=True)
+class TypeDescription:
+    """A message type: the encoding of its payloads, and its JSON Schema (2020-12) as JSON text."""
+
+    name: str
+    version: Count
+    encoding: str
+    schema: Annotated[str, Text(LARGEST_SCHEMA)]
+
+
+@message("regraft/KnownTypes")
+@dataclass(frozen=True, slots=True)
+class KnownTypes:
+    """The message types that were asked for, as far as the component knows them."""
+
+    types: tuple[TypeDescription, ...]

@@ -1,22 +1,21 @@
-"""Message types by name: those of the schema, and those that a system's own modules define."""
+"""Message types by name, as running components describe them or the schema does: no author's module is imported."""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterable
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import Iterator
 
 import bus_schema
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.described import DescribedType, describe_type, described_type
 from bus_schema.errors import BadMessage, BadType
-from bus_schema.registry import MessageType, known_types, type_named
+from bus_schema.registry import known_types, type_named
 from bus_schema.suggestions import instead_of
 from regraft.cli.group import BadInput
-from regraft.process import NoSuchClass, load_class
-from regraft.stack.classes import look_in
+from regraft.cli.reach import Reached
+from regraft.cli.topology import Topology
+from regraft.client import ClientError
 
 
 def know_schema() -> None:
@@ -25,42 +24,53 @@ def know_schema() -> None:
         importlib.import_module(module.name)
 
 
-def named(name: str, classes: Iterable[str] = (), folder: Path | None = None) -> MessageType:
-    """Return a message type; if need be, ``classes`` are loaded until one's modules know it.
+def named(name: str) -> DescribedType:
+    """Return a message type that is known here; raises BadInput."""
+    know_schema()
+    try:
+        return described_type(describe_type(type_named(name)))
+    except BadType:
+        hint = instead_of(name, (kind.name for kind in known_types()))
+        raise BadInput(f"the message type {name!r} is not known here; {hint}") from None
 
-    ``folder`` is where a stack's own modules are.
+
+def described(there: Reached, known: Topology, name: str, *users: str) -> DescribedType:
+    """Return a message type as the first component describes it that knows it; those named ``users`` are asked first.
 
     Raises:
-        BadInput: no such type is known here.
+        BadInput: neither a component nor the schema knows it.
     """
-    know_schema()
-    found = _known(name)
-    if folder is not None:
-        look_in(folder)
-    for path in classes:
-        if found is not None:
-            break
-        # A class that cannot be loaded here may still run elsewhere; another one may know the type.
-        with suppress(NoSuchClass):
-            load_class(path)
-        found = _known(name)
-    if found is None:
-        hint = instead_of(name, (kind.name for kind in known_types()))
-        raise BadInput(f"the message type {name!r} is not known here; {hint}")
-    return found
+    return next(_told(there, known, name, users), None) or named(name)
 
 
-def _known(name: str) -> MessageType | None:
+def _told(there: Reached, known: Topology, name: str, users: tuple[str, ...]) -> Iterator[DescribedType]:
+    components = known.components
+    for component in dict.fromkeys((*users, *components)):
+        if not components[component].managed:
+            continue
+        try:
+            yield from map(described_type, there.client.types(component, name))
+        # A component that is away, or written in another language, need not tell: another one may.
+        except (ClientError, BadMessage):
+            continue
+
+
+def packed(kind: DescribedType, body: PlainValue) -> PlainValue:
+    """Return what a typed body stands for, an absent one for no fields, as it travels; raises BadInput."""
     try:
-        return type_named(name)
-    except BadType:
-        return None
-
-
-def message_of(kind: MessageType, body: PlainValue) -> object:
-    """Return the message that a typed body stands for, an absent one for no fields; raises BadInput."""
-    try:
-        made: object = codec.from_plain({} if body is None else body, kind.cls)
+        return kind.pack({} if body is None else body)
     except BadMessage as error:
-        raise BadInput(f"the body is no {kind.name}: {error}; see 'regraft types {kind.name}'") from None
-    return made
+        raise misfit(kind, error) from None
+
+
+def payload(kind: DescribedType, body: PlainValue) -> bytes:
+    """Return the payload of a message with a typed body, an absent one for no fields; raises BadInput."""
+    try:
+        return kind.encode({} if body is None else body)
+    except BadMessage as error:
+        raise misfit(kind, error) from None
+
+
+def misfit(kind: DescribedType, error: BadMessage) -> BadInput:
+    """Return why a typed body is not of a type."""
+    return BadInput(f"the body is no {kind.name}: {error}; see 'regraft types {kind.name}'")

@@ -27,11 +27,11 @@ class Reached:
     bus: Bus
     client: Client
 
-    def put(self, key: str, message: object) -> None:
+    def put(self, key: str, payload: bytes, encoding: str) -> None:
         """Put one message; raises BusError."""
         sender = Sender(self.bus, f"{self.client.name}-put")
         try:
-            sender.put(key, message)
+            sender.put_payload(key, payload, encoding)
         finally:
             sender.close()
 

@@ -7,14 +7,16 @@ from typing import Annotated
 
 import typer
 
+from bus_schema.annotations import PlainValue
 from regraft.cli import message_types
 from regraft.cli.group import INTERRUPTED
 from regraft.cli.options import JsonOption, SystemOption, TimeoutOption
 from regraft.cli.output import complain, say, show_json, show_table
-from regraft.cli.reach import reached
-from regraft.cli.topology import Offer, Topology, topology
+from regraft.cli.reach import Reached, reached
+from regraft.cli.topology import Offer, topology
 from regraft.cli.values import document
-from regraft.client import ClientGoal, as_json
+from regraft.client import ClientGoal
+from regraft.client import as_json as shown
 from regraft.runtime.calling import CallFailed
 
 service = typer.Typer(help="List and call services.", no_args_is_help=True, rich_markup_mode=None)
@@ -69,10 +71,8 @@ def call(
 ) -> None:
     """Call a service and print its reply."""
     with reached(ctx, system) as there:
-        known = topology(there)
-        offer = known.offer(name, "service")
-        request, reply = _request(known, offer, body), _type(known, offer, offer.description.reply)
-        show_reply(there.client.call(name, request, reply, timeout), as_json=as_json)
+        request = _request(there, name, "service", body)
+        show_reply(there.client.call_plain(name, request, timeout), as_json=as_json)
 
 
 @action.command("send")
@@ -88,19 +88,16 @@ def send(
 ) -> None:
     """Send an action a goal, wait for its result and print it; Ctrl-C cancels the goal."""
     with reached(ctx, system) as there:
-        known = topology(there)
-        offer = known.offer(name, "action")
-        request, reply = _request(known, offer, body), _type(known, offer, offer.description.reply)
-        told = _type(known, offer, offer.description.feedback) if feedback and offer.description.feedback else None
+        request = _request(there, name, "action", body)
 
-        def show(message: object) -> None:
+        def show(message: PlainValue) -> None:
             show_reply(message, as_json=as_json, compact=True)
 
-        pursued = there.client.goal(name, request, reply, told, on_feedback=show if told else None)
+        pursued = there.client.goal_plain(name, request, on_feedback=show if feedback else None)
         show_reply(_result(pursued, timeout), as_json=as_json, compact=feedback)
 
 
-def _result(pursued: ClientGoal[object, object], timeout: float) -> object:
+def _result(pursued: ClientGoal[PlainValue, PlainValue], timeout: float) -> PlainValue:
     """Wait for a goal's end; if nobody waits for it any more, it is cancelled."""
     deadline = time.monotonic() + timeout
     try:
@@ -117,7 +114,7 @@ def _result(pursued: ClientGoal[object, object], timeout: float) -> object:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _cancel(pursued: ClientGoal[object, object]) -> None:
+def _cancel(pursued: ClientGoal[PlainValue, PlainValue]) -> None:
     pursued.cancel()
     try:
         pursued.result(CANCEL_WITHIN)
@@ -125,24 +122,21 @@ def _cancel(pursued: ClientGoal[object, object]) -> None:
         complain(str(error))
 
 
-def _request(known: Topology, offer: Offer, body: str) -> object:
-    kind = message_types.named(offer.description.request, known.classes(offer.component), known.folder)
-    return message_types.message_of(kind, document(body, "the body") if body.strip() else None)
+def _request(there: Reached, name: str, kind: str, body: str) -> PlainValue:
+    """Return the request that a typed body stands for, as plain data; raises BadInput."""
+    fields = document(body, "the body") if body.strip() else None
+    known = topology(there)
+    offer = known.offer(name, kind)
+    request = message_types.described(there, known, offer.description.request, offer.component)
+    return message_types.packed(request, fields)
 
 
-def _type(known: Topology, offer: Offer, name: str) -> type[object]:
-    return message_types.named(name, known.classes(offer.component), known.folder).cls
-
-
-def show_reply(message: object, *, as_json: bool, compact: bool = False) -> None:
-    """Print a message, as JSON or one field per line."""
+def show_reply(message: PlainValue, *, as_json: bool, compact: bool = False) -> None:
+    """Print the plain data of a message, as JSON or one field per line."""
     if as_json:
         show_json(message, compact=compact)
-        return
-    for field, value in _fields(message).items():
-        say(f"{field}: {value}")
-
-
-def _fields(message: object) -> dict[str, object]:
-    fields: dict[str, object] = as_json(message)
-    return fields
+    elif isinstance(message, dict):
+        for field, value in shown(message).items():
+            say(f"{field}: {value}")
+    else:
+        say(str(shown(message)))

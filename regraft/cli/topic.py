@@ -19,7 +19,7 @@ from regraft.cli.rates import Rates
 from regraft.cli.reach import Reached, reached
 from regraft.cli.topology import TopicUse, topology
 from regraft.cli.values import document
-from regraft.client import Subscription, TopicSample, as_json
+from regraft.client import Subscription, TopicSample, as_json, read_plain
 
 topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -192,10 +192,10 @@ def pub(
         if use is not None and wanted != use.type:
             raise BadInput(f"{name} carries {use.type}, not {wanted}")
         ends = use.readers + use.writers if use else []
-        found = message_types.named(wanted, known.classes(*(component for component, _ in ends)), known.folder)
-        message = message_types.message_of(found, fields)
-        there.put(key, message)
+        found = message_types.described(there, known, wanted, *(component for component, _ in ends))
+        payload = message_types.payload(found, fields)
+        there.put(key, payload, found.encoding)
     if as_json:
-        show_json({"topic": name, "type": wanted, "message": message})
+        show_json({"topic": name, "type": wanted, "message": read_plain(payload, found.encoding)})
     else:
         say(f"put one {wanted} on {name}")

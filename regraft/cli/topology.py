@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.description import ANY_TYPE, PortDescription, ServiceDescription
@@ -46,7 +45,6 @@ class Offer:
 
     name: str
     component: str
-    cls: str
     description: ServiceDescription
 
     def plain(self) -> dict[str, object]:
@@ -70,19 +68,11 @@ class Topology:
     hosted: dict[str, ComponentSpec]
     unhosted: dict[str, ComponentSpec]
     topics: dict[str, TopicSpec]
-    folder: Path
-    """Where the stack's own modules may be."""
 
     @property
     def components(self) -> dict[str, ComponentSpec]:
         """All components by name."""
         return dict(sorted((self.unhosted | self.hosted).items()))
-
-    def classes(self, *first: str) -> list[str]:
-        """Return the classes of all components, those of the components ``first`` named leading."""
-        components = self.components
-        ordered = dict.fromkeys((*first, *components))
-        return [components[name].cls for name in ordered if components[name].cls]
 
     def component(self, name: str) -> ComponentSpec:
         """Return a component; raises BadInput for an unknown one."""
@@ -117,7 +107,7 @@ class Topology:
     def offers(self, kind: str | None = None) -> dict[str, Offer]:
         """Return what is offered, by name: all, or only each ``service`` or ``action``."""
         offers = (
-            Offer(spec.services.get(said.name, said.name), name, spec.cls, said)
+            Offer(spec.services.get(said.name, said.name), name, said)
             for name, spec in self.components.items()
             for said in (spec.description.services if spec.description else ())
             if kind in (None, said.kind)
@@ -163,7 +153,7 @@ def topology(there: Reached) -> Topology:
         spec = _spec_of(there, name)
         if spec is not None:
             unhosted[name] = spec
-    return Topology(hosted, unhosted, topics, Path(there.info.stack).resolve().parent)
+    return Topology(hosted, unhosted, topics)
 
 
 def _spec_of(there: Reached, name: str) -> ComponentSpec | None:

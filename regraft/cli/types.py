@@ -8,29 +8,35 @@ from typing import Annotated
 import typer
 
 from bus_schema.registry import known_types
+from bus_schema.shapes import JsonSchema
+from regraft import rundir
 from regraft.cli import message_types
 from regraft.cli.group import BadInput
-from regraft.cli.options import JsonOption
+from regraft.cli.options import JsonOption, SystemOption, chosen_system
 from regraft.cli.output import show_json, show_table
+from regraft.cli.reach import reached
+from regraft.cli.topology import topology
 from regraft.stack.classes import import_problem, look_in
 
 
 def types(
+    ctx: typer.Context,
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="A type such as regraft/Twist.")] = "",
     modules: Annotated[
         list[str] | None,
         typer.Option("--import", metavar="MODULE", help="Import a module that defines types; may be repeated."),
     ] = None,
+    system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List message types, or print the JSON Schema of one."""
+    """List message types, or print the JSON Schema of one: also one that only a running system knows."""
     look_in(Path.cwd())
     for module in modules or []:
         problem = import_problem(module)
         if problem:
             raise BadInput(problem)
     if name:
-        show_json(message_types.named(name).json_schema())
+        show_json(_schema(ctx, name, system))
         return
     message_types.know_schema()
     kinds = known_types()
@@ -41,3 +47,14 @@ def types(
         return
     rows = ((kind.name, kind.version, (kind.cls.__doc__ or "").split("\n")[0]) for kind in kinds)
     show_table(("type", "version", ""), rows, empty="no types")
+
+
+def _schema(ctx: typer.Context, name: str, system: str | None) -> JsonSchema:
+    """Return the schema of a type that is known here, or else in the system that is meant; raises BadInput."""
+    try:
+        return message_types.named(name).schema
+    except BadInput:
+        if chosen_system(ctx, system) is None and not rundir.running():
+            raise
+    with reached(ctx, system) as there:
+        return message_types.described(there, topology(there), name).schema

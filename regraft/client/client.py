@@ -9,14 +9,17 @@ from typing import TypeVar
 
 from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
+from bus_schema.annotations import PlainValue
 from bus_schema.description import Description
 from bus_schema.errors import BadMessage
 from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import (
     AskQualities,
+    AskTypes,
     ComponentView,
     ControlError,
+    KnownTypes,
     ParameterValues,
     Qualities,
     Rewire,
@@ -24,6 +27,7 @@ from bus_schema.messages.control import (
     Snapshot,
     StateRequest,
     StateStep,
+    TypeDescription,
 )
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import HostView, LogLines, LogRequest, StartComponent, StopComponent
@@ -43,7 +47,8 @@ F = TypeVar("F")
 
 PRESENCE_WITHIN = 1.0
 """Seconds that asking who is alive may take."""
-ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities
+ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
+ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes
 HostMessage = StartComponent | StopComponent | LogRequest
 
 
@@ -117,7 +122,12 @@ class Client:
             BadMessage: the request does not fit its type.
         """
         self._may_wait()
-        return self._requests.call(service, request, reply, timeout, patient=patient)
+        return self._requests.call(service, codec.to_plain(request), _reader(reply), timeout, patient=patient)
+
+    def call_plain(self, service: str, body: PlainValue, timeout: float = 5.0) -> PlainValue:
+        """Ask a service by plain data and return the plain data of its reply; raises CallFailed."""
+        self._may_wait()
+        return self._requests.call(service, body, _as_it_is, timeout)
 
     def goal(
         self,
@@ -131,8 +141,28 @@ class Client:
     ) -> ClientGoal[A, F]:
         """Give an action a goal; returns once it is accepted, raises CallFailed if it is not."""
         self._may_wait()
+        read_feedback = _reader(feedback) if feedback is not None else None
         return self._requests.goal(
-            service, goal, result, feedback, on_feedback=on_feedback, accept_within=accept_within
+            service,
+            codec.to_plain(goal),
+            _reader(result),
+            read_feedback,
+            on_feedback=on_feedback,
+            accept_within=accept_within,
+        )
+
+    def goal_plain(
+        self,
+        service: str,
+        body: PlainValue,
+        *,
+        on_feedback: Callable[[PlainValue], object] | None = None,
+        accept_within: float = 5.0,
+    ) -> ClientGoal[PlainValue, PlainValue]:
+        """Give an action a goal by plain data; result and feedback are plain data too; raises CallFailed."""
+        self._may_wait()
+        return self._requests.goal(
+            service, body, _as_it_is, _as_it_is, on_feedback=on_feedback, accept_within=accept_within
         )
 
     def adapt(
@@ -146,11 +176,11 @@ class Client:
 
     def control(
         self, component: str, verb: str, message: ControlMessage | None = None, timeout: float = 2.0
-    ) -> ComponentView | Description | Qualities | Snapshot:
+    ) -> ControlReply:
         """Ask the living run of a component a control query; without a message it only reads.
 
         ``describe`` gives a Description, or Qualities if these are asked for, ``state`` a Snapshot unless it
-        restores, the others a ComponentView.
+        restores, ``types`` KnownTypes, the others a ComponentView.
 
         Raises:
             NoSuchComponent: no run of it is alive.
@@ -159,11 +189,13 @@ class Client:
         """
         if verb not in CONTROL_VERBS:
             raise ClientError(f"there is no control query {verb!r}; there are: {', '.join(CONTROL_VERBS)}")
-        expected: type[ComponentView | Description | Qualities | Snapshot] = ComponentView
+        expected: type[ControlReply] = ComponentView
         if verb == "describe":
             expected = Qualities if isinstance(message, AskQualities) else Description
         elif verb == "state" and (not isinstance(message, StateRequest) or message.step is StateStep.SNAPSHOT):
             expected = Snapshot
+        elif verb == "types":
+            expected = KnownTypes
         key = self.keys.control(component, self._living_run(component), verb)
         return self._query(f"component {component!r}", key, message, expected, timeout)
 
@@ -178,6 +210,16 @@ class Client:
         qualities = self.control(component, "describe", asked or AskQualities(), timeout)
         assert isinstance(qualities, Qualities)
         return qualities
+
+    def types(self, component: str, *names: str, timeout: float = 2.0) -> tuple[TypeDescription, ...]:
+        """Return message types as a component describes them, those of ``names`` that it knows.
+
+        Without names, these are the types of its ports, services and actions. Raises as ``control`` does; a component
+        that does not know the query refuses it.
+        """
+        known = self.control(component, "types", AskTypes(names), timeout)
+        assert isinstance(known, KnownTypes)
+        return known.types
 
     def view(self, component: str, timeout: float = 2.0) -> ComponentView:
         """Return a component's state, parameters and connections now; raises as ``control`` does."""
@@ -306,6 +348,14 @@ class Client:
             return codec.decode(answers[0].payload, reply)
         except BadMessage as error:
             raise ClientError(f"{who} sent an answer that does not fit: {error}") from None
+
+
+def _reader(cls: type[A]) -> Callable[[PlainValue], A]:
+    return lambda plain: codec.from_plain(plain, cls)
+
+
+def _as_it_is(plain: PlainValue) -> PlainValue:
+    return plain
 
 
 def _newest_runs(tokens: list[str]) -> dict[str, int]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 from bus_schema import codec
+from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, topic_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
@@ -29,8 +30,8 @@ class Pending:
 
     service: str
     request: Request
-    reply: type
-    feedback: type | None
+    read: Callable[[PlainValue], Any]
+    read_feedback: Callable[[PlainValue], Any] | None
     on_feedback: Callable[[Any], object] | None
     heard_at: float
     accepted: threading.Event = field(default_factory=threading.Event)
@@ -97,21 +98,32 @@ class Requests:
         self._number = 0
         self._closed = False
 
-    def call(self, service: str, request: object, reply: type[A], timeout: float, *, patient: bool = False) -> A:
-        """Ask a service and wait for its reply; ``patient``: and again when a refusal says so. Raises CallFailed."""
+    def call(
+        self,
+        service: str,
+        body: PlainValue,
+        read: Callable[[PlainValue], A],
+        timeout: float,
+        *,
+        patient: bool = False,
+    ) -> A:
+        """Ask a service and wait for its reply; ``patient``: and again when a refusal says so. Raises CallFailed.
+
+        ``body`` is the request as plain data; ``read`` makes something of the reply's, or raises BadMessage.
+        """
         until = time.monotonic() + timeout
         left = timeout
         while True:
             try:
-                return self._call(service, request, reply, left)
+                return self._call(service, body, read, left)
             except CallFailed as refused:
                 left = until - time.monotonic() - (refused.retry_after or 0.0)
                 if refused.retry_after is None or left <= 0.0 or not patient:
                     raise
                 time.sleep(refused.retry_after)
 
-    def _call(self, service: str, request: object, reply: type[A], timeout: float) -> A:
-        pending = self._begin(Verb.CALL, service, request, reply, timeout)
+    def _call(self, service: str, body: PlainValue, read: Callable[[PlainValue], A], timeout: float) -> A:
+        pending = self._begin(Verb.CALL, service, body, read, timeout)
         if not pending.ended.wait(timeout):
             self._give_up(pending)
         value: A = self.outcome(pending)
@@ -120,16 +132,16 @@ class Requests:
     def goal(
         self,
         service: str,
-        goal: object,
-        result: type[A],
-        feedback: type[F] | None,
+        body: PlainValue,
+        read: Callable[[PlainValue], A],
+        read_feedback: Callable[[PlainValue], F] | None,
         *,
         on_feedback: Callable[[F], object] | None,
         accept_within: float,
     ) -> ClientGoal[A, F]:
-        """Give an action a goal and wait until it is taken up; raises CallFailed."""
+        """Give an action a goal as plain data and wait until it is taken up; raises CallFailed."""
         pending = self._begin(
-            Verb.GOAL, service, goal, result, accept_within, feedback=feedback, on_feedback=on_feedback
+            Verb.GOAL, service, body, read, accept_within, read_feedback=read_feedback, on_feedback=on_feedback
         )
         if not pending.accepted.wait(accept_within):
             self._give_up(pending)
@@ -152,21 +164,20 @@ class Requests:
         self,
         verb: Verb,
         service: str,
-        body: object,
-        reply: type,
+        body: PlainValue,
+        read: Callable[[PlainValue], Any],
         timeout: float,
         *,
-        feedback: type | None = None,
+        read_feedback: Callable[[PlainValue], Any] | None = None,
         on_feedback: Callable[[Any], object] | None = None,
     ) -> Pending:
         topic_name(service)
-        plain = codec.to_plain(body)
         with self._lock:
             if self._closed:
                 raise CallFailed(service, None, "the client is closed")
             self._number += 1
-            request = Request(self._client, self._number, verb, plain, timeout)
-            pending = Pending(service, request, reply, feedback, on_feedback, time.monotonic())
+            request = Request(self._client, self._number, verb, body, timeout)
+            pending = Pending(service, request, read, read_feedback, on_feedback, time.monotonic())
             self._pending[self._number] = pending
         try:
             self._send(pending, verb)
@@ -242,12 +253,12 @@ class Requests:
         if reply.answer is Answer.ACCEPTED:
             pending.accepted.set()
         elif reply.answer is Answer.FEEDBACK:
-            if pending.feedback is not None:
-                pending.latest = codec.from_plain(reply.body, pending.feedback)
+            if pending.read_feedback is not None:
+                pending.latest = pending.read_feedback(reply.body)
                 if pending.on_feedback:
                     pending.on_feedback(pending.latest)
         elif reply.answer is Answer.RESULT:
-            self._end(pending, None, codec.from_plain(reply.body, pending.reply))
+            self._end(pending, None, pending.read(reply.body))
         else:
             why = reply.error or reply.answer.value
             self._end(pending, CallFailed(pending.service, reply.answer, why, reply.retry_after))

@@ -35,8 +35,11 @@ class Sender:
 
     def put(self, key: str, message: object) -> None:
         """Put a message; raises BusError."""
-        line = self._line(key, type_of(type(message)).encoding)
-        payload = codec.encode(message)
+        self.put_payload(key, codec.encode(message), type_of(type(message)).encoding)
+
+    def put_payload(self, key: str, payload: bytes, encoding: str) -> None:
+        """Put a message that is encoded already; raises BusError."""
+        line = self._line(key, encoding)
         with line.lock:
             if line.sequence == 0:
                 _wait_for_reader(line.publisher)

@@ -8,13 +8,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bus_schema import codec
+from bus_schema.described import describe_type
+from bus_schema.description import types_in
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import (
     AskQualities,
+    AskTypes,
     ComponentView,
     ControlCode,
     ControlError,
+    KnownTypes,
     ParameterValues,
     Qualities,
     Resend,
@@ -27,7 +31,7 @@ from bus_schema.messages.control import (
     StateStep,
 )
 from bus_schema.messages.handover import Role
-from bus_schema.registry import type_of
+from bus_schema.registry import known_types, type_of
 from regraft.bus import Query
 from regraft.component import Component, describe
 from regraft.parameters import ParameterError
@@ -68,6 +72,7 @@ class Control:
             "state": self._state,
             "handover": runtime.handover.step,
             "resend": self._resend,
+            "types": self._types,
         }
 
     def take(self, query: Query) -> None:
@@ -166,6 +171,12 @@ class Control:
         if payload:
             return self._qualities(codec.decode(payload, AskQualities))
         return describe(type(self._runtime.component), self._runtime.parameters.values)
+
+    def _types(self, payload: bytes) -> KnownTypes:
+        wanted = codec.decode(payload, AskTypes) if payload else AskTypes()
+        names = wanted.names or types_in(describe(type(self._runtime.component), self._runtime.parameters.values))
+        known = {kind.name: kind for kind in known_types()}
+        return KnownTypes(tuple(describe_type(known[name]) for name in names if name in known))
 
     def _qualities(self, asked: AskQualities) -> Qualities:
         runtime = self._runtime
