@@ -100,7 +100,7 @@ class AdaptationManager(Component):
 
     @service("adaptation_manager/undo")
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
-        """Undo an applied adaptation by a new one."""
+        """Undo an applied adaptation by a new one, or say what that would do."""
         await self._gate.passed(self.queue_limit)
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
@@ -108,7 +108,8 @@ class AdaptationManager(Component):
             raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}")
         if not undone.request.changes:
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone")
-        request = AdaptationRequest((), wanted.reason or f"undo {undone.id}", wanted.who, undoes=undone.id)
+        reason = wanted.reason or f"undo {undone.id}"
+        request = AdaptationRequest((), reason, wanted.who, dry_run=wanted.dry_run, undoes=undone.id)
         return await self._stand_in_line(
             request, lambda r: undo_of(undone, r, self._books.ready(), self._current())
         ).ended()

@@ -23,7 +23,7 @@ from dashboard_api.reading import (
     reason_schema,
 )
 from dashboard_api.roles import require_for
-from dashboard_api.terms import ActorHeader, Terms, actor, terms
+from dashboard_api.terms import ActorHeader, DryRun, Terms, actor, terms
 from dashboard_api.views import JournalView
 
 Id = Annotated[str, Path(alias="id", description="An adaptation's id", examples=["7"])]
@@ -77,6 +77,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         request: Request,
         adaptation: Id,
         body: Annotated[dict[str, Any], Depends(optional_json_object)],
+        dry_run: DryRun = False,
         x_regraft_actor: ActorHeader = None,
     ) -> Response:
         """Undo an applied adaptation by a new one."""
@@ -84,7 +85,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         if wrong:
             raise malformed(*wrong)
         who = actor(request, x_regraft_actor)
-        return answer(manager.undo(UndoAdaptation(adaptation, who, read_reason(body))), prefix)
+        return answer(manager.undo(UndoAdaptation(adaptation, who, read_reason(body), dry_run)), prefix)
 
     @router.post(
         "/adaptations/{id}/confirm",

@@ -16,6 +16,7 @@ LONGEST_KEY = 200
 ActorHeader = Annotated[
     str | None, Header(description="A name for the journal, which has it behind what is proven of the caller")
 ]
+DryRun = Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")]
 ENTITY_TAG = re.compile(r'"(\d{1,18})"')
 
 
@@ -33,7 +34,7 @@ class Terms:
 
 def terms(
     request: Request,
-    dry_run: Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")] = False,
+    dry_run: DryRun = False,
     if_match: Annotated[
         str | None, Header(description="The ETag of the architecture that the caller saw", examples=['"12"'])
     ] = None,

@@ -13,11 +13,12 @@ from bus_schema.registry import message
 @message("regraft/UndoAdaptation")
 @dataclass(frozen=True, slots=True)
 class UndoAdaptation:
-    """Undo an applied adaptation by a new one."""
+    """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing."""
 
     id: str
     who: Annotated[str, Text(200)] = ""
     reason: Annotated[str, Text(1000)] = ""
+    dry_run: bool = False
 
 
 @message("regraft/CancelAdaptation")

@@ -17,7 +17,7 @@ from bus_schema.messages.manager import (
 )
 from regraft.cli import managing
 from regraft.cli.group import BadInput
-from regraft.cli.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.reach import reached, user
 from regraft.cli.topology import topology
 from regraft.cli.values import read_document
@@ -29,7 +29,7 @@ def adapt(
         str,
         typer.Argument(metavar="FILE", help="An adaptation request in YAML or JSON; - for standard input."),
     ],
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")] = False,
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     revision: Annotated[
         int | None,
@@ -73,6 +73,7 @@ def request_of(file: str) -> AdaptationRequest:
 def undo(
     ctx: typer.Context,
     adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -80,7 +81,7 @@ def undo(
     """Undo an applied adaptation by a new one."""
     with reached(ctx, system) as there:
         managing.require_manager(topology(there))
-        request = UndoAdaptation(adaptation, user(), reason)
+        request = UndoAdaptation(adaptation, user(), reason, dry_run)
         report = there.client.call(managing.UNDO, request, AdaptationReport, managing.ADAPTATION_WITHIN)
         managing.show_report(report, as_json=as_json)
 

@@ -12,7 +12,7 @@ from bus_schema.messages.control import Rewire, RewireStep
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput
-from regraft.cli.options import ComponentArgument, JsonOption, ReasonOption, SystemOption
+from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import say, show_json
 from regraft.cli.reach import Reached, reached
 from regraft.cli.topology import topology
@@ -23,6 +23,7 @@ def connect(
     component: ComponentArgument,
     port: Annotated[str, typer.Argument(metavar="PORT", help="An input or output of it.")],
     topic: Annotated[str, typer.Argument(metavar="TOPIC", help="The topic that it moves to.")],
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -36,9 +37,10 @@ def connect(
         if port not in ports:
             raise BadInput(f"{component} has no port {port!r}; {instead_of(port, ports)}")
         if component in known.hosted:
-            report = managing.change(there, Connect(component, port, topic), reason)
+            report = managing.change(there, Connect(component, port, topic), reason=reason, dry_run=dry_run)
             managing.show_report(report, as_json=as_json)
             return
+        managing.refuse_dry_run(component, dry_run)
         before = there.client.view(component).connections.get(port)
         if before != topic:
             rewire(there, component, port, topic)

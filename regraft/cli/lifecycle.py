@@ -10,7 +10,7 @@ from bus_schema.adaptation import ChangeState
 from bus_schema.lifecycle import Transition, legal
 from bus_schema.messages.control import ComponentView, SetTransition
 from regraft.cli import managing
-from regraft.cli.options import ComponentArgument, JsonOption, ReasonOption, SystemOption
+from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import reached
 from regraft.cli.topology import topology
@@ -60,6 +60,7 @@ def set_state(
     ctx: typer.Context,
     component: ComponentArgument,
     transition: Annotated[Transition, typer.Argument(metavar="TRANSITION", help="What it is to do.")],
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -69,9 +70,10 @@ def set_state(
         known = topology(there)
         known.component(component)
         if component in known.hosted:
-            report = managing.change(there, ChangeState(component, transition), reason)
+            report = managing.change(there, ChangeState(component, transition), reason=reason, dry_run=dry_run)
             managing.show_report(report, as_json=as_json)
             return
+        managing.refuse_dry_run(component, dry_run)
         view = there.client.control(component, "transition", SetTransition(transition))
     assert isinstance(view, ComponentView)
     if as_json:

@@ -8,7 +8,7 @@ import typer
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
 from bus_schema.estimates import Estimate
-from regraft.cli.group import FAILED, Unreachable
+from regraft.cli.group import FAILED, BadInput, Unreachable
 from regraft.cli.output import complain, say, seconds, show_json
 from regraft.cli.reach import Reached, user
 from regraft.cli.topology import Topology, topology
@@ -34,9 +34,15 @@ def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATIO
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
-def change(there: Reached, one: Change, reason: str) -> AdaptationReport:
-    """Have one change carried out; raises CallFailed, Unreachable."""
-    return adapt(there, AdaptationRequest((one,), reason, user()))
+def change(there: Reached, *changes: Change, reason: str, dry_run: bool = False) -> AdaptationReport:
+    """Have changes carried out, or only tried; raises CallFailed, Unreachable."""
+    return adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
+
+
+def refuse_dry_run(component: str, dry_run: bool) -> None:
+    """Raise BadInput if a change is only to be tried that no adaptation manager carries out."""
+    if dry_run:
+        raise BadInput(f"{component} takes changes directly: only an adaptation manager can try them by --dry-run")
 
 
 def show_report(report: AdaptationReport, *, as_json: bool, good: Collection[Outcome] = GOOD) -> None:

@@ -16,7 +16,7 @@ from bus_schema.modes import as_needed, is_in_force
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput
-from regraft.cli.options import JsonOption, ReasonOption, SystemOption
+from regraft.cli.options import DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import show_json, show_table
 from regraft.cli.reach import Reached, reached, user
 from regraft.cli.topology import topology
@@ -29,6 +29,7 @@ def mode(
     file: Annotated[
         Path | None, typer.Option("--from", metavar="FILE", help="A modes file of ROS 2's system_modes.")
     ] = None,
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -37,7 +38,7 @@ def mode(
     with reached(ctx, system) as there:
         managing.require_manager(topology(there))
         if name and file is None:
-            report = managing.change(there, EnterMode(name), reason or f"mode {name}")
+            report = managing.change(there, EnterMode(name), reason=reason or f"mode {name}", dry_run=dry_run)
             managing.show_report(report, as_json=as_json)
             return
         now = _architecture(there)
@@ -50,7 +51,7 @@ def mode(
         changes = as_needed(_changes(modes[name]), now)
         if not changes:
             raise BadInput(f"mode {name} is in force already")
-        request = AdaptationRequest(changes, reason or f"mode {name}", user(), now.revision)
+        request = AdaptationRequest(changes, reason or f"mode {name}", user(), now.revision, dry_run=dry_run)
         managing.show_report(managing.adapt(there, request), as_json=as_json)
 
 

@@ -30,6 +30,7 @@ SecretOption = Annotated[
         help="The secret that all hosts of the system share; by default bus.secret of the --tls folder.",
     ),
 ]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
 TimeoutOption = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]

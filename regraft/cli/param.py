@@ -13,7 +13,7 @@ from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput
-from regraft.cli.options import ComponentArgument, JsonOption, ReasonOption, SystemOption
+from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import Reached, reached
 from regraft.cli.topology import topology
@@ -103,6 +103,7 @@ def set_parameters(
     ctx: typer.Context,
     component: ComponentArgument,
     settings: Annotated[list[str], typer.Argument(metavar="PARAMETER VALUE | PARAMETER=VALUE...")],
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -113,9 +114,10 @@ def set_parameters(
         known = topology(there)
         known.component(component)
         if component in known.hosted:
-            report = managing.change(there, SetParameters(component, values), reason)
+            report = managing.change(there, SetParameters(component, values), reason=reason, dry_run=dry_run)
             managing.show_report(report, as_json=as_json)
             return
+        managing.refuse_dry_run(component, dry_run)
         view = there.client.control(component, "parameters", ParameterValues(values))
     assert isinstance(view, ComponentView)
     if as_json:

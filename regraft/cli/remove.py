@@ -9,7 +9,7 @@ import typer
 from bus_schema.adaptation import Remove
 from bus_schema.keys import component_name
 from regraft.cli import managing
-from regraft.cli.options import ComponentArgument, JsonOption, ReasonOption, SystemOption
+from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.reach import reached
 
 
@@ -20,6 +20,7 @@ def remove(
         list[str] | None,
         typer.Option("--topic", metavar="TOPIC", help="A topic that goes with it; may be given several times."),
     ] = None,
+    dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -27,5 +28,5 @@ def remove(
     """End a component of a running stack, its process included; 'regraft undo' brings it back."""
     component_name(component)
     with reached(ctx, system) as there:
-        report = managing.change(there, Remove(component, tuple(topics or ())), reason)
+        report = managing.change(there, Remove(component, tuple(topics or ())), reason=reason, dry_run=dry_run)
         managing.show_report(report, as_json=as_json)

@@ -6,15 +6,14 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import AdaptationRequest, Change, Move, Swap
+from bus_schema.adaptation import Change, Move, Swap
 from bus_schema.keys import component_name
 from regraft.cli import managing
 from regraft.cli.group import BadInput
-from regraft.cli.options import ComponentArgument, JsonOption, ReasonOption, SystemOption
-from regraft.cli.reach import reached, user
+from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.reach import reached
 from regraft.cli.values import assignment
 
-DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
 Several = list[str] | None
 
 
@@ -45,7 +44,7 @@ def swap(
     if host:
         changes += (Move(name, host),)
     with reached(ctx, system) as there:
-        report = managing.adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
+        report = managing.change(there, *changes, reason=reason, dry_run=dry_run)
         managing.show_report(report, as_json=as_json)
 
 
@@ -62,5 +61,5 @@ def move(
     """Have a component go on at another host, with its state; nothing is missed."""
     change = Move(component_name(component), host, with_state=not without_state)
     with reached(ctx, system) as there:
-        report = managing.adapt(there, AdaptationRequest((change,), reason, user(), dry_run=dry_run))
+        report = managing.change(there, change, reason=reason, dry_run=dry_run)
         managing.show_report(report, as_json=as_json)

@@ -222,9 +222,10 @@ class System:
         """Ask for an adaptation and wait for its end."""
         return self.client.call(service, AdaptationRequest(changes, **more), AdaptationReport, PATIENCE)
 
-    def undo(self, adaptation: str) -> AdaptationReport:
-        """Ask for an adaptation to be undone."""
-        return self.client.call("adaptation_manager/undo", UndoAdaptation(adaptation), AdaptationReport, PATIENCE)
+    def undo(self, adaptation: str, *, dry_run: bool = False) -> AdaptationReport:
+        """Ask for an adaptation to be undone, or what that would do."""
+        request = UndoAdaptation(adaptation, dry_run=dry_run)
+        return self.client.call("adaptation_manager/undo", request, AdaptationReport, PATIENCE)
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Ask for an adaptation to be cancelled."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
+from bus_schema.architecture import Architecture
 from bus_schema.lifecycle import State, Transition
+from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
 from tests.adaptation.system import System
 
@@ -25,6 +27,40 @@ def test_undo_leads_back_to_where_it_was(system: System) -> None:
     assert undone.request.undoes == done.id
     assert system.views() == before
     assert undone.revision_after == 3
+
+
+def test_a_dry_run_of_an_undo_gives_its_plan_and_result_and_touches_nothing(system: System) -> None:
+    done = system.adapt(
+        SetParameters("listener", {"gain": 0.9}),
+        Connect("listener", "heard", "others"),
+        ChangeState("fragile", Transition.DEACTIVATE),
+    )
+    before, lines = system.views(), system.lines()
+    tried = system.undo(done.id, dry_run=True)
+    assert tried.request.dry_run
+    assert tried.request.undoes == done.id
+    assert system.views() == before
+    assert system.lines() == lines
+    assert tried.estimate is not None
+    undone = system.undo(done.id)
+    assert undone.outcome is Outcome.APPLIED
+    assert undone.id == str(int(done.id) + 1)
+    assert [step.action for step in tried.steps] == [step.action for step in undone.steps]
+    assert tried.request.changes == undone.request.changes
+    now = system.client.call("adaptation_manager/architecture", ArchitectureRequest(), Architecture)
+    assert tried.architecture == now
+
+
+def test_a_dry_run_of_an_undo_that_cannot_be_says_so_without_a_line(system: System) -> None:
+    done = system.adapt(SetParameters("listener", {"gain": 0.9}))
+    system.adapt(SetParameters("listener", {"gain": 0.8}))
+    lines = system.lines()
+    tried = system.undo(done.id, dry_run=True)
+    assert tried.outcome is Outcome.REJECTED
+    assert tried.violations[0].field == "parameters.gain"
+    assert system.lines() == lines
+    with pytest.raises(CallFailed, match="no ended adaptation"):
+        system.undo("99", dry_run=True)
 
 
 def test_an_undo_can_be_undone(system: System) -> None:

@@ -167,7 +167,9 @@ class ScriptedManager(Component):
         line = self._line(request.id)
         if line.outcome is not Outcome.APPLIED:
             raise RequestRefused(f"adaptation {line.id} was not applied: {line.outcome.value}")
-        inverse = AdaptationRequest(line.request.changes, request.reason, request.who, undoes=line.id)
+        inverse = AdaptationRequest(
+            line.request.changes, request.reason, request.who, dry_run=request.dry_run, undoes=line.id
+        )
         return self._carry_out(inverse)
 
     @service("adaptation_manager/cancel")

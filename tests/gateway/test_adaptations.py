@@ -150,6 +150,17 @@ def test_undoing_is_an_adaptation(running: Running) -> None:
     assert running.post("/adaptations/1/undo", {"because": "it was better"}).status_code == 422
 
 
+def test_an_undo_can_be_tried(running: Running) -> None:
+    running.post("/adaptations", adaptation())
+    tried = running.http.post("/adaptations/1/undo?dry_run=true")
+    assert tried.status_code == 200
+    assert tried.json()["request"] | {"dry_run": True, "undoes": "1"} == tried.json()["request"]
+    assert "Location" not in tried.headers
+    assert [line["id"] for line in running.http.get("/adaptations").json()["entries"]] == ["1"]
+    assert running.http.post("/adaptations/77/undo?dry_run=true").status_code == 404
+    assert running.http.post("/adaptations/1/undo?dry_run=perhaps").status_code == 422
+
+
 def test_what_was_not_applied_cannot_be_undone(running: Running) -> None:
     running.manager.fate = Outcome.ROLLED_BACK
     running.post("/adaptations", adaptation())
