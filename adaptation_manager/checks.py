@@ -29,6 +29,7 @@ from bus_schema.architecture import Architecture
 from bus_schema.consistency import value_violations, violations
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.host import ProcessState
+from bus_schema.suggestions import instead_of
 
 
 async def check(
@@ -90,11 +91,11 @@ def _plan(draft: Draft, change: Change) -> None:
     """Have a change planned that concerns a component which is there by then."""
     spec = draft.architecture.components.get(change.component)
     if spec is None and change.change != "add":
-        known = ", ".join(sorted(draft.architecture.components)) or "none"
+        hint = instead_of(change.component, draft.architecture.components)
         if change.component in draft.removed:
             draft.refuse(change.component, "component", "is removed earlier in the same request")
         elif change.component not in draft.unclear:
-            draft.refuse(change.component, "component", f"there is no component of this name; there are: {known}")
+            draft.refuse(change.component, "component", f"there is no component of this name; {hint}")
     elif spec is not None and not spec.managed and change.change not in OF_PROCESSES:
         draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
     else:

@@ -8,6 +8,16 @@ from collections.abc import Iterable
 LISTED = 12
 
 
+def near(name: str, known: Iterable[str]) -> str | None:
+    """Return the name of ``known`` that may have been meant by ``name``, None if none is near.
+
+    >>> near("max_velocty", ["max_velocity", "frame"])
+    'max_velocity'
+    """
+    found = difflib.get_close_matches(name[:200], sorted(set(known)), n=1)
+    return found[0] if found else None
+
+
 def instead_of(name: str, known: Iterable[str], *, none: str = "there are none") -> str:
     """Say what may have been meant by ``name``: a near name of ``known``, or what names there are.
 
@@ -17,9 +27,9 @@ def instead_of(name: str, known: Iterable[str], *, none: str = "there are none")
     'there are: frame, max_velocity'
     """
     names = sorted(set(known))
-    near = difflib.get_close_matches(name[:200], names, n=1)
-    if near:
-        return f"did you mean {near[0]!r}?"
+    meant = near(name, names)
+    if meant is not None:
+        return f"did you mean {meant!r}?"
     if not names:
         return none
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""

@@ -9,6 +9,7 @@ from typing import Any
 from starlette.requests import Request
 
 from bus_schema.errors import BadMessage
+from bus_schema.suggestions import instead_of
 from dashboard_api.problems import BAD_CONTENT_TYPE, Problem, malformed, violation
 
 JSON_TYPES = ("application/json", "application/merge-patch+json")
@@ -66,7 +67,7 @@ def unknown_fields(body: dict[str, Any], known: Iterable[str]) -> list[Any]:
     """Return a violation for every field of ``body`` that is not known."""
     names = sorted(known)
     return [
-        violation(name, f"there is no such field; there are: {', '.join(names)}")
+        violation(name, f"there is no such field; {instead_of(name, names)}")
         for name in sorted(body)
         if name not in names
     ]

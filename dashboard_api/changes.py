@@ -11,6 +11,7 @@ from bus_schema.adaptation import Move, Outcome, Swap
 from bus_schema.errors import BadKey
 from bus_schema.keys import component_name
 from bus_schema.lifecycle import Transition
+from bus_schema.suggestions import instead_of
 from dashboard_api.adaptations import request_body
 from dashboard_api.body import json_object, unknown_fields
 from dashboard_api.manager import Manager
@@ -49,8 +50,8 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         wanted = read_change({**plain, "component": name})
         require_for((wanted,), asked.caller, manager.architecture)
         report = manager.adapt(request((wanted,), reason, asked.revision, asked))
-        if report.outcome is Outcome.REJECTED and name not in manager.architecture().components:
-            raise not_found(f"there is no component {name!r}")
+        if report.outcome is Outcome.REJECTED and name not in (known := manager.architecture().components):
+            raise not_found(f"there is no component {name!r}; {instead_of(name, known)}")
         return answer(report, prefix, if_match=asked.revision is not None)
 
     @router.patch(

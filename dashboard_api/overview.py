@@ -8,6 +8,7 @@ from bus_schema.architecture import Architecture
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import AskQualities, ControlCode, Qualities
 from bus_schema.messages.host import ProcessState
+from bus_schema.suggestions import instead_of
 from dashboard_api.manager import Manager
 from dashboard_api.problems import malformed, not_found, unavailable, violation
 from dashboard_api.views import (
@@ -63,9 +64,11 @@ class Overview:
         """Return all that is known of a component; raises Problem for an unknown one."""
         architecture = self._manager.last_architecture()
         spec = architecture.components.get(name) if architecture else None
-        seen = self._client.components(LISTEN_FOR).get(name)
+        everybody = self._client.components(LISTEN_FOR)
+        seen = everybody.get(name)
         if spec is None and seen is None:
-            raise not_found(f"there is no component {name!r}")
+            known = everybody.keys() | (architecture.components.keys() if architecture else set())
+            raise not_found(f"there is no component {name!r}; {instead_of(name, known)}")
         if seen is None:
             return ComponentDetails(name, False, None, spec, None, None, None)
         try:
@@ -79,7 +82,7 @@ class Overview:
         try:
             return self._client.qualities(name, asked, LIVE_WITHIN)
         except NoSuchComponent:
-            raise not_found(f"there is no living component {name!r}") from None
+            raise not_found(f"there is no living component {name!r}; {self._instead_of(name)}") from None
         except ControlRefused as error:
             if error.code is ControlCode.FAILED:
                 raise unavailable(str(error)) from None
@@ -91,11 +94,15 @@ class Overview:
         """Return the last lines of a component's log; raises Problem."""
         seen = self._client.components(LISTEN_FOR).get(name)
         if seen is None or seen.host is None:
-            raise not_found(f"no host runs a component {name!r}, so none keeps its log")
+            hint = self._instead_of(name)
+            raise not_found(f"no host runs a component {name!r}, so none keeps its log; {hint}")
         try:
             return self._client.logs(name, lines)
         except ClientError as error:
             raise unavailable(str(error)) from None
+
+    def _instead_of(self, name: str) -> str:
+        return instead_of(name, set(self._client.components(0.0)) - {name})
 
     def topics(self) -> TopicList:
         """Return all topics; raises Problem while the adaptation manager is silent."""

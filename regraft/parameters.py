@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from bus_schema.description import ParameterDescription
+from bus_schema.suggestions import instead_of
 
 if TYPE_CHECKING:
     from regraft.component import Component
@@ -161,7 +162,7 @@ class ParameterSet:
         for name, value in wanted.items():
             parameter = self.declared.get(name)
             if parameter is None:
-                problems.append(f"{name}: no such parameter; there are: {', '.join(sorted(self.declared)) or 'none'}")
+                problems.append(f"{name}: there is no such parameter; {instead_of(name, self.declared)}")
                 continue
             try:
                 fit[name] = parameter.checked(value)

@@ -12,11 +12,13 @@ import threading
 
 from bus_schema.errors import SchemaError
 from bus_schema.lifecycle import State
+from bus_schema.suggestions import instead_of
 from regraft.assignment import Assignment
 from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component
 from regraft.memory import keep_freed_memory
+from regraft.modules import instead_of_module
 from regraft.network_threads import have_one_thread_read
 from regraft.parameters import ParameterError
 from regraft.runtime import loop
@@ -44,15 +46,25 @@ def load_class(path: str) -> type[Component]:
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
-        raise NoSuchClass(f"{path!r}: cannot import {module_name!r}: {error}") from None
+        hint = instead_of_module(module_name, error)
+        raise NoSuchClass(f"{path!r}: cannot import {module_name!r}: {error}{hint}") from None
     except Exception as error:
         raise NoSuchClass(f"{path!r}: importing {module_name!r} failed: {type(error).__name__}: {error}") from error
     cls = getattr(module, class_name, None)
     if cls is None:
-        raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}")
-    if not (isinstance(cls, type) and issubclass(cls, Component)):
+        there = [
+            name for name, value in vars(module).items() if _is_component(value) and value.__module__ == module_name
+        ]
+        hint = instead_of(class_name, there, none="it has no component class")
+        raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}; {hint}")
+    if not _is_component(cls):
         raise NoSuchClass(f"{path!r} is no subclass of regraft.Component")
-    return cls
+    found: type[Component] = cls
+    return found
+
+
+def _is_component(value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Component)
 
 
 def run_component(assignment: Assignment) -> int:

@@ -11,6 +11,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.description import Description
 from bus_schema.parameter_values import parameter_problem
 from regraft.component import describe
+from regraft.modules import instead_of_module
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass, load_class
 
@@ -27,7 +28,8 @@ def import_problem(module: str) -> str | None:
         importlib.import_module(module)
     # An author's module may do anything while it is imported, leaving included.
     except (Exception, SystemExit) as error:
-        return f"cannot import {module!r}: {type(error).__name__}: {error}"
+        hint = instead_of_module(module, error) if isinstance(error, ImportError) else ""
+        return f"cannot import {module!r}: {type(error).__name__}: {error}{hint}"
     return None
 
 

@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from bus_schema.lifecycle import State
 from tests.gateway.conftest import Running
 from tests.kit.site import wait_until
@@ -107,3 +111,28 @@ def test_overviews_stand_while_the_manager_is_silent(running: Running) -> None:
     response = running.http.get("/architecture")
     assert response.status_code == 503
     assert int(response.headers["retry-after"]) >= 1
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("GET", "/components/navigatr", None),
+        ("GET", "/components/navigatr/qualities", None),
+        ("GET", "/components/navigatr/logs", None),
+        ("PATCH", "/components/navigatr/parameters", {"x": 1}),
+        ("POST", "/components/navigatr/transition", {"transition": "activate"}),
+        ("POST", "/components/navigatr/move", {"host": "local"}),
+    ],
+)
+def test_a_problem_of_an_unknown_component_names_the_one_that_may_be_meant(
+    running: Running, method: str, path: str, body: Any
+) -> None:
+    response = running.http.request(method, path, json=body)
+    assert response.status_code == 404
+    assert "did you mean 'navigator'?" in response.json()["detail"]
+
+
+def test_a_field_that_is_not_there_is_told_with_the_one_that_may_be_meant(running: Running) -> None:
+    response = running.post("/components/navigator/transition", {"transtion": "activate"})
+    assert response.status_code == 422
+    assert "did you mean 'transition'?" in response.json()["detail"]

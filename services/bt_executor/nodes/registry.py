@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Collection, Iterable
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Final
 
+from bus_schema.suggestions import near
+from regraft.modules import instead_of_module
 from services.bt_executor.adapting import ADAPT_DECORATORS
 from services.bt_executor.engine import Node, Registry, RegistryError
 from services.bt_executor.engine.nav2 import register_nav2
@@ -81,9 +84,16 @@ def _found_at(place: str) -> list[type[Node]]:
     try:
         found = getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise RegistryError(f"node types at '{place}' (must be module:name): {error}") from error
+        hint = instead_of_module(module, error) if isinstance(error, ImportError) else _instead_of(name, module)
+        raise RegistryError(f"node types at '{place}' (must be module:name): {error}{hint}") from error
     classes = list(found) if isinstance(found, list | tuple) else [found]
     for node_class in classes:
         if not (isinstance(node_class, type) and issubclass(node_class, Node)):
             raise RegistryError(f"'{place}' holds {node_class!r}, which is no node type")
     return classes
+
+
+def _instead_of(name: str, module: str) -> str:
+    """Say which name of a module may be meant, as the end of a sentence; empty if none is near."""
+    meant = near(name, vars(sys.modules[module])) if module in sys.modules else None
+    return f"; did you mean {meant!r}?" if meant else ""

@@ -1,6 +1,7 @@
 """Checks the structure of all trees before any node is made."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Final
 
 from ..limits import Size
@@ -105,6 +106,11 @@ class _Sizes:
         return self.of_tree(tree_id)
 
 
+def _nearest(type_id: str, manifests: Mapping[str, NodeManifest]) -> str:
+    near = get_close_matches(type_id[:200], manifests, n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
 def _check_element(element: Element, collection: TreeCollection, manifests: Mapping[str, NodeManifest]) -> None:
     type_id = type_of(element)
     manifest = manifests.get(type_id)
@@ -112,7 +118,8 @@ def _check_element(element: Element, collection: TreeCollection, manifests: Mapp
         if type_id in collection.trees:
             hint = f'; the tree of this name is used by <SubTree ID="{type_id}"/>'
         else:
-            hint = _VERSION_3.get(type_id) or (_UNVERSIONED if element.file in collection.unversioned else "")
+            unversioned = _UNVERSIONED if element.file in collection.unversioned else ""
+            hint = _VERSION_3.get(type_id) or _nearest(type_id, manifests) or unversioned
         raise element.error(f"unknown node type '{type_id}'{hint}")
     count = len(element.children)
     if manifest.kind is NodeKind.SUBTREE:

@@ -1,0 +1,38 @@
+"""What is mistyped in a request is told with the name that may be meant, whoever asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from bus_schema.adaptation import Add, Change, Connect, EnterMode, Move, Outcome, Remove, SetParameters
+from bus_schema.architecture import ComponentSpec
+from tests.adaptation.system import System, small_architecture
+
+LISTENER = ComponentSpec(cls="tests.adaptation.parts:Listener")
+
+
+@pytest.mark.parametrize(
+    ("change", "meant"),
+    [
+        (SetParameters("listner", {"gain": 0.5}), "listener"),
+        (SetParameters("listener", {"gian": 0.5}), "gain"),
+        (Connect("listener", "hard", "others"), "heard"),
+        (Connect("listener", "heard", "othrs"), "others"),
+        (Remove("listener", ("othrs",)), "others"),
+        (Move("listener", "locl"), "local"),
+        (EnterMode("quit"), "quiet"),
+        (Add("third", replace(LISTENER, host="locl")), "local"),
+        (Add("third", replace(LISTENER, cls="tests.adaptation.parts:Listner")), "Listener"),
+        (Add("third", replace(LISTENER, cls="tests.adaptation.prts:Listener")), "tests.adaptation.parts"),
+    ],
+    ids=lambda part: str(part)[:60],
+)
+def test_a_rejection_names_what_may_be_meant(bare_system: System, change: Change, meant: str) -> None:
+    quiet = [{"change": "set_parameters", "component": "talker", "parameters": {"rate": 10.0}}]
+    bare_system.host.architecture = replace(small_architecture(), modes={"quiet": quiet})
+    bare_system.start_manager()
+    report = bare_system.adapt(change)
+    assert report.outcome is Outcome.REJECTED
+    assert any(f"did you mean '{meant}'?" in violation.problem for violation in report.violations), report.violations
