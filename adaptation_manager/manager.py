@@ -105,7 +105,7 @@ class AdaptationManager(Component):
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
             more = " yet: it is being confirmed; cancel it" if undone and undone.outcome is not Outcome.PENDING else ""
-            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}")
+            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}", bad_request=undone is None)
         if not undone.request.changes:
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone")
         reason = wanted.reason or f"undo {undone.id}"
@@ -152,7 +152,7 @@ class AdaptationManager(Component):
             return JournalPage((line,) if line else ())
         before = _number(wanted.before)
         if wanted.before and before is None:
-            raise RequestRefused(f"before: there is no adaptation {wanted.before!r}")
+            raise RequestRefused(f"before: there is no adaptation {wanted.before!r}", bad_request=True)
         found = self._read(lambda j: j.page(before, wanted.limit + 1))
         entries = tuple(self._books.line(report) for report in found[: wanted.limit])
         return JournalPage(entries, len(found) > wanted.limit)
@@ -166,7 +166,8 @@ class AdaptationManager(Component):
             return current
         found = self._read(lambda j: j.architecture(wanted.revision))
         if found is None:
-            raise RequestRefused(f"there is no revision {wanted.revision}; the architecture is at {current.revision}")
+            why = f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
+            raise RequestRefused(why, bad_request=True)
         return found
 
     # --- asking for a turn ---
@@ -190,7 +191,7 @@ class AdaptationManager(Component):
         """Return an adaptation that waits or is under way, or how it has ended; raises RequestRefused."""
         found = self._entry(given) or self._line_of(given)
         if found is None:
-            raise RequestRefused(f"there is no adaptation {given!r}")
+            raise RequestRefused(f"there is no adaptation {given!r}", bad_request=True)
         return found
 
     def _line_of(self, given: str) -> AdaptationReport | None:

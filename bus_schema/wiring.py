@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from bus_schema.adaptation import Violation
@@ -74,22 +74,31 @@ def _port_problems(
     name = spec.connections.get(port.name)
     if name is None:
         if port.required:
-            yield f"{label} is connected to no topic; {_fitting(architecture, port)}"
+            yield f"{label} is connected to no topic; {_fitting(architecture.topics, port)}"
         return
-    topic = architecture.topics.get(name)
-    if topic is None:
-        hint = instead_of(name, architecture.topics)
-        yield f"{label} is connected to {name!r}, which is not in the topic table; {hint}"
-    elif port.type == ANY_TYPE:
+    problem = connection_problem(architecture.topics, port, name)
+    if problem is not None:
+        yield problem
+        return
+    topic = architecture.topics[name]
+    if port.type == ANY_TYPE:
         yield from _reading_problems(topic, port)
-    elif topic.type != port.type:
-        verb = "takes" if port.direction == "input" else "gives"
-        hint = _fitting(architecture, port)
-        yield f"{label} {verb} {port.type}, but topic {name!r} carries {topic.type}; {hint}"
     elif port.direction == "input":
         yield from _input_problems(spec, port, name, writers.get(name, []))
     else:
         yield from _output_problems(topic, spec, port, writers.get(name, []))
+
+
+def connection_problem(topics: Mapping[str, TopicSpec], port: PortDescription, name: str) -> str | None:
+    """Return why a port cannot be connected to a topic of that name, whoever else is; None if it can."""
+    label = f"{port.direction} {port.name!r}"
+    topic = topics.get(name)
+    if topic is None:
+        return f"{label} is connected to {name!r}, which is not in the topic table; {instead_of(name, topics)}"
+    if port.type not in (topic.type, ANY_TYPE):
+        verb = "takes" if port.direction == "input" else "gives"
+        return f"{label} {verb} {port.type}, but topic {name!r} carries {topic.type}; {_fitting(topics, port)}"
+    return None
 
 
 def _reading_problems(topic: TopicSpec, port: PortDescription) -> Iterator[str]:
@@ -136,8 +145,8 @@ def _output_problems(
         )
 
 
-def _fitting(architecture: Architecture, port: PortDescription) -> str:
-    fitting = sorted(topic.name for topic in architecture.topics.values() if port.type in (topic.type, ANY_TYPE))
+def _fitting(topics: Mapping[str, TopicSpec], port: PortDescription) -> str:
+    fitting = sorted(topic.name for topic in topics.values() if port.type in (topic.type, ANY_TYPE))
     if not fitting:
         return f"no topic carries {port.type}"
     return f"topics that carry {port.type}: {', '.join(fitting[:LISTED])}"

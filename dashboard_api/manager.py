@@ -49,7 +49,12 @@ PASSING = ("serves only while active", "the queue is full", "has not taken over 
 
 
 class Refused(Exception):
-    """A service refused; the text is its own."""
+    """A service refused; the text is its own. ``bad_request`` says that the request names what is not there."""
+
+    def __init__(self, why: str, *, bad_request: bool = False) -> None:
+        """Say why."""
+        self.bad_request = bad_request
+        super().__init__(why)
 
 
 class Services:
@@ -75,7 +80,7 @@ class Services:
             if error.answer is Answer.REFUSED and not any(reason in error.why for reason in PASSING):
                 if error.retry_after is not None:
                     raise throttled(error.why, error.retry_after) from None
-                raise Refused(error.why) from None
+                raise Refused(error.why, bad_request=error.bad_request) from None
             if error.answer is Answer.FAILED:
                 raise Problem(FAILED, str(error)) from None
             raise unavailable(str(error)) from None
@@ -183,4 +188,4 @@ class Manager:
 
 def _missing(refusal: Refused) -> Problem:
     """Return why something could not be read: it is not there, or the journal cannot be read."""
-    return not_found(str(refusal)) if "there is no" in str(refusal) else unavailable(str(refusal))
+    return not_found(str(refusal)) if refusal.bad_request else unavailable(str(refusal))

@@ -60,6 +60,7 @@ class Reply:
     """Answer to request ``number``; ``body`` is the typed part, ``error`` says why it was refused or failed.
 
     ``retry_after`` says when what was refused may be asked for again, under a new number; None if that is of no use.
+    ``bad_request`` says that the request itself was wrong: it names what is not there, or does not fit.
     """
 
     number: Count
@@ -67,3 +68,4 @@ class Reply:
     body: PlainValue = None
     error: str = ""
     retry_after: Annotated[Seconds, Bounds(minimum=0.0)] | None = None
+    bad_request: bool = False

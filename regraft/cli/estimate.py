@@ -10,9 +10,11 @@ import typer
 
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.control import AskQualities
+from regraft.cli.mistakes import refuse_values
 from regraft.cli.options import JsonOption, SystemOption
 from regraft.cli.output import show_json, show_table
 from regraft.cli.reach import reached
+from regraft.cli.topology import topology
 from regraft.cli.values import assignment
 from regraft.component import declared
 from regraft.parameters import ParameterSet
@@ -44,6 +46,7 @@ def estimate(
         _show(component, _of_class(component, asked), None, as_json)
         return
     with reached(ctx, system) as there:
+        refuse_values(topology(there).component(component), asked.parameters, starting=True)
         qualities = there.client.qualities(component, asked)
     _show(component, qualities.estimated, qualities.evaluated, as_json)
 

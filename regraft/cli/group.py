@@ -27,9 +27,9 @@ WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT_CODES = """\
 \b
 Exit codes:
-  0    well
+  0    success
   1    what was asked for failed: an adaptation was rejected or rolled back, a call failed
-  2    bad input: a stack file, an option, an unknown name; already running, a port in use
+  2    a mistake in what was typed, a file with errors, a system that runs already, a port in use: nothing was done
   3    no such system, or it cannot be reached
   130  interrupted
 """
@@ -57,6 +57,8 @@ BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
 
 def exit_code(error: Exception) -> int | None:
     """Return the exit code that an error means, None for one that should not have happened."""
+    if isinstance(error, CallFailed) and error.bad_request:
+        return BAD_INPUT
     return next((code for code, kinds in BY_CODE if isinstance(error, kinds)), None)
 
 

@@ -10,6 +10,7 @@ from bus_schema.adaptation import ChangeState
 from bus_schema.lifecycle import Transition, legal
 from bus_schema.messages.control import ComponentView, SetTransition
 from regraft.cli import managing
+from regraft.cli.one_of import one_of
 from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import reached
@@ -29,7 +30,7 @@ def list_states(
 ) -> None:
     """List components with their states and the transitions that these allow."""
     with reached(ctx, system) as there:
-        names = [component] if component else sorted(there.client.components(wait=0.0))
+        names = [topology(there).component(component).name] if component else sorted(there.client.components(wait=0.0))
         views = [there.client.view(name) for name in names]
     rows = [
         (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views
@@ -48,6 +49,7 @@ def get(
 ) -> None:
     """Print a component's state."""
     with reached(ctx, system) as there:
+        topology(there).component(component)
         state = there.client.view(component).state.value
     if as_json:
         show_json({"component": component, "state": state})
@@ -59,7 +61,10 @@ def get(
 def set_state(
     ctx: typer.Context,
     component: ComponentArgument,
-    transition: Annotated[Transition, typer.Argument(metavar="TRANSITION", help="What it is to do.")],
+    transition: Annotated[
+        Transition,
+        typer.Argument(metavar="TRANSITION", help="What it is to do.", parser=one_of(Transition, "transition")),
+    ],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,

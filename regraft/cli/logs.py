@@ -11,6 +11,7 @@ import typer
 
 from bus_schema.keys import component_name, system_name
 from bus_schema.messages.health import Event
+from bus_schema.suggestions import instead_of
 from regraft import rundir
 from regraft.bus import BusError
 from regraft.cli.display import event_line
@@ -85,10 +86,8 @@ def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | 
     if not path.exists():
         if _is_elsewhere(ctx, system, component):
             return None
-        there = ", ".join(sorted(found.stem for found in folder.glob("*.log"))) or "none"
-        raise BadInput(
-            f"{name} has no log of {component!r}; it has: {there} (what 'regraft run' starts logs to its terminal)"
-        )
+        hint = instead_of(component, [found.stem for found in folder.glob("*.log")])
+        raise BadInput(f"{name} has no log of {component!r}; {hint} (what 'regraft run' starts logs to its terminal)")
     return path
 
 

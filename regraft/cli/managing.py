@@ -9,6 +9,7 @@ import typer
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
 from bus_schema.estimates import Estimate
 from regraft.cli.group import FAILED, BadInput, Unreachable
+from regraft.cli.mistakes import refuse_mistakes
 from regraft.cli.output import complain, say, seconds, show_json
 from regraft.cli.reach import Reached, user
 from regraft.cli.topology import Topology, topology
@@ -29,13 +30,20 @@ def require_manager(known: Topology) -> None:
 
 
 def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_WITHIN) -> AdaptationReport:
-    """Have an adaptation carried out, and confirmed if it is to be; raises CallFailed, Unreachable."""
-    require_manager(topology(there))
+    """Have an adaptation carried out, and confirmed if it is to be.
+
+    Raises:
+        BadInput: it names what is not there, or has a value that does not fit; nobody has been asked.
+        CallFailed, Unreachable: the adaptation manager refuses, or is not there.
+    """
+    known = topology(there)
+    require_manager(known)
+    refuse_mistakes(there, known, request.changes)
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
 def change(there: Reached, *changes: Change, reason: str, dry_run: bool = False) -> AdaptationReport:
-    """Have changes carried out, or only tried; raises CallFailed, Unreachable."""
+    """Have changes carried out, or only tried; raises as ``adapt`` does."""
     return adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
 
 

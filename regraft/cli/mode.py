@@ -17,7 +17,7 @@ from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput
 from regraft.cli.options import DryRunOption, JsonOption, ReasonOption, SystemOption
-from regraft.cli.output import show_json, show_table
+from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import Reached, reached, user
 from regraft.cli.topology import topology
 from regraft.stack.system_modes import read_system_modes
@@ -50,9 +50,17 @@ def mode(
             raise BadInput(f"{file}: there is no mode {name!r}; {instead_of(name, modes)}")
         changes = as_needed(_changes(modes[name]), now)
         if not changes:
-            raise BadInput(f"mode {name} is in force already")
+            _say_in_force(name, as_json=as_json)
+            return
         request = AdaptationRequest(changes, reason or f"mode {name}", user(), now.revision, dry_run=dry_run)
         managing.show_report(managing.adapt(there, request), as_json=as_json)
+
+
+def _say_in_force(name: str, *, as_json: bool) -> None:
+    if as_json:
+        show_json({"mode": name, "in_force": True})
+    else:
+        say(f"mode {name} is in force already")
 
 
 def _architecture(there: Reached) -> Architecture:

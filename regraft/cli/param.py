@@ -13,6 +13,7 @@ from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput
+from regraft.cli.mistakes import refuse_values
 from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.output import say, show_json, show_table
 from regraft.cli.reach import Reached, reached
@@ -89,6 +90,7 @@ def get(
 ) -> None:
     """Print a parameter's value now."""
     with reached(ctx, system) as there:
+        topology(there).component(component)
         values = _values(there, component)
     if parameter not in values:
         raise BadInput(f"{component} has no parameter {parameter!r}; {instead_of(parameter, values)}")
@@ -112,7 +114,7 @@ def set_parameters(
     values = values_of(settings)
     with reached(ctx, system) as there:
         known = topology(there)
-        known.component(component)
+        refuse_values(known.component(component), values)
         if component in known.hosted:
             report = managing.change(there, SetParameters(component, values), reason=reason, dry_run=dry_run)
             managing.show_report(report, as_json=as_json)

@@ -15,7 +15,7 @@ from bus_schema.errors import BadMessage
 from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
-from regraft.cli.group import FAILED, BadInput, Unreachable
+from regraft.cli.group import FAILED, BadInput
 from regraft.cli.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.reach import Reached, reached, user
@@ -71,7 +71,7 @@ def propose(
     with reached(ctx, system) as there:
         known = _planners(there)
         if name not in known:
-            raise Unreachable(f"there is no planner {name!r}; {instead_of(name, known)}")
+            raise BadInput(f"there is no planner {name!r}; {instead_of(name, known)}")
         found = there.client.call(f"planners/{name}/propose", request, Proposal, timeout)
     if as_json:
         show_json(found)

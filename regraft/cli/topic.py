@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 import time
 from collections.abc import Iterator
 from typing import Annotated
@@ -23,6 +24,9 @@ from regraft.client import Subscription, TopicSample, as_json, read_plain
 
 topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mode=None)
 
+KNOWN_WITHIN = 2.0
+"""Seconds within which a topic must be known or carry something."""
+LOOK_EVERY = 0.1
 REPORT_EVERY = 1.0
 LONGEST_SHOWN = 400
 
@@ -81,7 +85,7 @@ def echo(
 ) -> None:
     """Print the messages on a topic as they come; as JSON, one document per line."""
     with reached(ctx, system) as there:
-        _warn_if_unwritten(there, name)
+        _check(there, name)
         seen = 0
         for sample in _samples(there, name, 1 if once else count, duration):
             seen += 1
@@ -90,12 +94,23 @@ def echo(
         raise Failed(f"nothing came on {name} within {duration:g} s" if duration else f"nothing came on {name}")
 
 
-def _warn_if_unwritten(there: Reached, name: str) -> None:
+def _check(there: Reached, name: str) -> None:
+    """Warn of a topic that nobody writes; raise BadInput for one that no component knows and nothing comes on.
+
+    A component that has just started has told nothing of itself yet, and a program need not: they get a moment.
+    """
     topic_name(name)
-    uses = topology(there).uses()
-    if name not in uses:
-        complain(f"nobody writes {name} now, and no component knows it ({instead_of(name, uses)}); waiting")
-    elif not uses[name].writers:
+    heard = threading.Event()
+    deadline = time.monotonic() + KNOWN_WITHIN
+    with there.client.topic(name, None, lambda _: heard.set()):
+        while name not in (uses := topology(there).uses()):
+            if heard.wait(LOOK_EVERY):
+                return
+            if time.monotonic() > deadline:
+                raise BadInput(
+                    f"no component knows the topic {name!r}, and nothing comes on it; {instead_of(name, uses)}"
+                )
+    if not uses[name].writers:
         complain(f"nobody writes {name} now; waiting")
 
 
@@ -152,7 +167,7 @@ def hz(
     rates = Rates()
     shown_at = time.monotonic()
     with reached(ctx, system) as there:
-        _warn_if_unwritten(there, name)
+        _check(there, name)
         try:
             for sample in _samples(there, name, count, duration):
                 rates.add(time.monotonic(), sample)
@@ -187,7 +202,8 @@ def pub(
         uses = known.uses()
         use = uses.get(name)
         if use is None and not kind:
-            raise BadInput(f"nobody writes or reads {name!r}, so its type is not known: give one with --type")
+            hint = instead_of(name, uses)
+            raise BadInput(f"nobody writes or reads {name!r}, so its type is not known: give one with --type; {hint}")
         wanted = kind or (use.type if use else "")
         if use is not None and wanted != use.type:
             raise BadInput(f"{name} carries {use.type}, not {wanted}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from bus_schema.architecture import ComponentSpec, TopicSpec
@@ -63,11 +63,13 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class Topology:
-    """The components of a system as specs, those that hosts run and the others, and the stack's topics."""
+    """The components of a system as specs, those that hosts run and the others; the stack's topics, hosts and modes."""
 
     hosted: dict[str, ComponentSpec]
     unhosted: dict[str, ComponentSpec]
     topics: dict[str, TopicSpec]
+    hosts: frozenset[str] = frozenset()
+    modes: frozenset[str] = frozenset()
 
     @property
     def components(self) -> dict[str, ComponentSpec]:
@@ -78,7 +80,7 @@ class Topology:
         """Return a component; raises BadInput for an unknown one."""
         found = self.components.get(name)
         if found is None:
-            raise BadInput(f"there is no component {name!r}; {instead_of(name, self.components)}")
+            raise BadInput(no_component(name, self.components))
         return found
 
     def uses(self) -> dict[str, TopicUse]:
@@ -122,6 +124,11 @@ class Topology:
         return offers[name]
 
 
+def no_component(name: str, known: Iterable[str]) -> str:
+    """Say that a component is not there, and which may be meant."""
+    return f"there is no component {name!r}; {instead_of(name, known)}"
+
+
 def ends(component: str, port: str) -> str:
     """Return a port as it is shown: ``component.port``."""
     return f"{component}.{port}"
@@ -134,7 +141,10 @@ def topology(there: Reached) -> Topology:
     hosted: dict[str, ComponentSpec] = {}
     topics: dict[str, TopicSpec] = {}
     elsewhere: dict[str, ComponentSpec] = {}
+    hosts: set[str] = set()
+    modes: frozenset[str] = frozenset()
     for host in client.hosts(AT_ONCE).values():
+        hosts.add(host.name)
         if not host.alive:
             continue
         try:
@@ -147,13 +157,15 @@ def topology(there: Reached) -> Topology:
         topics |= view.architecture.topics
         if host.name == LOCAL:
             elsewhere = {name: spec for name, spec in view.architecture.components.items() if spec.host != LOCAL}
+            hosts.update(view.architecture.hosts)
+            modes = frozenset(view.architecture.modes)
     hosted = elsewhere | hosted
     unhosted = {}
     for name in seen.keys() - hosted.keys():
         spec = _spec_of(there, name)
         if spec is not None:
             unhosted[name] = spec
-    return Topology(hosted, unhosted, topics)
+    return Topology(hosted, unhosted, topics, frozenset(hosts), modes)
 
 
 def _spec_of(there: Reached, name: str) -> ComponentSpec | None:
@@ -168,6 +180,7 @@ def _spec_of(there: Reached, name: str) -> ComponentSpec | None:
     return ComponentSpec(
         name,
         description.cls,
+        parameters=view.parameters,
         connections=connections,
         services=services,
         description=description,

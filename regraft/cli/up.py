@@ -13,6 +13,7 @@ from regraft.bus import BusError
 from regraft.cli.display import display
 from regraft.cli.group import FAILED, BadInput
 from regraft.cli.host_log import log_to_file
+from regraft.cli.one_of import one_of
 from regraft.cli.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
 from regraft.cli.output import say, show_json
 from regraft.cli.ports_free import check_ports
@@ -43,7 +44,9 @@ def up(
         list[str] | None,
         typer.Option("--place", metavar="COMPONENT=HOST", help="Have a component run on a host; may be repeated."),
     ] = None,
-    speed: Annotated[Speed | None, typer.Option("--speed", help="The pace of simulated time.")] = None,
+    speed: Annotated[
+        Speed | None, typer.Option("--speed", help="The pace of simulated time.", parser=one_of(Speed, "speed"))
+    ] = None,
     duration: Annotated[
         float | None,
         typer.Option(

@@ -30,8 +30,9 @@ from bus_schema.messages.control import (
     TypeDescription,
 )
 from bus_schema.messages.health import Event
-from bus_schema.messages.host import HostView, LogLines, LogRequest, StartComponent, StopComponent
+from bus_schema.messages.host import DescribeComponent, HostView, LogLines, LogRequest, StartComponent, StopComponent
 from bus_schema.messages.quality import Quality
+from bus_schema.suggestions import instead_of
 from regraft.bus import Bus, Closable, Sample
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.client.listener import Listener
@@ -49,7 +50,7 @@ PRESENCE_WITHIN = 1.0
 """Seconds that asking who is alive may take."""
 ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
 ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes
-HostMessage = StartComponent | StopComponent | LogRequest
+HostMessage = StartComponent | StopComponent | LogRequest | DescribeComponent
 
 
 class Client:
@@ -237,8 +238,8 @@ class Client:
     def _living_run(self, component: str) -> int:
         runs = _newest_runs(self._bus.present(self.keys.alive(component_name(component), "*"), PRESENCE_WITHIN))
         if component not in runs:
-            living = ", ".join(sorted(self._alive_components())) or "none"
-            raise NoSuchComponent(f"no component {component!r} is alive; alive: {living}")
+            hint = instead_of(component, self._alive_components())
+            raise NoSuchComponent(f"no component {component!r} is alive; {hint}")
         return runs[component]
 
     def _alive_components(self) -> dict[str, int]:
@@ -258,7 +259,8 @@ class Client:
         return self.ask_host(host, "view", None, HostView, timeout)
 
     def ask_host(self, host: str, verb: str, message: HostMessage | None, reply: type[A], timeout: float = 2.0) -> A:
-        """Ask a host; ``start`` and ``stop`` answer a HostStatus, ``logs`` LogLines, ``view`` a HostView.
+        """Ask a host: ``start`` and ``stop`` give a HostStatus, ``logs`` LogLines, ``view`` a HostView, ``describe``
+        a DescribedComponent.
 
         Raises:
             NoSuchHost: it is not there.
@@ -266,7 +268,7 @@ class Client:
         """
         alive = self._alive_hosts()
         if host not in alive:
-            raise NoSuchHost(f"no host {host!r} is alive; alive: {', '.join(sorted(alive)) or 'none'}")
+            raise NoSuchHost(f"no host {host!r} is alive; {instead_of(host, alive)}")
         return self._query(f"host {host!r}", self.keys.host(host, verb), message, reply, timeout)
 
     def logs(self, component: str, lines: int = 100, timeout: float = 2.0) -> tuple[str, ...]:

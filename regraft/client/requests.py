@@ -261,4 +261,5 @@ class Requests:
             self._end(pending, None, pending.read(reply.body))
         else:
             why = reply.error or reply.answer.value
-            self._end(pending, CallFailed(pending.service, reply.answer, why, reply.retry_after))
+            failed = CallFailed(pending.service, reply.answer, why, reply.retry_after, bad_request=reply.bad_request)
+            self._end(pending, failed)

@@ -31,13 +31,23 @@ class CallFailed(Exception):
     """A request got no good reply: refused, failed, or nobody answered in time. The text says which.
 
     ``retry_after`` says in how many seconds what was refused may be welcome; None if it will not be, or nobody said.
+    ``bad_request`` says that the request itself was wrong: it named what is not there, or did not fit.
     """
 
-    def __init__(self, service: str, answer: Answer | None, why: str, retry_after: float | None = None) -> None:
+    def __init__(
+        self,
+        service: str,
+        answer: Answer | None,
+        why: str,
+        retry_after: float | None = None,
+        *,
+        bad_request: bool = False,
+    ) -> None:
         self.service = service
         self.answer = answer
         self.why = why
         self.retry_after = retry_after
+        self.bad_request = bad_request
         super().__init__(f"{service}: {why}")
 
 
@@ -241,7 +251,8 @@ class Caller:
             self._end(pending, None, codec.from_plain(reply.body, pending.reply))
         else:
             why = reply.error or reply.answer.value
-            self._end(pending, CallFailed(pending.service, reply.answer, why, reply.retry_after))
+            failed = CallFailed(pending.service, reply.answer, why, reply.retry_after, bad_request=reply.bad_request)
+            self._end(pending, failed)
 
     def _end(self, pending: Pending, error: CallFailed | None, value: Any = None) -> None:
         self._pending.pop(pending.request.number, None)

@@ -38,12 +38,14 @@ GONE_FOR = 5.0
 class RequestRefused(Exception):
     """Raise it in a service or action to refuse a request, saying why; the client sees the text.
 
-    ``retry_after`` says in how many seconds the same request may be welcome; None if it will not be.
+    ``retry_after`` says in how many seconds the same request may be welcome; None if it will not be. ``bad_request``
+    says that the request itself is wrong: it names what is not there, or has a value that does not fit.
     """
 
-    def __init__(self, why: str = "", *, retry_after: float | None = None) -> None:
+    def __init__(self, why: str = "", *, retry_after: float | None = None, bad_request: bool = False) -> None:
         """Say why."""
         self.retry_after = retry_after
+        self.bad_request = bad_request
         super().__init__(why)
 
 
@@ -146,15 +148,18 @@ class Server:
 
     def _begin(self, request: Request, client: _Client, source: str) -> None:
         why = self._refusal()
-        if why is None and (request.verb is Verb.GOAL) != self.offered.action:
-            why = f"{self.name} is {'an action: give it a goal' if self.offered.action else 'a service: call it'}"
         if why is not None:
-            self._reply(request, Answer.REFUSED, error=why)
+            self._refuse(request, RequestRefused(why))
+            return
+        if (request.verb is Verb.GOAL) != self.offered.action:
+            why = f"{self.name} is {'an action: give it a goal' if self.offered.action else 'a service: call it'}"
+            self._refuse(request, RequestRefused(why, bad_request=True))
             return
         try:
             body: Any = codec.from_plain(request.body, self.offered.request)
         except BadMessage as error:
-            self._reply(request, Answer.REFUSED, error=f"{type_of(self.offered.request).name} {error}")
+            why = f"{type_of(self.offered.request).name} {error}"
+            self._refuse(request, RequestRefused(why, bad_request=True))
             return
         client.open[request.number] = request
         self._do(request, body, source)
@@ -230,7 +235,7 @@ class Server:
         elif isinstance(error, Cancelled):
             reply = self._reply(request, Answer.CANCELLED, error=why or "cancelled")
         elif isinstance(error, RequestRefused):
-            reply = self._reply(request, Answer.REFUSED, error=str(error), retry_after=error.retry_after)
+            reply = self._refuse(request, error)
         else:
             self._reporter.fault(self.name, error)
             reply = self._reply(request, Answer.FAILED, error=f"{type(error).__name__}: {error}")
@@ -242,10 +247,13 @@ class Server:
         elif self.offered.action and (request.client, request.number) in self.goals:
             self._reply(request, Answer.ACCEPTED)
 
-    def _reply(
-        self, request: Request, answer: Answer, body: Any = None, error: str = "", retry_after: float | None = None
-    ) -> Reply:
-        reply = Reply(request.number, answer, body, error, retry_after)
+    def _reply(self, request: Request, answer: Answer, body: Any = None, error: str = "") -> Reply:
+        reply = Reply(request.number, answer, body, error)
+        self._put(request.client, reply)
+        return reply
+
+    def _refuse(self, request: Request, why: RequestRefused) -> Reply:
+        reply = Reply(request.number, Answer.REFUSED, None, str(why), why.retry_after, why.bad_request)
         self._put(request.client, reply)
         return reply
 

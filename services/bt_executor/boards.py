@@ -11,6 +11,7 @@ from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import SchemaError
 from bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
+from bus_schema.suggestions import instead_of
 from services.bt_executor.engine import Blackboard, BlackboardError, Entry, Tree
 from services.bt_executor.engine.values import to_type, type_name
 from services.bt_executor.plain import LONGEST_TEXT, is_plain, shown
@@ -31,8 +32,7 @@ def board_of(tree: Tree, path: str) -> Blackboard:
         return tree.blackboard
     if path in tree.blackboards:
         return tree.blackboards[path]
-    paths = ", ".join(map(repr, other_boards(tree))) or "none"
-    raise BoardRefusal(f"there is no sub-tree {path!r} with a blackboard; there are: {paths}")
+    raise BoardRefusal(f"there is no sub-tree {path!r} with a blackboard; {instead_of(path, other_boards(tree))}")
 
 
 def other_boards(tree: Tree) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ def read_board(tree: Tree, path: str, key: str, now: float) -> BlackboardEntries
 def _told(board: Blackboard, key: str, now: float) -> BlackboardEntry:
     entry = board.find(key)
     if entry is None:
-        raise BoardRefusal(f"there is no blackboard entry {key!r}; there are: {', '.join(board.keys()) or 'none'}")
+        raise BoardRefusal(f"there is no blackboard entry {key!r}; {instead_of(key, board.keys())}")
     age = max(0.0, now - entry.stamp) if entry.sequence else None
     return BlackboardEntry(key, shown(entry.value), type_name(entry.type), entry.sequence, age)
 

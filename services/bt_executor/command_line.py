@@ -213,9 +213,7 @@ def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, 
     try:
         _command(ctx, system, command, as_json)
     except CallFailed as error:
-        told = str(error)
-        is_bad_tree = "<text>:" in told
-        raise (BadInput if is_bad_tree else Failed)(told.replace("<text>:", f"{file}:")) from None
+        raise (BadInput if error.bad_request else Failed)(str(error).replace("<text>:", f"{file}:")) from None
 
 
 def _require_executor(there: Reached) -> None:

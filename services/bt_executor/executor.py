@@ -226,12 +226,14 @@ class Executor(Component):
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
         """
         if command.command not in TAKE_A_TREE and (command.tree or command.main):
-            raise RequestRefused(f"{command.command.value} takes no tree; load it, then {command.command.value}")
+            raise RequestRefused(
+                f"{command.command.value} takes no tree; load it, then {command.command.value}", bad_request=True
+            )
         self._listen()
         try:
             self._obey(command)
         except (Illegal, Unloadable) as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), bad_request=isinstance(error, Unloadable)) from None
         self._stream()
         return self._status_now()
 
@@ -294,7 +296,7 @@ class Executor(Component):
         try:
             return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
         except BoardRefusal as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), bad_request=True) from None
 
     @service("mission/write")
     def mission_write(self, request: WriteBlackboard) -> BlackboardEntries:
@@ -307,7 +309,7 @@ class Executor(Component):
         try:
             written = write_board(tree, request.board, request.values, self.kit.now())
         except BoardRefusal as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), bad_request=True) from None
         where = f"{request.board}: " if request.board else ""
         text = where + summary(request.values)
         self.kit.event("mission.written", text, values=request.values, board=request.board)

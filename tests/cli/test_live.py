@@ -36,12 +36,20 @@ def test_a_parameter_that_was_set_is_what_get_and_list_say(tiny: System) -> None
     assert {row["parameter"]: row["value"] for row in rows}["step"] == 2.5
 
 
-def test_a_rejected_change_exits_with_1_and_says_what_would_be_right(tiny: System) -> None:
+def test_values_that_do_not_fit_are_all_told_and_never_asked_for(tiny: System) -> None:
+    before = tiny.ask("journal")
     found = regraft(tiny.home, "param", "set", "talker", "step=11", "rate=1000")
+    assert found.returncode == 2
+    assert "at most 10.0 m" in found.stderr
+    assert "at most 100.0 Hz" in found.stderr
+    assert tiny.ask("journal") == before
+
+
+def test_a_rejected_change_exits_with_1_and_says_why(tiny: System) -> None:
+    found = regraft(tiny.home, "lifecycle", "set", "talker", "activate")
     assert found.returncode == 1
     assert "rejected" in found.stdout
-    assert "at most 10" in found.stderr
-    assert "at most 100" in found.stderr
+    assert "active" in found.stderr
 
 
 def test_an_adaptation_can_be_tried_applied_and_undone(tiny: System, tmp_path: Path) -> None:
@@ -74,7 +82,7 @@ def test_a_component_is_swapped_while_it_works_and_back_again(tiny: System) -> N
     assert tiny.ask("undo", report["id"])["outcome"] == "applied"
     assert tiny.ask("param", "get", "talker", "step")["value"] != 3
     found = regraft(tiny.home, "swap", "talker", "tiny_parts:Nobody")
-    assert found.returncode == 1
+    assert found.returncode == 2
     assert "has no class 'Nobody'" in found.stderr
     found = regraft(tiny.home, "move", "talker", "elsewhere")
     assert "there is no host 'elsewhere'" in found.stderr
@@ -224,7 +232,11 @@ def test_a_component_runs_alone_and_takes_changes_from_anybody(tmp_path: Path) -
         assert alone.ask("param", "get", "talker", "step")["value"] == 3
         alone.ask("param", "set", "talker", "step=4", "rate=50")
         assert alone.ask("param", "get", "talker", "rate")["value"] == 50
-        assert regraft(tmp_path, "param", "set", "talker", "step=99").returncode == 1
+        assert regraft(tmp_path, "param", "set", "talker", "step=99").returncode == 2
+        tried = regraft(tmp_path, "param", "set", "talker", "step=9", "--dry-run")
+        assert tried.returncode == 2
+        assert "only an adaptation manager" in tried.stderr
+        assert alone.ask("param", "get", "talker", "step")["value"] == 4
         assert alone.ask("topic", "echo", "number", "--once")["type"].startswith("clitest/Number")
         assert regraft(tmp_path, "journal").returncode == 3
         alone.interrupt()

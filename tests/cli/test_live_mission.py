@@ -56,10 +56,10 @@ def test_the_blackboard_is_read_and_written(alone: System, patrol: Path) -> None
     assert (entry["value"], entry["type"]) == (5, "int")
     assert "place" in regraft(alone.home, "mission", "get").stdout
     refused = regraft(alone.home, "mission", "set", "rounds=many", "place=south")
-    assert refused.returncode == 1
+    assert refused.returncode == 2
     assert "'many' is not a whole number" in refused.stderr
     assert alone.ask("mission", "get", "place")["entries"][0]["value"] == "north"
-    assert regraft(alone.home, "mission", "get", "nothing").returncode == 1
+    assert regraft(alone.home, "mission", "get", "nothing").returncode == 2
     assert regraft(alone.home, "mission", "set", "a=1", "a=2").returncode == 2
 
 

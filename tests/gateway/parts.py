@@ -198,7 +198,7 @@ class ScriptedManager(Component):
         if self.silent:
             await self.kit.sleep(3600.0)
         if request.before and not (request.before.isascii() and request.before.isdecimal()):
-            raise RequestRefused(f"there is no adaptation {request.before!r}")
+            raise RequestRefused(f"there is no adaptation {request.before!r}", bad_request=True)
         lines = self.journal_lines[::-1]
         if request.id:
             return JournalPage(tuple(line for line in lines if line.id == request.id))
@@ -213,7 +213,7 @@ class ScriptedManager(Component):
             await self.kit.sleep(3600.0)
         revision = max(self.revisions) if request.revision is None else request.revision
         if revision not in self.revisions:
-            raise RequestRefused(f"there is no revision {revision}")
+            raise RequestRefused(f"there is no revision {revision}", bad_request=True)
         return self.revisions[revision]
 
 

@@ -71,11 +71,11 @@ class BanditPlanner(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Take the credit that is given, choose an option, and have it applied if that is wanted."""
         if not request.task:
-            raise RequestRefused("task: is empty: name the task for which is learned")
+            raise RequestRefused("task: is empty: name the task for which is learned", bad_request=True)
         try:
             asked = self._read(request)
         except BadMessage as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), bad_request=True) from None
         options = await self._options(asked)
         await self._turns.take(request.task)
         try:
@@ -104,7 +104,7 @@ class BanditPlanner(Component):
         if len(self._spaces) > SPACES_KEPT:
             del self._spaces[next(iter(self._spaces))]
         if isinstance(found, str):
-            raise RequestRefused(found)
+            raise RequestRefused(found, bad_request=True)
         return found
 
     # --- one proposal ---
@@ -116,7 +116,8 @@ class BanditPlanner(Component):
         wrong = list(problems(asked.dimensions, architecture))
         if wrong:
             more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
-            raise RequestRefused("; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more]))
+            text = "; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more])
+            raise RequestRefused(text, bad_request=True)
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:
@@ -125,7 +126,7 @@ class BanditPlanner(Component):
             seed = f"{self.kit.seed}/{self.seed}"
             chosen = memory.choose(asked.strategy, knobs, asked.dimensions, options, context, seed)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs"))) from None
+            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
         if not request.apply:
             changes = changes_for(asked.dimensions, chosen.option.values, architecture)
             return Proposal(request.task, changes, _shown(chosen, "dry", told))

@@ -61,11 +61,11 @@ class ForecastPlanner(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Choose an option, and have it applied if that is wanted."""
         if not request.task:
-            raise RequestRefused("task: is empty: name the task for which is chosen")
+            raise RequestRefused("task: is empty: name the task for which is chosen", bad_request=True)
         try:
             asked, model = _read(request.inputs)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs"))) from None
+            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
         await self._turns.take(request.task)
         try:
             return await self._propose(request, asked, model)
@@ -77,11 +77,12 @@ class ForecastPlanner(Component):
         wrong = list(problems(asked.dimensions, architecture))
         if wrong:
             more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
-            raise RequestRefused("; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more]))
+            text = "; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more])
+            raise RequestRefused(text, bad_request=True)
         try:
             options = options_of(asked.dimensions, asked.constraints, MOST_OPTIONS)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs"))) from None
+            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
         context = numbers_of(request.context)
         outlooks = [outlook(model, asked.dimensions, option, architecture, context) for option in options]
         chosen = _best(asked, model, outlooks, architecture)

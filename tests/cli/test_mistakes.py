@@ -1,0 +1,334 @@
+"""Every command, with every kind of mistake in what is typed: exit code 2, one line with the nearest name, no trace."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+import typer
+
+from tests.cli.app import whole
+from tests.cli.live import STACK, Done, System, regraft
+from tests.executor.helpers import tree
+
+pytestmark = pytest.mark.timeout(600)
+
+MORE = """\
+  mission: {type: regraft/MissionStatus}
+
+modes:
+  loud: [{change: set_parameters, component: talker, parameters: {step: 2}}]
+
+components:
+  bt_executor: {class: 'services.bt_executor.executor:Executor'}
+  bandits: {class: 'adaptation_manager.planners.bandits.planner:BanditPlanner', parameters: {seed: 7}}
+"""
+TREE = tree('<Script code="rounds := 3"/>', '<Sleep name="wait" msec="100000000"/>', name="Patrol")
+PROPOSAL = {
+    "task": "talk",
+    "inputs": {"strategy": "ucb1", "options": [{"component": "talker", "parameter": "step", "values": [1.0, 2.0]}]},
+}
+
+RIGHT: dict[str, str] = {
+    "COMPONENT": "talker",
+    "COMPONENT|MODULE:CLASS": "talker",
+    "PARAMETER": "step",
+    "PORT": "number",
+    "TOPIC": "number",
+    "HOST": "local",
+    "CLASS": "tiny_parts:Talker",
+    "TRANSITION": "deactivate",
+    "PLANNER": "bandits",
+    "BODY": "{value: 1}",
+    "REVISION": "1",
+    "STACK": str(STACK),
+    "MODULE:CLASS": "tiny_parts:Talker",
+    "FILE": "right",
+    "SERVICE": "last_number",
+    "ACTION": "wait_for",
+    "PARAMETER VALUE | PARAMETER=VALUE...": "step=1",
+    "NAME...": "local",
+    "FOLDER": "certificates",
+}
+"""What an argument can be, by what stands for it in the help."""
+PROPOSE = ("planner", "propose")
+
+TALKER, STEP, NUMBER = "did you mean 'talker'?", "did you mean 'step'?", "did you mean 'number'?"
+WRONG: dict[str, list[tuple[str, str]]] = {
+    "COMPONENT": [("talkr", TALKER)],
+    "COMPONENT|MODULE:CLASS": [("talkr", TALKER), ("tiny_part:Talker", "did you mean 'tiny_parts'?"), ("a:b:c", "")],
+    "PARAMETER": [("stp", STEP)],
+    "PARAMETER VALUE | PARAMETER=VALUE...": [
+        ("stp=1", STEP),
+        ("step=11", "must be at most 10.0 m"),
+        ("step=fast", "must be a number"),
+        ("step", "name=value"),
+    ],
+    "PORT": [("nmber", NUMBER)],
+    "TOPIC": [("numbr", NUMBER), ("a b", "'a b'")],
+    "HOST": [("locl", "did you mean 'local'?")],
+    "CLASS": [
+        ("tiny_parts:Talkr", "did you mean 'Talker'?"),
+        ("tiny_prts:Talker", "did you mean 'tiny_parts'?"),
+        ("Talker", "must look like"),
+    ],
+    "TRANSITION": [("activat", "did you mean 'activate'?")],
+    "PLANNER": [("bandit", "did you mean 'bandits'?")],
+    "BODY": [("{vale: 1}", "has no field 'vale'"), ("{value: high}", "value"), ("{", "")],
+    "REVISION": [("999", "there is no revision 999"), ("first", "integer")],
+    "ID": [("999", "'999'")],
+    "MODE": [("lod", "loud")],
+    "SERVICE": [("last_numbr", "did you mean 'last_number'?")],
+    "ACTION": [("wait_fr", "did you mean 'wait_for'?")],
+    "FILE": [("nowhere", "nowhere"), ("nonsense", "")],
+    "STACK": [(str(STACK)[:-1] + "l", f"did you mean '{STACK}'?")],
+    "MODULE:CLASS": [("tiny_parts:Talkr", "'Talker'"), ("tiny_prts:Talker", "'tiny_parts'"), ("tiny_parts:Number", "")],
+    "NAME": [("regraft/Twits", "regraft/Twist")],
+    "KEY": [("roundz", "did you mean 'rounds'?")],
+    "KEY VALUE | KEY=VALUE...": [("rounds=many", "'many' is not a whole number"), ("rounds", "name=value")],
+    "STUDY": [("frog-architectur", "did you mean 'frog-architecture'?")],
+    "SYSTEM": [],
+    "NAME...": [],
+    "FOLDER": [],
+}
+"""What can be mistyped for it, and what is told then. A system that does not run is no mistake: exit code 3."""
+
+OPTIONS: list[tuple[str, str]] = [
+    ("up STACK --set talkr.step=1", TALKER),
+    ("up STACK --set talker.stp=1", STEP),
+    ("up STACK --set talker.step=11", "must be at most 10"),
+    ("up STACK --place talkr=local", TALKER),
+    ("up STACK --speed rael", "did you mean 'real'?"),
+    ("run tiny_parts:Talker --set stp=1", STEP),
+    ("run tiny_parts:Talker --set step=11", "must be at most 10"),
+    ("run tiny_parts:Talker --connect nmber=number", NUMBER),
+    ("swap talker -p stp=1", STEP),
+    ("swap talker -p step=11", "must be at most 10.0 m"),
+    ("swap talker tiny_parts:Listener -p step=1", "talker has no parameter 'step'; there are: offset"),
+    ("swap talker --connect nmber=spare", NUMBER),
+    ("swap talker --connect number=spair", "did you mean 'spare'?"),
+    ("swap talker --host locl", "did you mean 'local'?"),
+    ("remove listener --topic spair", "did you mean 'spare'?"),
+    ("connect listener number architecture", "takes clitest/Number, but topic 'architecture' carries"),
+    ("estimate talker --set stp=1", STEP),
+    ("estimate talker --set step=11", "must be at most 10"),
+    ("estimate tiny_parts:Talker --set stp=1", STEP),
+    ("topic pub number {value:1} --type clitest/Nmber", "number carries clitest/Number"),
+    ("topic pub elsewhere {value:1} --type clitest/Nmber", "clitest/Nmber"),
+    ("mode loud --from modes.yaml", "modes.yaml"),
+    ("mission get --board Patrl", "there is no sub-tree 'Patrl'"),
+    ("mission set rounds=1 --board Patrl", "there is no sub-tree 'Patrl'"),
+    ("mission load right --main Patrl", "Patrl"),
+    ("mission check right --main Patrl", "Patrl"),
+    ("mission check right --nodes services.nods:X", "services"),
+    ("journal --before last", "'last'"),
+    ("types --import tiny_prts", "did you mean 'tiny_parts'?"),
+    ("evaluate frog-architecture --configurations basline", "did you mean"),
+    ("evaluate frog-architecture --definitions publishd", "did you mean"),
+    ("planner propose bandits unknown", "did you mean 'talker'?"),
+]
+"""Mistakes in options, and in what files hold."""
+
+CHANGES: list[tuple[dict[str, Any], str]] = [
+    ({"change": "set_parameters", "component": "talkr", "parameters": {"step": 1}}, TALKER),
+    ({"change": "set_parameters", "component": "talker", "parameters": {"stp": 1}}, STEP),
+    ({"change": "set_parameters", "component": "talker", "parameters": {"step": -1}}, "must be at least 0"),
+    ({"change": "connect", "component": "listener", "port": "nmber", "topic": "spare"}, NUMBER),
+    ({"change": "connect", "component": "listener", "port": "number", "topic": "spair"}, "did you mean 'spare'?"),
+    ({"change": "transition", "component": "talkr", "transition": "activate"}, TALKER),
+    ({"change": "transition", "component": "talker", "transition": "activat"}, "activate"),
+    ({"change": "remove", "component": "talkr"}, TALKER),
+    ({"change": "swap", "component": "talker", "cls": "tiny_parts:Talkr"}, "did you mean 'Talker'?"),
+    ({"change": "move", "component": "talker", "host": "locl"}, "did you mean 'local'?"),
+    ({"change": "mode", "mode": "lod"}, "did you mean 'loud'?"),
+    ({"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listenr"}}, "did you mean 'Listener'?"),
+    ({"change": "add", "component": "second", "spec": {"cls": "tiny_prts:Listener"}}, "did you mean 'tiny_parts'?"),
+    (
+        {"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "parameters": {"ofset": 1}}},
+        "did you mean 'offset'?",
+    ),
+    (
+        {
+            "change": "add",
+            "component": "second",
+            "spec": {"cls": "tiny_parts:Listener", "connections": {"nmber": "spare"}},
+        },
+        NUMBER,
+    ),
+    ({"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "host": "locl"}}, "'local'?"),
+    ({"change": "swop", "component": "talker"}, "swap"),
+]
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
+    """Run the tiny stack with a mission executor, a planner and a mode, among files that are right and wrong."""
+    folder = tmp_path_factory.mktemp("robot")
+    topics, components = MORE.split("components:\n")
+    text = (STACK / "stack.yaml").read_text().replace("\ncomponents:\n", f"{topics}components:\n{components}")
+    (folder / "stack.yaml").write_text(text)
+    (folder / "tiny_parts.py").write_text((STACK / "tiny_parts.py").read_text())
+    (folder / "right").write_text(TREE)
+    (folder / "nonsense").write_text("<root>: [")
+    wrong = json.loads(json.dumps(PROPOSAL).replace("talker", "talkr"))
+    (folder / "unknown").write_text(json.dumps(wrong))
+    (folder / "proposal").write_text(json.dumps(PROPOSAL))
+    with System(folder / "home", command=("up", str(folder), "--headless")) as system:
+        system.ask("mission", "load", str(folder / "right"))
+        system.ask("mission", "start")
+        yield system
+
+
+def commands(command: Any, *names: str) -> Iterator[tuple[tuple[str, ...], list[str]]]:
+    """Yield every command with what stands for its arguments in the help."""
+    if isinstance(command, click.Group) or hasattr(command, "commands"):
+        for name, inner in command.commands.items():
+            yield from commands(inner, *names, name)
+        if not command.params:
+            return
+    arguments = [parameter for parameter in command.params if parameter.param_type_name == "argument"]
+    yield names, [str(argument.metavar or argument.name.upper()).strip("[]") for argument in arguments]
+
+
+COMMANDS = dict(commands(typer.main.get_command(whole())))
+
+
+def generated() -> Iterator[Any]:
+    """Yield every command with one of its arguments mistyped and the others right, and what is told."""
+    for names, places in COMMANDS.items():
+        for at, place in enumerate(places):
+            for wrong, told in WRONG[place]:
+                right = RIGHT | {"FILE": "proposal"} if names == PROPOSE else RIGHT
+                words = [wrong if index == at else right.get(other, "") for index, other in enumerate(places)]
+                words = [word for index, word in enumerate(words) if word or index <= at]
+                yield pytest.param((*names, *words), told, id=" ".join((*names, place, wrong)))
+
+
+def mistyped(robot: System, *words: str) -> Done:
+    """Run a command where the files are; what it did must be nothing."""
+    before = robot.ask("journal")
+    done = regraft(robot.home, *words)
+    assert robot.ask("journal") == before
+    return done
+
+
+def check(done: Done, told: str) -> None:
+    """Check what a mistake gives."""
+    assert done.returncode == 2, done
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert len([line for line in done.stderr.splitlines() if line.startswith(("regraft: ", "Error: "))]) == 1
+
+
+@pytest.fixture
+def among_files(robot: System, monkeypatch: pytest.MonkeyPatch) -> System:
+    """Stand in the folder with the files."""
+    monkeypatch.chdir(robot.home.parent)
+    return robot
+
+
+@pytest.mark.parametrize(("words", "told"), list(generated()))
+def test_a_mistyped_argument_exits_with_2_and_leaves_no_trace(
+    among_files: System, words: tuple[str, ...], told: str
+) -> None:
+    check(mistyped(among_files, *words), told)
+
+
+@pytest.mark.parametrize(("line", "told"), OPTIONS)
+def test_a_mistyped_option_exits_with_2_and_leaves_no_trace(among_files: System, line: str, told: str) -> None:
+    check(mistyped(among_files, *line.replace("STACK", str(STACK)).split()), told)
+
+
+@pytest.mark.parametrize(("change", "told"), CHANGES)
+@pytest.mark.parametrize("more", [(), ("--dry-run",)], ids=["", "dry run"])
+def test_a_mistyped_change_in_a_file_exits_with_2_and_leaves_no_trace(
+    among_files: System, tmp_path: Path, change: dict[str, Any], told: str, more: tuple[str, ...]
+) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"changes": [change]}))
+    check(mistyped(among_files, "adapt", str(file), *more), told)
+
+
+def test_every_mistake_of_a_request_is_told_at_once_by_its_change(among_files: System, tmp_path: Path) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"changes": [CHANGES[1][0], CHANGES[3][0]]}))
+    done = mistyped(among_files, "adapt", str(file))
+    assert done.returncode == 2
+    lines = done.stderr.splitlines()
+    assert "change 0: talker has no parameter 'stp'" in lines[0]
+    assert "change 1: listener has no port 'nmber'" in lines[1]
+
+
+def test_each_change_of_a_request_sees_what_those_before_it_do(among_files: System, tmp_path: Path) -> None:
+    file = tmp_path / "request.json"
+    add = {"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "services": {
+        "last_number": "second_number", "wait_for": "second_wait"}}}  # fmt: skip
+    later = {"change": "set_parameters", "component": "second", "parameters": {"offset": 1}}
+    file.write_text(json.dumps({"changes": [add, later]}))
+    assert among_files.ask("adapt", str(file), "--dry-run")["outcome"] == "pending"
+    later["parameters"] = {"ofset": 1}
+    file.write_text(json.dumps({"changes": [add, later]}))
+    check(mistyped(among_files, "adapt", str(file)), "change 1: second has no parameter 'ofset'")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("lifecycle", "set", "talker", "configure"),
+        ("remove", "adaptation_manager"),
+        ("remove", "talker"),
+        ("swap", "adaptation_manager"),
+        ("connect", "talker", "number", "spare"),
+    ],
+    ids=" ".join,
+)
+def test_a_well_formed_change_that_is_rejected_exits_with_1_and_has_a_line(
+    robot: System, words: tuple[str, ...]
+) -> None:
+    before = robot.ask("journal")["entries"][0]["id"]
+    tried = regraft(robot.home, *words, "--dry-run")
+    assert tried.returncode == 1
+    assert robot.ask("journal")["entries"][0]["id"] == before
+    assert regraft(robot.home, *words).returncode == 1
+    line = robot.ask("journal")["entries"][0]
+    assert (line["id"], line["outcome"]) == (str(int(before) + 1), "rejected")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("param", "set", "talker", "step=3"),
+        ("connect", "listener", "number", "number"),
+        ("lifecycle", "set", "listener", "deactivate"),
+        ("remove", "listener"),
+        ("swap", "talker"),
+        ("mode", "loud"),
+        ("undo",),
+        ("journal", "undo"),
+    ],
+    ids=" ".join,
+)
+def test_a_dry_run_says_what_would_be_done_and_touches_nothing(robot: System, words: tuple[str, ...]) -> None:
+    if words[-1] == "undo":
+        words = (*words, robot.ask("param", "set", "talker", f"rate={21 + len(words)}")["id"])
+    lines, components, values = robot.ask("journal"), robot.components(), robot.ask("param", "list")
+    tried = robot.ask(*words, "--dry-run")
+    assert tried["request"]["dry_run"]
+    assert tried["outcome"] == "pending"
+    assert tried["architecture"]["revision"] == tried["revision_after"]
+    assert robot.ask("journal") == lines
+    assert robot.ask("param", "list") == values
+    assert {name: c["incarnation"] for name, c in robot.components().items()} == {
+        name: c["incarnation"] for name, c in components.items()
+    }
+
+
+def test_what_is_asked_in_vain_exits_with_1(robot: System) -> None:
+    robot.ask("mission", "halt")
+    assert regraft(robot.home, "mission", "halt").returncode == 1
+    robot.ask("mission", "start")
