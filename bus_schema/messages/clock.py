@@ -136,7 +136,7 @@ class Membership:
 class ClockTime:
     """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable.
 
-    ``wall`` is the wall-clock time since the first tick.
+    ``wall`` is the wall-clock time since the first tick, also after the source has died and was restarted.
     """
 
     tick: Count

@@ -188,7 +188,10 @@ class StateRequest:
 @message("regraft/Snapshot")
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A component's state as plain data, with the version of its layout and where its outputs' numbering stands."""
+    """A component's state as plain data, with the version of its layout and where its outputs' numbering stands.
+
+    ``first_tick`` is in a time source's checkpoints: the machine's monotonic clock, in s, when the run began to tick.
+    """
 
     component: str
     incarnation: Count
@@ -196,6 +199,7 @@ class Snapshot:
     version: Count
     state: PlainValue
     outputs: dict[str, Count] = field(default_factory=dict)
+    first_tick: float | None = None
 
 
 LARGEST_SCHEMA = 2**20

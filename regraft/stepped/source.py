@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bus_schema.lifecycle import State
 from regraft.clock import SteppedClock
@@ -62,7 +62,7 @@ class SourceLoop:
         self._source = source
         self._coordinator: Coordinator | None = None
         self._speed_mark = (0.0, 0)
-        self._started = 0.0
+        self._first_tick = 0.0
 
     def run(self) -> None:
         """Run until the component is finalized."""
@@ -91,7 +91,7 @@ class SourceLoop:
         period = round(1e9 / self._source.tick_rate)
         end = self._runtime.assignment.duration
         pace = self._begin_pace(coordinator)
-        self._started = time.monotonic()
+        self._first_tick = self._first_tick_of_the_run()
         while self._runtime.state is not State.FINALIZED:
             if not self._is_active():
                 coordinator.stand_still(LOOK_EVERY)
@@ -104,6 +104,16 @@ class SourceLoop:
             if self._is_active():
                 coordinator.run_tick(lambda: self._advance(coordinator, period))
                 self._measure_speed(coordinator)
+
+    def _first_tick_of_the_run(self) -> float:
+        """Return when the first incarnation began to tick, which a checkpoint passes on; without one, now.
+
+        The monotonic clock is the same in all processes of a machine. The time between a death and the next tick counts.
+        """
+        now = time.monotonic()
+        checkpoint = self._runtime.assignment.checkpoint
+        before = checkpoint.first_tick if checkpoint else None
+        return now if before is None else min(before, now)
 
     def _is_active(self) -> bool:
         return self._runtime.state is State.ACTIVE
@@ -121,7 +131,7 @@ class SourceLoop:
         """
         runtime, control = self._runtime, self._runtime.control
         if control.keeps_state:
-            taken = control.snapshot()
+            taken = replace(control.snapshot(), first_tick=self._first_tick)
             runtime.writers.promises.append(
                 lambda: runtime.guarded("checkpoint", lambda: control.put_checkpoint(taken))
             )
@@ -144,7 +154,7 @@ class SourceLoop:
     def _measure_speed(self, coordinator: Coordinator) -> None:
         since, simulated = self._speed_mark
         now = time.monotonic()
-        coordinator.report.wall = now - self._started
+        coordinator.report.wall = now - self._first_tick
         if now - since >= SPEED_OVER:
             coordinator.report.speed = (coordinator.moment.time - simulated) / 1e9 / (now - since)
             self._speed_mark = (now, coordinator.moment.time)

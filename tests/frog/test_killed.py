@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import os
 import signal
+from pathlib import Path
 
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.host import ProcessState
@@ -61,6 +63,20 @@ def test_time_never_goes_back_when_the_world_dies(start_frog: StartFrog) -> None
     jumps = [math.hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) for a, b in itertools.pairwise(odometry)]
     assert max(jumps) < 0.1
     assert not frog.clock().reproducible
+
+
+def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path, start_frog: StartFrog) -> None:
+    frog = start_frog("--speed", "real", "--for", "5", "--json")
+    wait_until(lambda: frog.clock().time >= 3e9, "3 simulated seconds", 60.0)
+    os.kill(frog.wait_running("world").pid, signal.SIGKILL)
+    assert frog.process.wait(60.0) == 0
+    said = (tmp_path / "up.log").read_text()
+    closing = json.loads(said[said.index("{") :])
+    assert closing["simulated_s"] == 5.0
+    assert closing["restarts"] == 1
+    # A run at the pace of the wall clock is never faster than that.
+    assert closing["wall_s"] >= 4.9
+    assert closing["real_time_factor"] <= 1.02
 
 
 def test_a_stopped_component_is_found_and_the_run_is_marked(start_frog: StartFrog) -> None:
