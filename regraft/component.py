@@ -58,11 +58,13 @@ class Component:
         return cls.exclusive or bool(cls.resources.devices)
 
     @classmethod
-    def preload(cls) -> None:
+    def preload(cls) -> str | None:
         """Prepare what all processes of this class share, once, before any is started: imports, probing hardware.
 
-        It must start no thread and open no device.
+        It must start no thread and open no device. A returned line is shown once to the person who starts the system,
+        such as what this machine lacks.
         """
+        return None
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:

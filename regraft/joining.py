@@ -56,12 +56,13 @@ class Wanted:
 
 @dataclass(slots=True)
 class Joined:
-    """A host that has joined."""
+    """A host that has joined; ``notices`` are lines for the person who started it."""
 
     host: Guest
     bus: Bus
     system: str
     endpoint: str
+    notices: tuple[str, ...] = ()
 
 
 def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -> Guest:
@@ -90,7 +91,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
     try:
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
         with ending.interrupting():
-            prepare_process(mine.values())
+            notices = prepare_process(mine.values())
         if first.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()
@@ -104,7 +105,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
                 wanted.endpoints.secret,
                 name=wanted.name,
             )
-            return _run(wanted, plan, zygote, ending, step)
+            return _run(wanted, plan, zygote, ending, notices, step)
         finally:
             zygote.close()
     finally:
@@ -148,7 +149,14 @@ def _stack_folder(first: JoinedSystem) -> Path:
     return there if there.is_dir() else Path.cwd()
 
 
-def _run(wanted: Wanted, plan: HostPlan, zygote: Zygote, ending: Ending, step: Callable[[Joined], None]) -> Guest:
+def _run(
+    wanted: Wanted,
+    plan: HostPlan,
+    zygote: Zygote,
+    ending: Ending,
+    notices: tuple[str, ...],
+    step: Callable[[Joined], None],
+) -> Guest:
     architecture = plan.architecture
     endpoints = replace(wanted.endpoints, listen=(plan.endpoint,), router=True)
     bus = open_bus(endpoints, in_step=architecture.simulated)
@@ -157,7 +165,7 @@ def _run(wanted: Wanted, plan: HostPlan, zygote: Zygote, ending: Ending, step: C
         with ending.interrupting():
             first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()))
         host = Guest(plan.as_joined(first), bus, zygote, first, instance)
-        joined = Joined(host, bus, architecture.system, plan.endpoint)
+        joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
         host.start()
         try:
             while not (ending.wanted or host.ended or host.over):

@@ -36,12 +36,16 @@ PORTS = range(10_000, 20_000)
 
 @dataclass(slots=True)
 class Running:
-    """A system that has been started: its host, the bus, how to reach it, and the wish that it ends."""
+    """A system that has been started: its host, the bus, how to reach it, and the wish that it ends.
+
+    ``notices`` are lines for the person who started it, from the preparation of the classes.
+    """
 
     host: Home
     bus: Bus
     info: rundir.RunInfo
     ending: Ending
+    notices: tuple[str, ...] = ()
 
 
 def free_endpoint() -> str:
@@ -88,13 +92,13 @@ def run_system(
     held = rundir.lock(system)
     try:
         with ending.interrupting():
-            prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
+            notices = prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
         if stack.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()
         try:
             plan = _plan(stack, duration, guard.secret() or fresh())
-            _run(plan, _outside(listen, guard), stack, zygote, ending, step)
+            _run(plan, _outside(listen, guard), stack, zygote, ending, notices, step)
         finally:
             zygote.close()
     finally:
@@ -102,18 +106,24 @@ def run_system(
         held.close()
 
 
-def prepare_process(specs: Iterable[ComponentSpec]) -> None:
+def prepare_process(specs: Iterable[ComponentSpec]) -> tuple[str, ...]:
     """Import and prepare what the components' processes share, before the first is forked; raises NoSuchClass.
+
+    Returns what the classes have to say about this machine, each line once.
 
     It is left out of every collection of garbage from then on: to look at it all takes a tenth of a second, in which no
     thread of the process runs, and would write to pages of memory that the processes share.
     """
+    said: dict[str, None] = {}
     for path, cls in _classes(specs).items():
         try:
-            cls.preload()
+            notice = cls.preload()
         except Exception as error:
             raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {error}") from error
+        if notice:
+            said[notice] = None
     gc.freeze()
+    return tuple(said)
 
 
 def _classes(specs: Iterable[ComponentSpec]) -> dict[str, type[Component]]:
@@ -151,6 +161,7 @@ def _run(
     stack: Stack,
     zygote: Zygote,
     ending: Ending,
+    notices: tuple[str, ...],
     step: Callable[[Running], None],
 ) -> None:
     connect = (plan.source_endpoint,) if plan.source else ()
@@ -169,7 +180,7 @@ def _run(
             join=as_reached(next(iter(outside.listen), plan.endpoint)),
             secret=plan.secret,
         )
-        running = Running(host, bus, info, ending)
+        running = Running(host, bus, info, ending, notices)
         host.start()
         try:
             rundir.write_info(info)

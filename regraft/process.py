@@ -104,7 +104,9 @@ def _prepared(path: str) -> type[Component]:
     known = path.partition(":")[0] in sys.modules
     cls = load_class(path)
     if not known:
-        cls.preload()
+        notice = cls.preload()
+        if notice:
+            print(notice, file=sys.stderr)
         gc.freeze()
     return cls
 

@@ -84,9 +84,9 @@ class Camera(Component):
     _eye: Eye | None = None
 
     @classmethod
-    def preload(cls) -> None:
-        """Find out which renderer works, before processes are forked."""
-        probed()
+    def preload(cls) -> str | None:
+        """Find out which renderer works, before processes are forked; return what OpenGL lacks here."""
+        return probed().notice()
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
@@ -126,11 +126,7 @@ class Camera(Component):
         for name in renderers.NAMES:
             if self.renderer == name:
                 return name
-        found = probed()
-        if found.renderer == "ray":
-            why = "; ".join(f"{name}: {reason}" for name, reason in found.reasons)
-            self.kit.event("camera.renderer", f"renders with the slow ray camera ({why})", renderer="ray")
-        return found.renderer
+        return probed().renderer
 
     def on_activate(self) -> None:
         """Begin to take pictures."""

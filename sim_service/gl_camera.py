@@ -1,8 +1,12 @@
 """A camera rendered by MuJoCo with OpenGL, without a display.
 
 Shadows, reflections and multi-sampling are off: without a graphics card they cost ten times the rest.
+
+``python -m sim_service.gl_camera BACKEND`` tries a back end. It exits with ``LIBRARY_MISSING`` where its library cannot
+be loaded.
 """
 
+import ctypes
 import sys
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +21,12 @@ from sim_service.placement import Placement
 from sim_service.scene import Scene
 
 Backend = Literal["egl", "osmesa"]
+LIBRARIES: dict[Backend, tuple[str, ...]] = {
+    "egl": ("libEGL.so.1",),
+    "osmesa": ("libOSMesa.so.8", "libOSMesa.so.6"),
+}
+"""The library of each back end, by the names that it may have: one of them must load."""
+LIBRARY_MISSING = 3
 MAX_GEOMS = 2000
 PROBE_WORLD = """<mujoco><worldbody><light pos="0 0 3"/><geom size=".5" rgba="1 1 1 1"/>
 <camera name="probe" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/></worldbody></mujoco>"""
@@ -120,5 +130,24 @@ def try_backend(backend: Backend) -> None:
             raise RuntimeError(f"{backend} rendered a black picture")
 
 
+def has_library(backend: Backend) -> bool:
+    """Load the library of a back end; return whether there is one."""
+    for name in LIBRARIES[backend]:
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            continue
+        return True
+    return False
+
+
+def main(backend: Backend) -> int:
+    """Try a back end; return the exit code. A back end that does not work raises, or crashes."""
+    if not has_library(backend):
+        return LIBRARY_MISSING
+    try_backend(backend)
+    return 0
+
+
 if __name__ == "__main__":
-    try_backend("egl" if sys.argv[1] == "egl" else "osmesa")
+    sys.exit(main("egl" if sys.argv[1] == "egl" else "osmesa"))

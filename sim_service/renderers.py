@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sim_service.camera import Camera, CameraSettings
-from sim_service.gl_camera import GLCamera
+from sim_service.gl_camera import LIBRARIES, LIBRARY_MISSING, Backend, GLCamera
 from sim_service.placement import Placement
 from sim_service.ray_camera import RayCamera
 from sim_service.scene import Scene
@@ -17,14 +17,32 @@ NAMES: tuple[RendererName, ...] = ("egl", "osmesa", "ray")
 FORCE = "REGRAFT_RENDERER"
 """The environment variable that names the renderer to use, without trying any."""
 TRY_TIMEOUT = 30.0
+BACKENDS: tuple[Backend, ...] = ("egl", "osmesa")
+PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6)"
+"""How Debian and Ubuntu get OpenGL without a display."""
 
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """Which renderer to use, and what was learnt about each one tried, as (renderer, reason)."""
+    """Which renderer to use, and what was learnt about each one tried, as (renderer, reason).
+
+    ``missing`` are the back ends whose library cannot be loaded; ``forced`` is true where nothing was tried.
+    """
 
     renderer: RendererName
     reasons: tuple[tuple[str, str], ...]
+    missing: tuple[Backend, ...] = ()
+    forced: bool = False
+
+    def notice(self) -> str | None:
+        """Return why pictures are drawn slowly here and what to install; None with OpenGL, or if nothing was tried."""
+        if self.renderer != "ray" or self.forced:
+            return None
+        if self.missing == BACKENDS:
+            why = f"{' and '.join(LIBRARIES[backend][0] for backend in BACKENDS)} cannot be loaded"
+        else:
+            why = "; ".join(f"{name}: {reason}" for name, reason in self.reasons if name != "ray")
+        return f"no OpenGL here ({why}): cameras use the slow built-in ray camera; to have OpenGL: {PACKAGES}"
 
 
 def probe() -> Probe:
@@ -37,15 +55,18 @@ def probe() -> Probe:
     if forced:
         for name in NAMES:
             if forced == name:
-                return Probe(name, ((name, f"forced by {FORCE}"),))
+                return Probe(name, ((name, f"forced by {FORCE}"),), forced=True)
         reasons.append((forced, f"{FORCE} must be egl, osmesa or ray; ignored"))
-    for backend in ("egl", "osmesa"):
-        failure = _try(backend)
+    missing: list[Backend] = []
+    for backend in BACKENDS:
+        code, failure = _try(backend)
+        if code == LIBRARY_MISSING:
+            missing.append(backend)
         reasons.append((backend, failure or "works"))
-        if failure is None:
+        if code == 0:
             return Probe(backend, tuple(reasons))
     reasons.append(("ray", "needs no OpenGL"))
-    return Probe("ray", tuple(reasons))
+    return Probe("ray", tuple(reasons), tuple(missing))
 
 
 def make_camera(renderer: RendererName, scene: Scene, placement: Placement, settings: CameraSettings) -> Camera:
@@ -55,21 +76,28 @@ def make_camera(renderer: RendererName, scene: Scene, placement: Placement, sett
     return GLCamera(scene, placement, settings, renderer)
 
 
-def _try(backend: str) -> str | None:
-    """Return why a back end does not work, or None if it does."""
+def _try(backend: Backend) -> tuple[int | None, str]:
+    """Return the exit code of a trial, None without one, and why the back end does not work."""
     environment = {name: value for name, value in os.environ.items() if name != "PYOPENGL_PLATFORM"}
     environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    command = [sys.executable, "-m", "sim_service.gl_camera", backend]
+    command = [sys.executable, "-P", "-m", "sim_service.gl_camera", backend]
     try:
         result = subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=TRY_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
-        return f"no picture within {TRY_TIMEOUT:.0f} s"
+        return None, f"no picture within {TRY_TIMEOUT:.0f} s"
     except OSError as error:
-        return f"could not be tried: {error}"
-    if result.returncode == 0:
-        return None
-    lines = result.stderr.strip().splitlines()
-    last = lines[-1] if lines else "no message"
-    return f"crashed with signal {-result.returncode}" if result.returncode < 0 else last
+        return None, f"could not be tried: {error}"
+    return result.returncode, _why(backend, result.returncode, result.stderr)
+
+
+def _why(backend: Backend, code: int, errors: str) -> str:
+    if code == 0:
+        return ""
+    if code == LIBRARY_MISSING:
+        return f"{LIBRARIES[backend][0]} cannot be loaded"
+    if code < 0:
+        return f"crashed with signal {-code}"
+    lines = errors.strip().splitlines()
+    return lines[-1] if lines else "no message"

@@ -122,6 +122,8 @@ def _be_host(wanted: Wanted, as_json: bool) -> None:
             told = True
             log_to_file(joined.host.plan.folder)
             _say_joined(joined, as_json)
+            for notice in joined.notices:
+                complain(notice)
 
     ended = run_guest(wanted, step)
     if ended.orderly:

@@ -24,7 +24,7 @@ from regraft import rundir
 from regraft.assignment import Assignment
 from regraft.cli.group import BadInput
 from regraft.cli.options import JsonOption, chosen_system
-from regraft.cli.output import say, show_json
+from regraft.cli.output import complain, say, show_json
 from regraft.cli.reach import joined
 from regraft.cli.values import assignment
 from regraft.component import Component, declared, describe
@@ -125,7 +125,7 @@ def _run_alone(own: Assignment, cls: type[Component], as_json: bool) -> int:
     with ExitStack() as undone:
         undone.enter_context(rundir.lock(system))
         undone.callback(rundir.forget_info, system)
-        cls.preload()
+        _prepare(cls)
         run_id = secrets.token_hex(8)
         endpoint, secret = alone.listen[0], alone.secret
         rundir.write_info(RunInfo(system, run_id, os.getpid(), endpoint, own.cls, alone.simulated, secret=secret))
@@ -138,10 +138,16 @@ def _run_joined(own: Assignment, cls: type[Component], info: RunInfo, as_json: b
     with joined(info) as there:
         if own.name in there.client.components(wait=0.0):
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
-    cls.preload()
+    _prepare(cls)
     _announce(own, f"{own.name} joins system {info.system}; Ctrl-C ends it", as_json)
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
     return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,), secret=info.secret))
+
+
+def _prepare(cls: type[Component]) -> None:
+    notice = cls.preload()
+    if notice:
+        complain(notice)
 
 
 def _announce(own: Assignment, text: str, as_json: bool) -> None:

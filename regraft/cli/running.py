@@ -10,7 +10,7 @@ from regraft import rundir
 from regraft.cli.closing import Closing, SummaryAsked, plain_summary, summary_service
 from regraft.cli.display import Display, event_line, status_line
 from regraft.cli.output import seconds
-from regraft.cli.watch import Readiness, Watch
+from regraft.cli.watch import Watch
 from regraft.launch import Running
 
 TRANSITION = "component.transition"
@@ -87,6 +87,8 @@ class Run:
         info = running.info
         logs = rundir.folder(info.system) / "logs"
         self._display.line(f"system {info.system} from {info.stack}; logs in {logs}; see 'regraft ps'")
+        for notice in running.notices:
+            self._display.line(notice)
         if len(running.host.plan.architecture.hosts) > 1 or info.join != info.endpoint:
             self._display.line(f"other hosts join by: regraft host --join {info.join} --name NAME")
 
@@ -109,7 +111,7 @@ class Run:
             self._display.line(f"{readiness.ready} of {readiness.total} components active")
         if now >= self._next_why:
             self._next_why = now + SAY_WHY_AFTER
-            self._display.line(f"after {seconds(took)} still waiting for {_reasons(readiness)}")
+            self._display.line(f"after {seconds(took)} still waiting for {readiness.reasons()}")
         given_up = readiness.waiting.keys() <= set(watch.quarantined())
         if self._counting_from is None and (given_up or took >= START_WITHIN):
             self._counting_from = now
@@ -178,11 +180,7 @@ class Run:
     def _problems(self, watch: Watch) -> list[str]:
         problems = [f"{name} is quarantined" for name in watch.quarantined()]
         if self._up_at is None and self._duration is not None:
-            problems.append(f"never came up: {_reasons(watch.readiness())}")
+            problems.append(f"never came up: {watch.readiness().reasons()}")
         if self._asked is not None and self._asked.problem:
             problems.append(f"no summary: {self._asked.problem}")
         return problems
-
-
-def _reasons(readiness: Readiness) -> str:
-    return "; ".join(f"{name} ({why})" for name, why in sorted(readiness.waiting.items()))

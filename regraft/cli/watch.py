@@ -11,6 +11,7 @@ from bus_schema import codec
 from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
+from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import ComponentStatus, Event
 from bus_schema.messages.host import ProcessState, ProcessStatus
@@ -52,17 +53,43 @@ class Newest:
 
 
 @dataclass(frozen=True, slots=True)
+class Waiting:
+    """Why a component is not as the stack wants it: its process, its lifecycle state once it has one, its error.
+
+    ``begun`` is false until its process is started for the first time.
+    """
+
+    process: ProcessState
+    begun: bool
+    state: State | None = None
+    error: str = ""
+
+    def __str__(self) -> str:
+        """Return it in words, such as ``inactive: no such file``."""
+        shown = self.process.value if self.process is not ProcessState.RUNNING else "starting"
+        if self.state is not None:
+            shown = self.state.value
+        return f"{shown}: {self.error}" if self.error else shown
+
+
+@dataclass(frozen=True, slots=True)
 class Readiness:
-    """How many components are as the stack wants them, and who is not, with the reason where there is one."""
+    """How many components are as the stack wants them, and why the others are not."""
 
     ready: int
     total: int
-    waiting: dict[str, str]
+    waiting: dict[str, Waiting]
 
     @property
     def complete(self) -> bool:
         """Whether all are."""
         return self.ready == self.total
+
+    def reasons(self) -> str:
+        """Return in words why components are not as wanted; those that are still to be started come last."""
+        begun = [f"{name} ({waiting})" for name, waiting in sorted(self.waiting.items()) if waiting.begun]
+        not_begun = sorted(name for name, waiting in self.waiting.items() if not waiting.begun)
+        return "; ".join([*begun, *([f"not started yet: {', '.join(not_begun)}"] if not_begun else [])])
 
 
 class Watch:
@@ -142,17 +169,18 @@ class Watch:
                 waiting[process.component] = why
         return Readiness(len(specs) - len(waiting), len(specs), waiting)
 
-    def _waits_for(self, spec: ComponentSpec, process: ProcessStatus) -> str | None:
+    def _waits_for(self, spec: ComponentSpec, process: ProcessStatus) -> Waiting | None:
         if process.state is ProcessState.STOPPED and process.incarnation and not spec.managed:
             return None
+        begun = process.incarnation > 0
         if process.state is not ProcessState.RUNNING:
-            return f"{process.state.value}: {process.last_end}" if process.last_end else process.state.value
+            return Waiting(process.state, begun, error=process.last_end)
         status = self.statuses.get(spec.name)
         if not spec.managed or (status and status.incarnation == process.incarnation and status.state is spec.state):
             return None
         if status is None:
-            return "starting"
-        return f"{status.state.value}: {status.error}" if status.error else status.state.value
+            return Waiting(process.state, begun)
+        return Waiting(process.state, begun, status.state, status.error)
 
     def quarantined(self) -> list[str]:
         """Return the components that were restarted too often."""

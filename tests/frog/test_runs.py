@@ -8,10 +8,13 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import pytest
+
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, run_frog
 from tests.host.system import ROOT
 from tests.ports import free_port
+from tests.renderers import without_opengl
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
@@ -51,11 +54,25 @@ def test_a_second_up_of_the_same_system_and_a_port_in_use_are_said_before_anythi
     assert str(frog.port) in again.stderr
 
 
-def _up(*options: str) -> subprocess.CompletedProcess[str]:
+def test_without_opengl_all_cameras_together_say_once_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    options = ("--set", f"gateway.port={free_port()}", "--speed", "max", "--for", "0.5")
+    done = _up(*options, environment=without_opengl(tmp_path / "none"))
+    assert done.returncode == 0, done.stderr
+    told = done.stdout + done.stderr
+    assert told.count("no OpenGL here (libEGL.so.1 and libOSMesa.so.8 cannot be loaded)") == 1
+    assert told.count("apt-get install libegl1") == 1
+    assert "NoneType" not in told
+    assert "renderer ray" in told.splitlines()[-1]
+
+
+def _up(*options: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--headless", *options],
         cwd=ROOT,
-        env=dict(os.environ),
+        env=environment or dict(os.environ),
         capture_output=True,
         text=True,
         timeout=60,

@@ -130,6 +130,41 @@ def test_an_interrupt_is_heard_also_where_python_drops_its_exception(
     assert not (rundir.folder("tests") / "run.json").exists()
 
 
+SLOW_WORLD = """
+import time
+from tests.stepped.parts import TinyWorld
+
+class SlowWorld(TinyWorld):
+    longest_handler = 100.0
+
+    def on_configure(self):
+        time.sleep(100.0)
+"""
+SIMULATED = """\
+system: tests
+clock: simulated
+imports: [tests.hostile.parts]
+topics:
+  position: {type: stepped_tests/Reading}
+  numbers: {type: hostile_tests/Number}
+components:
+  world: {class: 'slow_world:SlowWorld'}
+"""
+
+
+def test_components_that_wait_for_their_start_are_not_said_to_have_stopped(stack: Write, begin: Begin) -> None:
+    path = stack(SOURCE, SIMULATED)
+    (path.parent / "slow_world.py").write_text(SLOW_WORLD)
+    process = begin(path, "--for", "10")
+    wait_until(lambda: "0 of 2 components active" in _log(path) or process.poll() is not None, "the start")
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) == 1, _log(path)
+    told = _log(path).splitlines()[-1]
+    assert "never came up: world (" in told
+    assert "not started yet: source" in told
+    assert "stopped" not in told
+
+
 def test_what_nohup_started_outlives_its_terminal(stack: Write, begin: Begin) -> None:
     path = stack(SOURCE)
     process = begin(path, "--for", "1", hangups=signal.SIG_IGN)

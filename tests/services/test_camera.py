@@ -14,7 +14,7 @@ from bus_schema.messages.world import WorldState
 from regraft.testing import Rig
 from sim_service import camera_component, renderers
 from sim_service.camera_component import Camera
-from sim_service.renderers import Probe, RendererName
+from sim_service.renderers import RendererName
 
 from .rigs import FROG, run, world_on
 
@@ -147,13 +147,3 @@ def test_a_deactivated_camera_takes_no_pictures_and_goes_on_when_activated() -> 
         rig.transition("camera", Transition.DEACTIVATE)
         rig.transition("camera", Transition.CLEANUP)
         assert rig.state("camera") is State.UNCONFIGURED
-
-
-def test_the_ray_camera_is_announced_with_the_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = Probe("ray", (("egl", "no library"), ("ray", "needs no OpenGL")))
-    monkeypatch.setattr(camera_component, "probed", lambda: found)
-    with Rig(seed=3) as rig:
-        camera_on(rig, "auto")
-        told = [event.text for event in rig.events if event.kind == "camera.renderer"]
-    assert len(told) == 1
-    assert "egl: no library" in told[0]

@@ -15,7 +15,7 @@ from sim_service.ray_camera import RayCamera
 from sim_service.renderers import FORCE, RendererName, make_camera, probe
 from sim_service.scene import SceneError
 from sim_service.simulation import Simulation
-from tests.renderers import renderers
+from tests.renderers import renderers, without_opengl
 
 from .worlds import FROG, OUT_OF_THE_WAY, frog
 
@@ -130,15 +130,33 @@ def test_the_environment_forces_a_renderer(monkeypatch: pytest.MonkeyPatch) -> N
     assert probe().renderer == "ray"
 
 
-def test_a_machine_without_opengl_gets_the_ray_camera_and_the_reasons(
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_machine_without_opengl_gets_the_ray_camera_and_is_told_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.delenv(FORCE, raising=False)
+    monkeypatch.setenv("LD_LIBRARY_PATH", without_opengl(tmp_path / "none")["LD_LIBRARY_PATH"])
+    found = probe()
+    assert found.renderer == "ray"
+    assert found.missing == ("egl", "osmesa")
+    assert [name for name, _ in found.reasons] == ["egl", "osmesa", "ray"]
+    notice = found.notice()
+    assert notice is not None
+    assert "libEGL.so.1 and libOSMesa.so.8 cannot be loaded" in notice
+    assert "apt-get install libegl1" in notice
+
+
+def test_an_interpreter_that_cannot_be_started_gives_the_ray_camera(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(FORCE, raising=False)
     monkeypatch.setattr("sys.executable", "/nonexistent/python")
     found = probe()
     assert found.renderer == "ray"
-    assert [name for name, _ in found.reasons] == ["egl", "osmesa", "ray"]
-    assert all(reason for _, reason in found.reasons)
+    assert found.missing == ()
+    assert "egl: could not be tried" in (found.notice() or "")
+
+
+def test_a_forced_renderer_needs_no_notice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(FORCE, "ray")
+    assert probe().notice() is None
 
 
 def test_picture_command_writes_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
