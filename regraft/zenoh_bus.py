@@ -14,6 +14,7 @@ import zenoh
 
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
 from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, admitted, config
+from regraft.zenoh_leftovers import remove_at_exit
 from regraft.zenoh_session import Declared, LastingSession
 from regraft.zenoh_shared import SharedMemory
 
@@ -26,6 +27,7 @@ Direct = zenoh.handlers.Callback
 def open_bus(endpoints: Endpoints, *, in_step: bool = False) -> ZenohBus:
     """Open the process's session; raises BusError if the endpoints cannot be reached or listened on."""
     os.environ.setdefault("RUST_LOG", "off")
+    remove_at_exit()
 
     def opened() -> zenoh.Session:
         with admitted(endpoints) as file:

@@ -108,7 +108,7 @@ class SourceLoop:
     def _first_tick_of_the_run(self) -> float:
         """Return when the first incarnation began to tick, which a checkpoint passes on; without one, now.
 
-        The monotonic clock is the same in all processes of a machine. The time between a death and the next tick counts.
+        The monotonic clock is the same in all processes of a machine, so the time without a source counts too.
         """
         now = time.monotonic()
         checkpoint = self._runtime.assignment.checkpoint
