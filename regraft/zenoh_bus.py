@@ -151,7 +151,10 @@ class ZenohBus:
         answers = []
         try:
             for reply in self._session.now.get(key, payload=payload, timeout=timeout, **_target(all_of_them)):
-                answers.append(_answer(reply))
+                answer = _answer(reply)
+                if answer is None:
+                    continue
+                answers.append(answer)
                 if not all_of_them:
                     break
         except zenoh.ZError as error:
@@ -167,7 +170,7 @@ class ZenohBus:
 
         def take(reply: zenoh.Reply) -> None:
             answer = _answer(reply)
-            if answer.payload != b"Timeout" and finished.acquire(blocking=False):
+            if answer is not None and answer.payload != b"Timeout" and finished.acquire(blocking=False):
                 done([answer])
 
         def dropped() -> None:
@@ -242,8 +245,12 @@ def _target(all_of_them: bool) -> dict[str, Any]:
     return {"target": target, "consolidation": zenoh.ConsolidationMode.NONE}
 
 
-def _answer(reply: zenoh.Reply) -> Answer:
+def _answer(reply: zenoh.Reply) -> Answer | None:
+    """Copy an answer out of the session's memory; None if that has been taken back by its writer meanwhile."""
     if reply.ok is not None:
-        return Answer(str(reply.ok.key_expr), reply.ok.payload.to_bytes(), error=False)
+        payload = reply.ok.payload.to_bytes()
+        if len(payload) >= SHARED_MEMORY_FROM and not _is_whole(reply.ok.payload):
+            return None
+        return Answer(str(reply.ok.key_expr), payload, error=False)
     assert reply.err is not None
     return Answer("", reply.err.payload.to_bytes(), error=True)

@@ -8,8 +8,8 @@ from bus_schema.envelope import Envelope
 
 MAX_KEPT = 2048
 """Samples that are kept: two seconds at 1 kHz."""
-MAX_BYTES = 8 * 1024 * 1024
-"""Bytes of payload that are kept, unless they are of the last two samples."""
+MAX_BYTES = 32 * 1024 * 1024
+"""Bytes of payload that are kept, unless they are of the last two samples: a second of 0.9 MB pictures at 30 Hz."""
 ALWAYS_KEPT = 2
 MAX_RESENT = 4 * 1024 * 1024
 """Bytes of payload in one answer, unless it is of one sample."""
