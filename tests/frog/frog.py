@@ -50,7 +50,7 @@ def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stac
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
-        timeout=max(120.0, 3 * seconds),
+        timeout=max(900.0, 3 * seconds),
         check=False,
     )
     summary = json.loads(ended.stdout) if ended.stdout.strip() else {}
