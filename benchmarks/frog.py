@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import statistics
 import subprocess
-import sys
 import tempfile
 from typing import Any
 
 from benchmarks.harness import Effort, Result
 from benchmarks.system import ROOT
+from regraft.own_python import own_environment, own_python
 
 STACK = ROOT / "stacks" / "frog"
 SIMULATED = 60.0
@@ -50,10 +49,10 @@ def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
 
 def _run(seconds: float, *options: str) -> dict[str, Any]:
     """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
-    command = [sys.executable, "-m", "regraft.cli", "up", str(STACK)]
+    command = own_python("-m", "regraft.cli", "up", str(STACK))
     command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
     with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
-        environment = {**os.environ, "REGRAFT_HOME": home}
+        environment = {**own_environment(), "REGRAFT_HOME": home}
         ended = subprocess.run(
             command,
             cwd=ROOT,

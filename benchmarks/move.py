@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -15,6 +14,7 @@ from benchmarks.links import wait_until
 from benchmarks.system import MANAGER, ROOT, System
 from bus_schema.adaptation import Move
 from bus_schema.messages.host import HostState
+from regraft.own_python import own_environment, own_python
 from regraft.zenoh_config import config
 
 MOVES = 40
@@ -44,11 +44,12 @@ def _second_host(system: System) -> Iterator[None]:
     """Have a second host join, and end it as Ctrl-C does."""
     command = ["host", "--join", system.info.endpoint, "--name", EDGE]
     process = subprocess.Popen(
-        [sys.executable, "-m", "regraft.cli", *command],
+        own_python("-m", "regraft.cli", *command),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         stdin=subprocess.DEVNULL,
         cwd=ROOT,
+        env=own_environment(),
     )
     try:
         wait_until(lambda: system.client.hosts()[EDGE].state is HostState.JOINED, "the second host has joined")

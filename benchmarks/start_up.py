@@ -84,7 +84,9 @@ def _bare(count: int) -> float:
     processes: list[subprocess.Popen[bytes]] = []
     try:
         begun = time.monotonic()
-        processes += [subprocess.Popen([sys.executable, "-c", BARE, endpoint, str(number)]) for number in range(count)]
+        processes += [
+            subprocess.Popen([sys.executable, "-P", "-c", BARE, endpoint, str(number)]) for number in range(count)
+        ]
         return _when_all_are_there(bus, "bare/*", count) - begun
     finally:
         for process in processes:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -18,6 +17,7 @@ from bus_schema.messages.health import Event
 from bus_schema.messages.host import ProcessStatus
 from regraft import rundir
 from regraft.client import Client
+from regraft.own_python import own_environment, own_python
 
 R = TypeVar("R")
 ROOT = Path(__file__).parents[1]
@@ -57,11 +57,12 @@ class System:
         self.begun = time.monotonic()
         with (self._folder / "up.log").open("wb") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "regraft.cli", "up", str(self._folder), "--headless"],
+                own_python("-m", "regraft.cli", "up", str(self._folder), "--headless"),
                 stdout=log,
                 stderr=log,
                 stdin=subprocess.DEVNULL,
                 cwd=ROOT,
+                env=own_environment(),
             )
         wait_until(self._is_up, "the system is up")
         self.info = rundir.find(SYSTEM)

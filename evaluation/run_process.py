@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, Final
 
 from evaluation.run_directory import ROWS, BadRun, Plan
 from regraft.host.children import die_with_parent
+from regraft.own_python import own_environment, own_python
 
 STARTED_WITHIN: Final = 90.0
 STALLED_AFTER: Final = 60.0
@@ -34,7 +34,7 @@ class RunProcess:
         self._size = 0
         self._why = ""
         self._rows = home / str(plan.document().get("system", "")) / ROWS
-        command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max"]
+        command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
         command += ["--seed", str(plan.seed), "--for", f"{plan.seconds:g}"]
         parent = os.getpid()
         with (home / SAID).open("w") as said, (home / COMPLAINED).open("w") as complained:
@@ -44,7 +44,7 @@ class RunProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=said,
                 stderr=complained,
-                env={**os.environ, "REGRAFT_HOME": str(home)},
+                env={**own_environment(), "REGRAFT_HOME": str(home)},
                 start_new_session=True,
                 preexec_fn=lambda: die_with_parent(parent),
             )

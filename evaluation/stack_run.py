@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from regraft import rundir
+from regraft.own_python import own_environment, own_python
 
 STARTED_WITHIN = 60.0
 ENDS_WITHIN = 30.0
@@ -28,12 +28,19 @@ def running(stack: Path, seed: int, home: Path, options: tuple[str, ...] = ()) -
 
     Its closing line is its output. At the end it is interrupted if it still runs, and killed if that takes too long.
     """
-    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max"]
+    command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
     command += ["--seed", str(seed), "--set", "gateway.port=0", *options]
     os.environ["REGRAFT_HOME"] = str(home)
     home.mkdir(parents=True, exist_ok=True)
     with (home / "up.log").open("w") as errors:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, stdin=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            env=own_environment(),
+        )
     try:
         yield process
     finally:

@@ -2,10 +2,10 @@
 
 import os
 import subprocess
-import sys
 from dataclasses import dataclass
 from typing import Literal
 
+from regraft.own_python import own_environment, own_python
 from sim_service.camera import Camera, CameraSettings
 from sim_service.gl_camera import LIBRARIES, LIBRARY_MISSING, Backend, GLCamera
 from sim_service.placement import Placement
@@ -78,9 +78,8 @@ def make_camera(renderer: RendererName, scene: Scene, placement: Placement, sett
 
 def _try(backend: Backend) -> tuple[int | None, str]:
     """Return the exit code of a trial, None without one, and why the back end does not work."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYOPENGL_PLATFORM"}
-    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    command = [sys.executable, "-P", "-m", "sim_service.gl_camera", backend]
+    environment = {name: value for name, value in own_environment().items() if name != "PYOPENGL_PLATFORM"}
+    command = own_python("-m", "sim_service.gl_camera", backend)
     try:
         result = subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=TRY_TIMEOUT, check=False
