@@ -117,7 +117,7 @@ def _simple(schema: JsonSchema) -> Shape:
 
 @dataclass(frozen=True, slots=True)
 class _FromSchema:
-    """What all shapes that are made of a schema share."""
+    """The common part of all shapes that are made of a schema."""
 
     schema: JsonSchema
 

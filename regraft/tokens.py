@@ -22,6 +22,7 @@ from typing import Annotated, Any, Final
 from bus_schema.annotations import Bounds, Text
 from bus_schema.errors import BadMessage
 from bus_schema.records import record_shape
+from bus_schema.suggestions import instead_of
 from regraft.rundir import NoRoom
 
 FILE: Final = "tokens.json"
@@ -117,8 +118,8 @@ class Tokens:
         def without(tokens: Sequence[Token]) -> tuple[Token, ...]:
             found.extend(token for token in tokens if token.name == name)
             if not found:
-                names = ", ".join(token.name for token in tokens) or "none"
-                raise BadToken(f"there is no token {name!r}; there are: {names}")
+                hint = instead_of(name, [token.name for token in tokens])
+                raise BadToken(f"there is no token {name!r}; {hint}")
             return tuple(token for token in tokens if token.name != name)
 
         self._change(without)

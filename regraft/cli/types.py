@@ -21,7 +21,7 @@ from regraft.stack.classes import import_problem, look_in
 
 def types(
     ctx: typer.Context,
-    name: Annotated[str, typer.Argument(metavar="[NAME]", help="A type such as regraft/Twist.")] = "",
+    name: Annotated[str, typer.Argument(metavar="[TYPE]", help="A type such as regraft/Twist.")] = "",
     modules: Annotated[
         list[str] | None,
         typer.Option("--import", metavar="MODULE", help="Import a module that defines types; may be repeated."),

@@ -1,4 +1,4 @@
-"""What is mistyped in a request is told with the name that may be meant, whoever asked."""
+"""A name that is mistyped in a request is told with the one that may be meant, whoever asked."""
 
 from __future__ import annotations
 

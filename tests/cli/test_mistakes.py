@@ -54,7 +54,7 @@ RIGHT: dict[str, str] = {
     "NAME...": "local",
     "FOLDER": "certificates",
 }
-"""What an argument can be, by what stands for it in the help."""
+"""A right argument, by what stands for it in the help."""
 PROPOSE = ("planner", "propose")
 
 TALKER, STEP, NUMBER = "did you mean 'talker'?", "did you mean 'step'?", "did you mean 'number'?"
@@ -87,7 +87,8 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "FILE": [("nowhere", "nowhere"), ("nonsense", "")],
     "STACK": [(str(STACK)[:-1] + "l", f"did you mean '{STACK}'?")],
     "MODULE:CLASS": [("tiny_parts:Talkr", "'Talker'"), ("tiny_prts:Talker", "'tiny_parts'"), ("tiny_parts:Number", "")],
-    "NAME": [("regraft/Twits", "regraft/Twist")],
+    "TYPE": [("regraft/Twits", "did you mean 'regraft/Twist'?")],
+    "NAME": [("pge", "did you mean 'page'?")],
     "KEY": [("roundz", "did you mean 'rounds'?")],
     "KEY VALUE | KEY=VALUE...": [("rounds=many", "'many' is not a whole number"), ("rounds", "name=value")],
     "STUDY": [("frog-architectur", "did you mean 'frog-architecture'?")],
@@ -95,7 +96,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "NAME...": [],
     "FOLDER": [],
 }
-"""What can be mistyped for it, and what is told then. A system that does not run is no mistake: exit code 3."""
+"""Its mistyped forms, with what is told then. A system that does not run is no mistake: exit code 3."""
 
 OPTIONS: list[tuple[str, str]] = [
     ("up STACK --set talkr.step=1", TALKER),
@@ -178,6 +179,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     (folder / "unknown").write_text(json.dumps(wrong))
     (folder / "proposal").write_text(json.dumps(PROPOSAL))
     with System(folder / "home", command=("up", str(folder), "--headless")) as system:
+        system.ask("token", "create", "--role", "operate", "--for", "1h", "--name", "page")
         system.ask("mission", "load", str(folder / "right"))
         system.ask("mission", "start")
         yield system

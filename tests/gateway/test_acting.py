@@ -79,6 +79,8 @@ def acts(running: Running) -> Iterator[Act]:
         body = content.get("example", {"changes": [SLOWER]} if "examples" in content else None)
         plain = path.removeprefix("/api/v1").replace("{id}", "1").replace("{name}", "navigator")
         yield Act(method.upper(), plain, body, role)
+        if any(each["name"] == "dry_run" for each in operation.get("parameters", ())):
+            yield Act(method.upper(), f"{plain}?dry_run=true", body, role)
         if plain == "/adaptations":
             for change in STRUCTURE:
                 yield Act("POST", plain, {"changes": [SLOWER, change]}, Role.ADMINISTER)
