@@ -1,0 +1,103 @@
+"""`make frog` installs what FROG needs and no more; the tests' packages come into the same place, in either order."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.metadata import distribution, packages_distributions
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+WITHIN = 60.0
+
+LOAD = """
+import sys
+before = set(sys.modules)
+from pathlib import Path
+from regraft.process import load_class
+from regraft.stack import load
+foreign = set(sys.argv[2].split(","))
+for component in load(Path(sys.argv[1])).architecture.components.values():
+    load_class(component.cls)
+print(",".join(sorted(foreign & {name.partition(".")[0] for name in set(sys.modules) - before})))
+"""
+
+
+def needed(name: str, extra: str = "") -> Iterator[str]:
+    """Yield the distributions that one needs with an extra, itself first."""
+    yield canonicalize_name(name)
+    for text in distribution(name).requires or ():
+        requirement = Requirement(text)
+        if requirement.marker is None or requirement.marker.evaluate({"extra": extra}):
+            for further in requirement.extras or {""}:
+                yield from needed(requirement.name, further)
+
+
+def made(folder: Path, target: str) -> str:
+    """Return what `make` would do there for a target."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    command = ["make", "--dry-run", target]
+    done = subprocess.run(command, cwd=folder, env=kept, capture_output=True, text=True, timeout=WITHIN, check=True)
+    return done.stdout
+
+
+def extras(text: str) -> list[str]:
+    """Return the extras that are installed."""
+    return re.findall(r"-e '\.\[(\w+)\]'", text)
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """Return a folder with what `make` reads, where nothing is installed."""
+    for name in ("Makefile", "pyproject.toml", "requirements.lock"):
+        shutil.copy(ROOT / name, tmp_path)
+    return tmp_path
+
+
+def install(clone: Path, *stamps: str) -> None:
+    """Leave what an installation leaves."""
+    for name in ("bin/pip", *stamps):
+        path = clone / ".venv" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+
+
+def test_frog_alone_takes_its_own_packages_and_shows_how_it_goes(clone: Path) -> None:
+    text = made(clone, "frog")
+    assert extras(text) == ["robot"]
+    assert "--quiet" not in text
+
+
+def test_the_tests_packages_come_on_top_of_frogs(clone: Path) -> None:
+    install(clone, "frog")
+    assert extras(made(clone, "frog")) == []
+    assert extras(made(clone, "test")) == ["dev"]
+    assert extras(made(clone, "check")) == ["dev"]
+
+
+def test_frog_runs_with_the_tests_packages(clone: Path) -> None:
+    assert "touch .venv/frog .venv/ready" in made(clone, "test")
+    install(clone, "frog", "ready")
+    assert extras(made(clone, "frog")) == extras(made(clone, "test")) == []
+
+
+@pytest.mark.parametrize("stack", ["stack.yaml", "search.yaml", "rounds.yaml"])
+def test_frog_imports_nothing_that_only_tests_need(stack: str) -> None:
+    own = set(needed("regraft", "robot"))
+    foreign = {
+        module
+        for module, owners in packages_distributions().items()
+        if not own & {canonicalize_name(owner) for owner in owners}
+    }
+    assert {"pytest", "mypy", "sklearn"} <= foreign
+    command = [sys.executable, "-c", LOAD, str(ROOT / "stacks/frog" / stack), ",".join(foreign)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=WITHIN, check=True)
+    assert done.stdout.strip() == ""
