@@ -38,7 +38,10 @@ class PortDescription:
 @message("regraft/ParameterDescription")
 @dataclass(frozen=True, slots=True)
 class ParameterDescription:
-    """A parameter: its default, its JSON Schema (type, bounds, choices), its unit, and whether it is only read."""
+    """A parameter: its default, its JSON Schema (type, bounds, choices), its unit, and whether it is only read.
+
+    One that ``exists`` is a path to a file that has to be there before the component starts.
+    """
 
     name: str
     default: PlainValue
@@ -46,6 +49,7 @@ class ParameterDescription:
     unit: str = ""
     read_only: bool = False
     text: str = ""
+    exists: bool = False
 
 
 @message("regraft/ServiceDescription")

@@ -45,8 +45,13 @@ class Parameter(Generic[V]):
         choices: Sequence[V] = (),
         unit: str = "",
         read_only: bool = False,
+        exists: bool = False,
     ) -> None:
-        """Declare a parameter by its default, whose type is the parameter's type."""
+        """Declare a parameter by its default, whose type is the parameter's type.
+
+        One that ``exists`` is a path (its unit) to a file that has to be there before the component starts, unless it
+        is empty.
+        """
         self.name = ""
         self.default: V = default
         self.text = text
@@ -55,6 +60,7 @@ class Parameter(Generic[V]):
         self.choices: tuple[V, ...] = tuple(choices)
         self.unit = unit
         self.read_only = read_only
+        self.exists = exists
 
     def __set_name__(self, owner: type, name: str) -> None:
         """Learn the name from the class body, and check the default."""
@@ -115,7 +121,7 @@ class Parameter(Generic[V]):
         if self.choices:
             schema["enum"] = list(self.choices)
         default = self.plain(self.default)
-        return ParameterDescription(self.name, default, schema, self.unit, self.read_only, self.text)
+        return ParameterDescription(self.name, default, schema, self.unit, self.read_only, self.text, self.exists)
 
 
 def _a(noun: str) -> str:

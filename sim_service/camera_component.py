@@ -61,7 +61,7 @@ class Camera(Component):
     longest_handler = 2.0
     resources = Resources(cpu=0.05, memory=130.0)
 
-    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
+    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
     camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
     renderer = Parameter("auto", "what draws", choices=("auto", "egl", "osmesa", "ray"), read_only=True)
     width = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)

@@ -20,7 +20,7 @@ class MapServer(Component):
     longest_handler = 2.0
     resources = Resources(cpu=0.01, memory=30.0)
 
-    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", read_only=True)
+    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
     group = Parameter("goals", "the MJCF tuple that lists the objects to visit, in order", read_only=True)
     resolution = Parameter(0.05, "side of a map cell", minimum=0.01, maximum=0.5, unit="m", read_only=True)
     rate = Parameter(0.5, "how often the map and the goals are published", minimum=0.01, maximum=10.0, unit="Hz")

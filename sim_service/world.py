@@ -55,7 +55,7 @@ class World(TimeSource):
     state_version = 2
     resources = Resources(cpu=0.1, memory=65.0)
 
-    file = Parameter("", "the world's MJCF file", unit="path", read_only=True)
+    file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
     scan_rate = Parameter(5.0, "turns of the lidar per second", minimum=0.1, unit="Hz", read_only=True)
     lidar_noise = Parameter(0.01, "standard deviation of a range", minimum=0.0, unit="m", read_only=True)
     travel_noise = Parameter(

@@ -34,6 +34,7 @@ from regraft.process import load_class, run_component
 from regraft.rundir import RunInfo
 from regraft.stack.classes import look_in
 from regraft.stack.components import with_absolute_paths
+from regraft.stack.files import file_problems
 from regraft.stepped.source import TimeSource
 from regraft.system_secret import fresh
 
@@ -97,6 +98,8 @@ def name_of(cls: type[Component]) -> str:
 def _parameters(cls: type[Component], settings: list[str]) -> dict[str, PlainValue]:
     given = with_absolute_paths(describe(cls), dict(map(assignment, settings)), Path.cwd())
     ParameterSet(declared(cls).parameters).check(given, starting=True)
+    for name, problem in file_problems(describe(cls), given):
+        raise BadInput(f"--set {name}={problem}")
     return given
 
 

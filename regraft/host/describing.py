@@ -29,6 +29,7 @@ from regraft.host.voice import refuse
 from regraft.process import NoSuchClass, load_class
 from regraft.stack.classes import describe_class
 from regraft.stack.components import in_run_folder, with_absolute_paths
+from regraft.stack.files import file_problems
 from regraft.stepped.source import TimeSource
 
 if TYPE_CHECKING:
@@ -149,6 +150,10 @@ def describe_component(
         parameters=with_absolute_paths(description, dict(spec.parameters), stack_folder),
         services={offered.name: offered.name for offered in description.services} | spec.services,
     )
+    found += [
+        Violation(None, spec.name, f"parameters.{name}", problem)
+        for name, problem in file_problems(description, completed.parameters)
+    ]
     estimated = {} if found else _estimated(completed, context or {})
     return DescribedComponent(in_run_folder(completed, folder), tuple(found), estimated)
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from bus_schema.adaptation import Violation
+from bus_schema import codec
+from bus_schema.adaptation import AdaptationRequest, SetParameters, Violation
+from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import violations
+from regraft.stack.files import file_problems
 from regraft.stack.hosts import FIRST
 from regraft.stack.stack import time_sources
 
@@ -29,6 +32,7 @@ def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
             yield field_in_file(violation), violation.problem
     if complete:
         yield from _time_problems(architecture)
+    yield from _file_problems(architecture)
 
 
 def field_in_file(violation: Violation) -> str:
@@ -39,6 +43,25 @@ def field_in_file(violation: Violation) -> str:
     named = FIELD_IN_FILE.get(first, first)
     parts = ("components", violation.component, named, rest if named else "")
     return ".".join(part for part in parts if part)
+
+
+def _file_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with the files that components of this machine read: other hosts have files of their own."""
+    for name, values, place in _settings(architecture):
+        spec = architecture.components.get(name)
+        if spec and spec.description and spec.host == FIRST:
+            for parameter, problem in file_problems(spec.description, values):
+                yield f"{place}.parameters.{parameter}", problem
+
+
+def _settings(architecture: Architecture) -> Iterator[tuple[str, Mapping[str, PlainValue], str]]:
+    """Yield where components and modes set parameters: the component, the values, and the place in the file."""
+    for name, spec in architecture.components.items():
+        yield name, spec.parameters, f"components.{name}"
+    for mode, changes in architecture.modes.items():
+        for change in codec.from_plain({"changes": changes}, AdaptationRequest).changes:
+            if isinstance(change, SetParameters):
+                yield change.component, change.parameters, f"modes.{mode}.{change.component}"
 
 
 def _time_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from bus_schema.suggestions import near
+from regraft.paths import instead_of_path
 from regraft.stack.nodes import Node, lines_of, scalar
 from regraft.stack.problems import Problem, Report, fail
 
@@ -62,7 +62,7 @@ def _text(file: Path) -> str:
         with file.open("rb") as stream:
             data = stream.read(LARGEST_FILE + 1)
     except FileNotFoundError:
-        fail(shown, None, f"there is no such file{_instead_of(file)}")
+        fail(shown, None, f"there is no such file{instead_of_path(file)}")
     except (OSError, ValueError) as error:
         fail(shown, None, f"cannot be read: {getattr(error, 'strerror', None) or error}")
     if len(data) > LARGEST_FILE:
@@ -72,19 +72,6 @@ def _text(file: Path) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         fail(shown, line, f"is not UTF-8 text: byte 0x{data[error.start]:02x} does not belong there")
-
-
-def _instead_of(file: Path) -> str:
-    """Say which path may be meant, as the end of a sentence; empty if none is near.
-
-    The first part of the path that does not exist is what is mistyped.
-    """
-    missing = next((path for path in (*reversed(file.parents), file) if not path.exists()), file)
-    try:
-        meant = near(missing.name, [path.name for path in missing.parent.iterdir()])
-    except OSError:
-        meant = None
-    return f"; did you mean {str(missing.parent / meant / file.relative_to(missing))!r}?" if meant else ""
 
 
 def _fail_at(error: yaml.MarkedYAMLError, text: str, file: str) -> None:

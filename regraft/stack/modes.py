@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest, Add, EnterMode
+from bus_schema.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
 from bus_schema.annotations import PlainValue
+from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.suggestions import instead_of
+from regraft.stack.components import with_absolute_paths
 from regraft.stack.nodes import plain
 from regraft.stack.problems import StackError
 from regraft.stack.section import Section
 from regraft.stack.system_modes import read_system_modes
 
 
-def read_modes(root: Section, components: Collection[str], folder: Path) -> dict[str, PlainValue]:
+def read_modes(root: Section, components: Mapping[str, ComponentSpec], folder: Path) -> dict[str, PlainValue]:
     """Return the changes of each mode of ``modes`` as plain data; they speak of ``components``.
 
-    ``modes`` may name a file of ROS 2's system_modes, looked for from ``folder``.
+    ``modes`` may name a file of ROS 2's system_modes. That is looked for from ``folder``, and so is what they set.
     """
     given = root.node("modes")
     if given is not None and isinstance(given.value, str):
         try:
-            return read_system_modes(folder / given.value, components)
+            modes = read_system_modes(folder / given.value, components)
         except StackError as error:
             root.report.problems += error.problems
             return {}
+        return {name: _with_absolute_paths(changes, components, folder) for name, changes in modes.items()}
     section = root.section("modes")
     found = {}
     for name in section.names():
@@ -36,8 +39,25 @@ def read_modes(root: Section, components: Collection[str], folder: Path) -> dict
         problem = _problem(changes, components)
         if problem:
             section.wrong(name, problem)
-        found[name] = changes
+        else:
+            found[name] = _with_absolute_paths(changes, components, folder)
     return found
+
+
+def _with_absolute_paths(
+    changes: PlainValue, components: Mapping[str, ComponentSpec], folder: Path
+) -> list[dict[str, PlainValue]]:
+    assert isinstance(changes, list)
+    return [_absolute(change, components, folder) for change in changes]
+
+
+def _absolute(
+    change: dict[str, PlainValue], components: Mapping[str, ComponentSpec], folder: Path
+) -> dict[str, PlainValue]:
+    spec = components.get(change["component"])
+    if change["change"] != SetParameters.change or spec is None or spec.description is None:
+        return change
+    return {**change, "parameters": with_absolute_paths(spec.description, change["parameters"], folder)}
 
 
 def _problem(changes: PlainValue, components: Collection[str]) -> str | None:

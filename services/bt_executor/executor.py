@@ -61,7 +61,7 @@ class Executor(Component):
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
     """What the root blackboard gets from the inputs; a subclass with further inputs adds to it."""
 
-    mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path")
+    mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path", exists=True)
     main = Parameter("", "ID of the tree to run, by default what the file says")
     rate = Parameter(10.0, "ticks a second", minimum=0.1, maximum=200.0, unit="Hz")
     autostart = Parameter(True, "whether the mission starts when the component is activated")

@@ -150,3 +150,34 @@ def test_errors_of_the_kit_have_the_documented_exit_codes() -> None:
     assert [exit_code(error) for error in (NoAnswer("a"), BusError("a"))] == [NOT_REACHABLE] * 2
     assert [exit_code(error) for error in (ClientError("a"), CallFailed("a", None, "b"))] == [FAILED] * 2
     assert exit_code(KeyError("a")) is None
+
+
+@pytest.mark.parametrize(
+    ("overrides", "told"),
+    [
+        ((), "stack.yaml:5: components.bt_executor.parameters.mission: '{folder}/patrl.xml': "),
+        (
+            ("--set", "bt_executor.mission={folder}/ptrol.xml"),
+            "override bt_executor.mission={folder}/ptrol.xml: components.bt_executor.parameters.mission: ",
+        ),
+    ],
+)
+def test_a_missing_mission_is_told_before_anything_starts(
+    regraft: Regraft, tmp_path: Path, overrides: tuple[str, ...], told: str
+) -> None:
+    (tmp_path / "patrol.xml").write_text("")
+    mission = "patrol.xml" if overrides else "patrl.xml"
+    (tmp_path / "stack.yaml").write_text(
+        f"""\
+system: patrol
+topics: {{mission: regraft/MissionStatus}}
+components:
+  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: 0}}}}
+  bt_executor: {{class: 'services.bt_executor.executor:Executor', parameters: {{mission: {mission}}}}}
+"""
+    )
+    found = regraft("up", str(tmp_path), "--for", "1", *(text.format(folder=tmp_path) for text in overrides))
+    assert found.exit_code == BAD_INPUT
+    assert told.format(folder=tmp_path) in found.stderr
+    assert f"did you mean '{tmp_path}/patrol.xml'?" in found.stderr
+    assert not rundir.folder("patrol").exists()

@@ -99,6 +99,8 @@ def stack_problems(text: str, folder: Path) -> list[str]:
 
 @pytest.mark.parametrize(("page", "text"), in_pages(lambda page: blocks(page, "yaml")))
 def test_stacks_in_the_docs_load(page: Path, text: str, tmp_path: Path) -> None:
+    for named in re.findall(r"(?:mission|file): (\w+\.xml)", text):
+        (tmp_path / named).write_text("")
     if "system:" in text:
         assert stack_problems(text, tmp_path) == []
 

@@ -43,6 +43,7 @@ class Late(Component):
 
     prepared = False
     path = Parameter("", "a file", unit="path", read_only=True)
+    needed = Parameter("", "a file that has to be there", unit="path", exists=True)
 
     @classmethod
     def preload(cls):
@@ -139,6 +140,17 @@ def test_a_class_that_nobody_has_imported_yet_is_added(running: System, tmp_path
         return status.detail if status else ""
 
     wait_until(lambda: says() == str(tmp_path / "some" / "file"))
+
+
+def test_what_needs_a_file_is_not_added_without_it(running: System, tmp_path: Path) -> None:
+    (tmp_path / "wheels.json").write_text("")
+    spec = ComponentSpec(cls="late:Late", parameters={"needed": "wheel.json"})
+    report = _adapt(running, Add("late", spec))
+    assert report.outcome is Outcome.REJECTED
+    (violation,) = report.violations
+    assert (violation.component, violation.field) == ("late", "parameters.needed")
+    assert violation.problem.startswith(f"'{tmp_path / 'wheel.json'}': there is no such file; did you mean")
+    assert "late" not in running.client.components()
 
 
 def test_a_program_is_added_and_removed(running: System) -> None:

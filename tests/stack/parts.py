@@ -29,6 +29,7 @@ class World(TimeSource):
     scan = Output(LaserScan)
 
     file = Parameter("", "the world's model", unit="path", read_only=True)
+    mesh = Parameter("", "a shape in it", unit="path", exists=True)
 
     def advance(self, tick: int, seconds: float) -> None:
         """Go on."""
@@ -57,6 +58,8 @@ class Joystick(Component):
     """Drives too."""
 
     velocity = Output(Twist)
+
+    layout = Parameter("", "what its buttons do", unit="path", exists=True)
 
 
 class Gripper(Component):

@@ -1,0 +1,37 @@
+"""Finds the files that parameters name, before what reads them starts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from bus_schema.annotations import PlainValue
+from bus_schema.description import Description
+from regraft.paths import instead_of_path
+from regraft.stack.components import RUN_FOLDER
+
+
+def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:
+    """Yield each parameter of ``values`` that names a file that has to be there and is not, and what is wrong.
+
+    The paths are absolute. Nothing is said of those in the folder of the running system, which is not known yet.
+    """
+    for parameter in description.parameters:
+        value = values.get(parameter.name)
+        if parameter.exists and isinstance(value, str) and value and not value.startswith(RUN_FOLDER):
+            problem = _file_problem(value)
+            if problem:
+                yield parameter.name, f"{value!r}: {problem}"
+
+
+def _file_problem(value: str) -> str | None:
+    file = Path(value)
+    try:
+        if not file.exists():
+            return f"there is no such file{instead_of_path(file)}"
+        if not file.is_file():
+            return "is not an ordinary file"
+        return None if os.access(file, os.R_OK) else "this user may not read it"
+    except (OSError, ValueError) as error:
+        return f"cannot be read: {getattr(error, 'strerror', None) or error}"
