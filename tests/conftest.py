@@ -10,10 +10,23 @@ from hypothesis import HealthCheck, settings
 
 from sim_service.renderers import RendererName
 from tests.renderers import best
+from tests.waiting import slowness
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tests")
+
+
+LONGEST_TEST = 300.0
+"""Seconds that a test may take, while every thread that wants to run does."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> None:
+    """Give a test longer on a machine that is busy with other things."""
+    marked = item.get_closest_marker("timeout")
+    seconds = marked.args[0] if marked else LONGEST_TEST
+    item.add_marker(pytest.mark.timeout(seconds * slowness()), append=False)
 
 
 @pytest.hookimpl(wrapper=True)

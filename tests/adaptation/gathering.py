@@ -10,6 +10,7 @@ from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, S
 from bus_schema.annotations import PlainValue
 from regraft import CallFailed, Component, Input, Output, every
 from tests.handover.parts import Ask, Item, Totaller
+from tests.waiting import PATIENCE
 
 HERE = "tests.adaptation.gathering"
 
@@ -108,12 +109,12 @@ class Witness(Component):
 
     @every(seconds=0.1)
     async def ask(self) -> None:
-        self._note("count", await self.kit.call("count", Ask(7), Item, timeout=5.0))
+        self._note("count", await self.kit.call("count", Ask(7), Item, timeout=PATIENCE))
 
     @every(seconds=0.45)
     async def ponder(self) -> None:
         try:
-            self._note("ponder", await self.kit.call("ponder", Ask(8), Item, timeout=5.0))
+            self._note("ponder", await self.kit.call("ponder", Ask(8), Item, timeout=PATIENCE))
         except CallFailed as error:
             self._note(str(error), Item(0))
 
@@ -147,7 +148,7 @@ class Swapper(Component):
         for changes in self.script:
             await self.kit.sleep(0.53)
             request = AdaptationRequest(changes, who="swapper")
-            report = await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=9.0)
+            report = await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=PATIENCE)
             self.reports.append(
                 replace(report, duration=0.0, phases=(), steps=tuple(replace(s, duration=0.0) for s in report.steps))
             )

@@ -13,6 +13,9 @@ from bus_schema.messages.quality import Quality
 from bus_schema.messages.sensors import LaserScan
 from regraft import Component, Input, Output, Parameter, every
 from regraft.stepped.source import TimeSource
+from tests.waiting import PATIENCE
+
+ADAPT = "adaptation_manager/adapt"
 
 
 class Talker(Component):
@@ -63,9 +66,9 @@ class Fragile(Component):
         if self.mood == "refuses" and "level" in changed:
             raise ValueError("not in this mood")
         if self.mood == "hangs" and "level" in changed:
-            self.release.wait(10.0)
+            self.release.wait(PATIENCE)
         if self.mood == "dies" and "level" in changed:
-            self.release.wait(10.0)
+            self.release.wait(PATIENCE)
             raise SystemExit
 
     def on_activate(self) -> None:
@@ -99,7 +102,7 @@ class Newcomer(Component):
             return
         if self.how == "refuses":
             raise RuntimeError("no life in me")
-        self.release.wait(20.0)
+        self.release.wait(PATIENCE)
         raise SystemExit
 
     @heard.handler
@@ -190,7 +193,7 @@ class Planner(Component):
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
             request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
-            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))
+            self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))
 
 
 class Judge(Component):
@@ -222,7 +225,7 @@ class Confirmer(Component):
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
             request = AdaptationRequest(changes, who="confirmer", confirm=0.5, watch=("Steady",))
-            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=9.0))
+            self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))
 
 
 class Changer(Component):
@@ -239,4 +242,4 @@ class Changer(Component):
         for change in (Add("extra", spec), Remove("extra")) * 3:
             await self.kit.sleep(0.37)
             request = AdaptationRequest((change,), who="changer")
-            self.reports.append(await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=5.0))
+            self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))

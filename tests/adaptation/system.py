@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,19 +30,10 @@ from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
+from tests.waiting import PATIENCE
 
 SYSTEM = "t"
-PATIENCE = 30.0
 M = TypeVar("M")
-
-
-def wait_until(condition: Callable[[], object], within: float = PATIENCE) -> None:
-    """Wait for a condition; fails the test if it does not come true."""
-    deadline = time.monotonic() + within
-    gate = threading.Event()
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        gate.wait(0.002)
 
 
 class Running:

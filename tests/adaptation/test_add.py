@@ -18,7 +18,8 @@ from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import ArchitectureRequest
 from tests.adaptation.parts import Listener, Newcomer
-from tests.adaptation.system import System, spec_of, wait_until
+from tests.adaptation.system import System, spec_of
+from tests.waiting import wait_until
 
 NEWCOMER = ComponentSpec(cls="tests.adaptation.parts:Newcomer")
 LISTENER = ComponentSpec(cls="tests.adaptation.parts:Listener")

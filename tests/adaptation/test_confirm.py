@@ -27,7 +27,8 @@ from bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
 from bus_schema.messages.quality import Quality
 from regraft import CallFailed
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import PATIENCE, System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import PATIENCE, wait_until
 
 LOUDER = SetParameters("listener", {"gain": 0.9})
 LONG = 60.0

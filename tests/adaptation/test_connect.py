@@ -7,7 +7,8 @@ from typing import Any
 
 from bus_schema.adaptation import Connect, Outcome, SetParameters
 from bus_schema.messages.host import ProcessState
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import wait_until
 
 
 def _runs_without_holes(log: list[tuple[str, int]], source: str) -> list[list[int]]:

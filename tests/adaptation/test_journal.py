@@ -15,7 +15,8 @@ from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
-from tests.adaptation.system import PATIENCE, System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_the_stacks_start_is_the_first_line(system: System) -> None:

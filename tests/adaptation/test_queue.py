@@ -9,7 +9,8 @@ import pytest
 from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft import CallFailed
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import PATIENCE, wait_until
 
 
 def _hold(system: System) -> AdaptationReport:
@@ -85,7 +86,7 @@ def test_one_under_way_is_cancelled_between_two_steps_and_undone(bare_system: Sy
     line = system.running["manager"].component._line
     wait_until(lambda: line.serving and line.serving.cancelled)
     Fragile.release.set()
-    asking.join(10.0)
+    asking.join(PATIENCE)
     assert cancelled[0].outcome is Outcome.CANCELLED, cancelled
     assert system.views() == before
 

@@ -22,7 +22,8 @@ from bus_schema.adaptation import (
 )
 from bus_schema.architecture import ComponentSpec, TopicSpec
 from bus_schema.lifecycle import State, Transition
-from tests.adaptation.system import System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import wait_until
 
 VALUES: tuple[Change, ...] = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 3}))
 CHANGES: tuple[Change, ...] = (

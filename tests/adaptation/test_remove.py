@@ -12,7 +12,8 @@ from bus_schema.architecture import ComponentSpec, Constraint, ConstraintKind
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
 from tests.adaptation.parts import Newcomer, Ticker
-from tests.adaptation.system import PATIENCE, System, small_architecture, spec_of, wait_until
+from tests.adaptation.system import System, small_architecture, spec_of
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_a_removed_component_is_gone_from_everywhere(system: System) -> None:

@@ -9,9 +9,10 @@ import pytest
 from bus_schema.adaptation import Outcome, SetParameters, StepState, Swap
 from bus_schema.lifecycle import State
 from bus_schema.messages.host import ProcessState
-from tests.adaptation.system import PATIENCE, System
+from tests.adaptation.system import System
 from tests.adaptation.test_swap import DOUBLER, _cls, _hears_on, site
 from tests.handover.parts import Ask, Item
+from tests.waiting import PATIENCE
 
 __all__ = ["site"]
 

@@ -6,7 +6,8 @@ from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters, 
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.host import ProcessState
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import PATIENCE, System, wait_until
+from tests.adaptation.system import System
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_a_hung_component_leads_to_rolled_back_within_its_bound(impatient: System) -> None:

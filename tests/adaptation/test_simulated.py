@@ -16,7 +16,8 @@ from bus_schema.lifecycle import Transition
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
-from tests.adaptation.system import SYSTEM, System, spec_of, wait_until
+from tests.adaptation.system import SYSTEM, System, spec_of
+from tests.waiting import wait_until
 
 
 def _system(folder: Path) -> System:

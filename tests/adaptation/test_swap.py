@@ -29,9 +29,10 @@ from bus_schema.lifecycle import State, Transition
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import PATIENCE, SYSTEM, Running, System, spec_of, wait_until
+from tests.adaptation.system import SYSTEM, Running, System, spec_of
 from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Ask, Item, Report, Sink, Source, Totaller
+from tests.waiting import PATIENCE, wait_until
 
 ITEM = "handover_tests/Item"
 NOTHING = (0, 0, 0, 0)

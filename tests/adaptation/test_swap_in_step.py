@@ -19,9 +19,10 @@ from regraft.stepped import errands
 from tests.adaptation.gathering import HERE, Gatherer, Swapper, Witness
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
-from tests.adaptation.system import SYSTEM, System, spec_of, wait_until
+from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Source
+from tests.waiting import wait_until
 
 OUTCOMES = [Outcome.APPLIED] * 2 + [Outcome.ROLLED_BACK] * 4 + [Outcome.APPLIED] * 2
 

@@ -15,7 +15,8 @@ from regraft import CallFailed
 from regraft.client import Client
 from regraft.memory_bus import MemoryBus
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import PATIENCE, SYSTEM, System, wait_until
+from tests.adaptation.system import SYSTEM, System
+from tests.waiting import PATIENCE, wait_until
 
 AT_ONCE = 40
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from adaptation_manager.manager import AdaptationManager
 from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
 from bus_schema.lifecycle import State, Transition
-from tests.adaptation.system import System, spec_of, wait_until
+from tests.adaptation.system import System, spec_of
+from tests.waiting import wait_until
 
 
 def test_a_component_is_deactivated_and_its_spec_says_so(system: System) -> None:

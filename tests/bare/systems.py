@@ -7,8 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -24,9 +22,9 @@ from regraft.system_secret import fresh
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 from tests.ports import free_endpoint
+from tests.waiting import PATIENCE, wait_for
 
 TESTS = Path(__file__).parents[1]
-WITHIN = 30.0
 RUN_KIT_COMPONENT = (
     "import sys; from bus_schema import codec; from regraft.assignment import Assignment;"
     "from regraft.process import run_component;"
@@ -34,17 +32,6 @@ RUN_KIT_COMPONENT = (
 )
 
 T = TypeVar("T")
-
-
-def eventually(look: Callable[[], T | None], what: str) -> T:
-    """Return what ``look`` finds as soon as it finds something, within bounds."""
-    deadline = time.monotonic() + WITHIN
-    while time.monotonic() < deadline:
-        found = look()
-        if found:
-            return found
-        time.sleep(0.005)
-    raise AssertionError(f"did not happen within {WITHIN:g} s: {what}")
 
 
 class ControlRefused(Exception):
@@ -88,7 +75,7 @@ class System:
             process.send_signal(signal.SIGTERM)
         for process in self.processes.values():
             try:
-                process.wait(WITHIN)
+                process.wait(PATIENCE)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
@@ -132,13 +119,13 @@ class System:
     def wait_for(self, state: str, *names: str) -> None:
         """Wait until all of these are in ``state``."""
         for name in names:
-            eventually(partial(self.is_in, name, state), f"{name} is {state}")
+            wait_for(partial(self.is_in, name, state), f"{name} is {state}")
 
     def control(self, name: str, verb: str, message: object | None, reply: type[T]) -> T:
         """Ask a control query; raises ControlRefused."""
         payload = codec.encode(message) if message is not None else b""
         key = self.keys.control(name, 1, verb)
-        answers = eventually(lambda: self.bus.query(key, payload, WITHIN / 3), f"{name} answers {verb}")
+        answers = wait_for(lambda: self.bus.query(key, payload, PATIENCE / 3), f"{name} answers {verb}")
         if answers[0].error:
             raise ControlRefused(codec.decode(answers[0].payload, ControlError))
         return codec.decode(answers[0].payload, reply)

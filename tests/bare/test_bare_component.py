@@ -30,9 +30,10 @@ from bus_schema.messages.control import (
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.messages.sensors import LightLevel
 from bus_schema.registry import type_of
+from tests.waiting import PATIENCE, wait_for
 
 from .kit_side import Asker, Lamp, Recorder
-from .systems import ControlRefused, System, eventually
+from .systems import ControlRefused, System
 
 FROM_LAMP = {"light": "level"}
 
@@ -55,7 +56,7 @@ def consecutive(found: list[float]) -> bool:
 
 def grown(system: System, beyond: int) -> list[float]:
     """Return the numbers once there are more than ``beyond``."""
-    return eventually(lambda: found if len(found := numbers(system)) > beyond else None, f"more than {beyond} echoes")
+    return wait_for(lambda: found if len(found := numbers(system)) > beyond else None, f"more than {beyond} echoes")
 
 
 def test_it_shows_itself_alive_and_describes_itself(system: System) -> None:
@@ -63,7 +64,7 @@ def test_it_shows_itself_alive_and_describes_itself(system: System) -> None:
     system.wait_for("active", "bare")
     assert system.keys.alive("bare", 1) in system.bus.present(system.keys.alive("*", "*"), 1.0)
     heard = len(system.statuses["bare"])
-    eventually(lambda: len(system.statuses["bare"]) > heard + 3, "heartbeats")
+    wait_for(lambda: len(system.statuses["bare"]) > heard + 3, "heartbeats")
     status = system.statuses["bare"][-1]
     assert (status.state, status.revision, status.error) == (State.ACTIVE, 7, "")
     description = system.control("bare", "describe", None, Description)
@@ -142,7 +143,7 @@ def test_while_inactive_it_neither_reads_nor_writes(system: System) -> None:
     system.control("bare", "transition", SetTransition(Transition.DEACTIVATE), ComponentView)
     handled = system.state_of("bare")["handled"]
     told = system.state_of("lamp")["told"]
-    eventually(lambda: system.state_of("lamp")["told"] > told + 30, "the lamp goes on")
+    wait_for(lambda: system.state_of("lamp")["told"] > told + 30, "the lamp goes on")
     assert system.state_of("bare")["handled"] == handled
     before = len(numbers(system))
     assert before == handled
@@ -156,7 +157,7 @@ def test_a_component_of_the_kit_calls_its_service(system: System) -> None:
     system.bare()
     system.wait_for("active", "bare")
     system.kit("asker", Asker)
-    answers = eventually(lambda: a if len(a := system.state_of("asker")["answers"]) > 3 else None, "answers")
+    answers = wait_for(lambda: a if len(a := system.state_of("asker")["answers"]) > 3 else None, "answers")
     assert all(darkness == 0.75 for _, _, darkness in answers)
 
 
@@ -169,7 +170,7 @@ class Client:
         system.bus.subscribe(system.keys.reply("**", "client-1"), self._take)
         self._publisher = system.bus.publisher(system.keys.request("invert"), type_of(Request).encoding, reliable=True)
         self._sequence = 0
-        eventually(lambda: self._publisher.matched, "somebody serves")
+        wait_for(lambda: self._publisher.matched, "somebody serves")
 
     def _take(self, item: Any) -> None:
         sample = self.system.bus.open_sample(item)
@@ -180,7 +181,7 @@ class Client:
         self._sequence += 1
         before = len(self.replies)
         self._publisher.put(codec.encode(request), Envelope("client-1", 1, 1, self._sequence, 0).to_bytes())
-        return eventually(lambda: self.replies[before] if len(self.replies) > before else None, "a reply")
+        return wait_for(lambda: self.replies[before] if len(self.replies) > before else None, "a reply")
 
 
 def test_a_request_asked_again_is_answered_again_not_done_again(system: System) -> None:
@@ -228,7 +229,7 @@ def wired(system: System, reader: str, port: str, topic: str, writer: str) -> No
         rewire(system, writer, RewireStep.MARK, "", topic)
         return not rewire(system, reader, RewireStep.AWAIT, port, topic, peers=(Peer(writer, 1),))["missing"]
 
-    eventually(marked, f"{reader} sees a marker of {writer} on {topic}")
+    wait_for(marked, f"{reader} sees a marker of {writer} on {topic}")
 
 
 def test_its_input_moves_between_two_busy_topics_without_loss(system: System) -> None:
@@ -304,11 +305,11 @@ def test_a_message_that_does_not_fit_is_counted_and_does_no_harm(system: System)
     system.bare()
     system.wait_for("active", "bare")
     publisher = system.bus.publisher(system.keys.topic("light"), type_of(LightLevel).encoding, reliable=True)
-    eventually(lambda: publisher.matched, "the bare component reads")
+    wait_for(lambda: publisher.matched, "the bare component reads")
     publisher.put(b"\xc1", Envelope("stranger", 1, 1, 1, 0).to_bytes())
     publisher.put(codec.encode(LightLevel(1.0, 0.5)), b"no envelope")
     publisher.put(codec.encode(LightLevel(1.0, 0.5)), Envelope("stranger", 1, 1, 2, 0).to_bytes())
-    eventually(lambda: system.statuses["bare"][-1].refused == 2, "both refused")
+    wait_for(lambda: system.statuses["bare"][-1].refused == 2, "both refused")
     assert system.state_of("bare") == {"handled": 1}
 
 
@@ -316,6 +317,6 @@ def test_asked_to_end_it_finalizes_and_leaves(system: System) -> None:
     system.bare()
     system.wait_for("active", "bare")
     os.kill(system.processes["bare"].pid, signal.SIGTERM)
-    assert system.processes["bare"].wait(10.0) == 0
+    assert system.processes["bare"].wait(PATIENCE) == 0
     system.wait_for("finalized", "bare")
-    eventually(lambda: not system.bus.present(system.keys.alive("bare", "*"), 1.0), "its token is gone")
+    wait_for(lambda: not system.bus.present(system.keys.alive("bare", "*"), 1.0), "its token is gone")

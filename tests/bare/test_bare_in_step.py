@@ -12,9 +12,10 @@ from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.messages.requests import Answer, Request, Verb
 from bus_schema.messages.sensors import LightLevel
+from tests.waiting import wait_for
 
 from .kit_side import Asker, Mover, Recorder, Sun
-from .systems import System, eventually
+from .systems import System
 from .test_bare_component import Client
 
 Runs = list[tuple[dict[str, Any], list[list[float]], ClockTime]]
@@ -32,7 +33,7 @@ def run_to_the_end() -> tuple[dict[str, Any], list[list[float]], ClockTime]:
         system.kit("asker", Asker)
         system.bare(connections={"light": "level"}, parameters={"gain": 0.5})
         system.kit("sun", Sun, members=MEMBERS, parameters={"speed": "max"}, duration=DURATION)
-        eventually(lambda: told and told[-1].finished, "the run ends")
+        wait_for(lambda: told and told[-1].finished, "the run ends")
         return system.state_of("recorder"), system.state_of("asker")["answers"], told[-1]
 
 
@@ -80,7 +81,7 @@ def test_its_input_moves_in_a_slot_and_every_tick_still_passes_through_it_once()
         system.bare(connections={"light": "level"})
         members = ("bare", "mover", "recorder")
         system.kit("sun", Sun, members=members, parameters={"speed": "max"}, duration=DURATION)
-        eventually(lambda: told and told[-1].finished, "the run ends")
+        wait_for(lambda: told and told[-1].finished, "the run ends")
         details = system.state_of("mover")["details"]
         echoes = system.state_of("recorder")["echoes"]
         assert (details[2], details[4]) == ({"missing": []}, {"complete": True})

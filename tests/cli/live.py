@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,10 @@ from typing import Any
 from typer.testing import CliRunner
 
 from tests.cli.app import whole
+from tests.waiting import PATIENCE, wait_for
 
 STACK = Path(__file__).parent / "stack"
 ROOT = Path(__file__).parents[2]
-WITHIN = 60.0
-"""Seconds that anything may take on a machine that is busy with other things."""
 
 
 class System:
@@ -51,7 +49,7 @@ class System:
         self.interrupt()
         for process in (self.process, *self.joined):
             try:
-                process.communicate(timeout=WITHIN)
+                process.communicate(timeout=2 * PATIENCE)
             finally:
                 process.kill()
                 process.wait()
@@ -71,7 +69,7 @@ class System:
         """Wait for its end; returns the exit code."""
         assert self.process.stdout is not None
         self.lines += [line.rstrip() for line in self.process.stdout]
-        return self.process.wait(WITHIN)
+        return self.process.wait(2 * PATIENCE)
 
     def ask(self, *arguments: str) -> Any:
         """Return the JSON that a command printed."""
@@ -86,13 +84,13 @@ class System:
 
     def component_after(self, name: str, incarnation: int) -> dict[str, Any]:
         """Return a component once a later run of it than ``incarnation`` is active."""
-        deadline = time.monotonic() + WITHIN
-        found = None
-        while time.monotonic() < deadline:
-            found = self.components().get(name)
-            if found and (found["incarnation"] or 0) > incarnation and found["state"] == "active":
-                return found
-        raise AssertionError(f"{name} is not active in a later run than {incarnation}: {found}")
+
+        def found() -> dict[str, Any] | None:
+            seen = self.components().get(name)
+            later = seen is not None and (seen["incarnation"] or 0) > incarnation
+            return seen if seen and later and seen["state"] == "active" else None
+
+        return wait_for(found, f"{name} is active in a later run than {incarnation}")
 
 
 def environment(home: Path) -> dict[str, str]:
@@ -128,20 +126,7 @@ def regraft(home: Path, *arguments: str) -> Done:
     """Run a command: in this process, unless it forks others."""
     if arguments[0] == "up":
         process = start(home, *arguments, errors=subprocess.PIPE)
-        stdout, stderr = process.communicate(timeout=WITHIN)
+        stdout, stderr = process.communicate(timeout=2 * PATIENCE)
         return Done(process.returncode, stdout, stderr)
     result = CliRunner().invoke(whole(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None})
     return Done(result.exit_code, result.stdout, result.stderr)
-
-
-def is_gone(pid: int) -> bool:
-    """Tell whether a process has ended, waiting for it a little."""
-    deadline = time.monotonic() + WITHIN
-    while time.monotonic() < deadline:
-        try:
-            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-        except OSError:
-            return True
-        if state == "Z":
-            return True
-    return False

@@ -7,11 +7,8 @@ import os
 import signal
 from pathlib import Path
 
-import pytest
-
-from tests.cli.live import STACK, System, is_gone, regraft
-
-pytestmark = pytest.mark.timeout(300)
+from tests.cli.live import STACK, System, regraft
+from tests.host.system import wait_gone
 
 
 def test_ps_lists_every_component_with_its_process(tiny: System) -> None:
@@ -195,7 +192,7 @@ def test_down_ends_the_system_and_leaves_no_process(tmp_path: Path) -> None:
         done = regraft(tmp_path, "down")
         assert done.returncode == 0
         assert system.ended() == 0
-    assert all(is_gone(pid) for pid in pids)
+    wait_gone(pids)
     assert regraft(tmp_path, "ps", "--json").stdout.split() == ["{", '"systems":', "[]", "}"]
 
 

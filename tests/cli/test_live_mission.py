@@ -10,7 +10,6 @@ import pytest
 from tests.cli.live import System, regraft
 from tests.executor.helpers import tree
 
-pytestmark = pytest.mark.timeout(300)
 WAIT = '<Sleep name="wait" msec="100000000"/>'
 
 

@@ -19,6 +19,7 @@ from regraft.cli.group import BAD_INPUT, NOT_REACHABLE
 from regraft.rundir import NoRoom, RunInfo
 from regraft.tokens import BadToken, BadTokens, Role, Tokens
 from tests.cli.conftest import Regraft
+from tests.waiting import PATIENCE
 
 MAKE = ("token", "create", "--role", "operate", "--for", "8h", "--system", "frog")
 
@@ -199,7 +200,7 @@ def test_tokens_made_at_the_same_time_are_all_kept(home: Path) -> None:
     for maker in makers:
         maker.start()
     for maker in makers:
-        maker.join(60.0)
+        maker.join(2 * PATIENCE)
     tokens = Tokens(home / "frog")
     assert len(made) == 20
     assert all(tokens.find(token) for token in made)

@@ -29,6 +29,7 @@ from regraft.stack import StackError, load
 from regraft.tokens import Tokens
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -77,7 +78,7 @@ def test_the_python_of_every_page_runs_and_its_tests_pass(tmp_path: Path) -> Non
         env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=4 * PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from tests.docs.test_docs import ROOT, commands_in
+from tests.waiting import PATIENCE
 
 REGRAFT = Path(sys.executable).parent / "regraft"
 README = ROOT / "README.md"
 SHORT = ("--headless", "--speed", "max", "--for", "1", "--set", "gateway.port=0", "--json")
 ONE_RUN = ("--runs", "1", "--configurations", "baseline", "--for", "5")
 WHILE_IT_RUNS = ("ps", "param", "lifecycle")
-BOUND = 300.0
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def _done(words: list[str], home: Path) -> str:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=BOUND,
+        timeout=4 * PATIENCE,
         check=False,
     )
     assert ended.returncode == 0, (words, ended.stdout, ended.stderr)

@@ -15,14 +15,11 @@ from typing import Any
 
 import pytest
 
-from tests.kit.site import wait_until
 from tests.ports import free_port
+from tests.waiting import PATIENCE, wait_until
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "components.md").read_text()
-WITHIN = 60.0
-
-pytestmark = pytest.mark.timeout(300)
 
 
 def block_with(language: str, text: str) -> str:
@@ -72,7 +69,7 @@ class Place:
             env=self._environment,
             capture_output=True,
             text=True,
-            timeout=WITHIN,
+            timeout=4 * PATIENCE,
             check=False,
         )
 
@@ -86,7 +83,7 @@ class Place:
         for process in reversed(self._started):
             process.send_signal(signal.SIGINT)
             try:
-                process.wait(WITHIN)
+                process.wait(4 * PATIENCE)
             finally:
                 process.kill()
                 process.wait()
@@ -108,9 +105,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     made = Place(tmp_path_factory.mktemp("tutorial"))
     try:
         made.start(made.foreign, "up", str(ROOT / "stacks/frog"), "--headless", "--set", f"gateway.port={free_port()}")
-        wait_until(are_active(made.states, "navigator"), "FROG to be up", WITHIN)
+        wait_until(are_active(made.states, "navigator"), "FROG to be up", 4 * PATIENCE)
         made.start(made.author, *commands()[0][0])
-        wait_until(are_active(made.states, "watchman"), "the watchman to be active", WITHIN)
+        wait_until(are_active(made.states, "watchman"), "the watchman to be active", 4 * PATIENCE)
         yield made
     finally:
         made.end()

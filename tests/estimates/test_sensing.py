@@ -21,6 +21,7 @@ from services.power_model import total_power
 from services.sensor_monitor import SensorMonitor
 from sim_service.camera_component import Camera
 from tests.services.rigs import FROG, run, run_until, set_parameters, world_on
+from tests.waiting import PATIENCE
 
 RAY = {"file": FROG, "renderer": "ray", "width": 80, "height": 60}
 
@@ -30,7 +31,7 @@ class Asker(Component):
 
     async def _ask(self) -> None:
         begun = self.kit.now()
-        self.sightings = await self.kit.call("detect", Detect(), Sightings, timeout=30.0)
+        self.sightings = await self.kit.call("detect", Detect(), Sightings, timeout=PATIENCE)
         self.seconds = self.kit.now() - begun
 
     def on_activate(self) -> None:

@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from evaluation.command_line import evaluate
 from regraft.cli.main import build
+from tests.waiting import PATIENCE, wait_until
 
 STUDY = "tests.evaluation.tiny:STUDY"
 ROOT = Path(__file__).parents[2]
@@ -89,15 +90,18 @@ def test_the_stack_as_it_was_run_can_be_run_again(tmp_path: Path) -> None:
     assert "CountRecorder" in text
 
 
+def begins(out: Path, pattern: str) -> bool:
+    """Tell whether there is the folder of a run."""
+    return any(out.glob(pattern))
+
+
 def test_killed_at_any_point_it_goes_on_and_ends_with_the_same_tables(whole: Path, tmp_path: Path) -> None:
     killed = tmp_path / "killed"
     for number, how in enumerate((signal.SIGKILL, signal.SIGINT, signal.SIGTERM)):
         process = started(killed, *(["--resume"] if number else []))
-        deadline = time.monotonic() + 60.0
-        while not list(killed.glob(f"runs/*/00{1 + number // 2}")) and time.monotonic() < deadline:
-            time.sleep(0.02)
+        wait_until(partial(begins, killed, f"runs/*/00{1 + number // 2}"), "a run begins", 60.0)
         process.send_signal(how)
-        process.communicate(timeout=60.0)
+        process.communicate(timeout=2 * PATIENCE)
         for found in killed.glob("runs/*/*"):
             assert (found / "run.json").is_file()
     code, said = run(killed, "--resume")
@@ -175,7 +179,7 @@ def test_an_unknown_study_is_told(study: str, told: str, tmp_path: Path) -> None
 
 def test_without_room_it_says_so_and_leaves_no_half_of_a_table(tmp_path: Path) -> None:
     process = started(tmp_path, "--runs", "1", limit=40)
-    _, complaints = process.communicate(timeout=60.0)
+    _, complaints = process.communicate(timeout=2 * PATIENCE)
     assert process.returncode == 1
     assert "cannot write" in complaints
     assert "Traceback" not in complaints

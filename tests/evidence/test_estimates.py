@@ -26,8 +26,8 @@ from services.navigator.pursuit_navigator import PursuitNavigator
 from tests.estimates.course import TRAVEL_NOISE, Course, Truth
 from tests.estimates.dock import charge
 from tests.host.system import ROOT, System
-from tests.kit.site import wait_until
 from tests.services.rigs import TICK, run_until, world_on
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -227,4 +227,4 @@ def _time(system: System) -> float:
 
 
 def _wait_for_time(system: System, seconds: float) -> None:
-    wait_until(lambda: _time(system) >= seconds, f"{seconds:g} simulated seconds", PATIENCE)
+    wait_until(lambda: _time(system) >= seconds, f"{seconds:g} simulated seconds")

@@ -8,7 +8,7 @@ from bus_schema.adaptation import Outcome
 from tests.handover.parts import Ask, Item, Report
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
-from tests.kit.site import PATIENCE
+from tests.waiting import PATIENCE
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
 

@@ -17,7 +17,7 @@ from tests.host.moving import Moving
 from tests.host.several import Site
 from tests.host.system import System, children_of, exists
 from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
 
@@ -52,7 +52,7 @@ def _walk(system: System) -> ClientGoal[Item, Item]:
 def _end_of(system: System, goal: ClientGoal[Item, Item]) -> Item:
     """Have the walk come to its end, which it has gone on towards through every swap."""
     heard = goal.feedback
-    wait_until(lambda: goal.feedback != heard, "the goal goes on", PATIENCE)
+    wait_until(lambda: goal.feedback != heard, "the goal goes on")
     system.client.call("hurry", Ask(999_999), Item, PATIENCE)
     return goal.result(PATIENCE)
 
@@ -64,7 +64,7 @@ def _calls(system: System) -> Asked:
     def asked() -> Asked:
         return system.client.call("asked", Ask(), Asked, PATIENCE)
 
-    wait_until(lambda: asked().answered == asked().asked, "all calls to be answered", PATIENCE)
+    wait_until(lambda: asked().answered == asked().asked, "all calls to be answered")
     return asked()
 
 

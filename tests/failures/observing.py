@@ -15,7 +15,7 @@ from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.guests import Guest
 from tests.host.system import System, children_of
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import wait_until
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def settled(system: System, *others: Guest) -> Standings:
             return True
         return False
 
-    wait_until(well, "all processes to be well", PATIENCE)
+    wait_until(well, "all processes to be well")
     return found[-1]
 
 
@@ -93,7 +93,7 @@ def architecture(system: System) -> Architecture:
             return True
         return False
 
-    wait_until(told, "the manager to answer", PATIENCE)
+    wait_until(told, "the manager to answer")
     return found[-1]
 
 

@@ -13,7 +13,7 @@ from tests.failures.kinds import WITH_A_GAP
 from tests.failures.observing import Standings, architecture, delivered, disagreements, settled
 from tests.failures.place import Place
 from tests.host.system import System
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 FIRST = "local"

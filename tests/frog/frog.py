@@ -18,13 +18,12 @@ import httpx
 
 from bus_schema.messages.clock import ClockTime
 from tests.host.system import ROOT, System
-from tests.kit.site import wait_until
 from tests.ports import free_port
+from tests.waiting import PATIENCE, wait_until
 
 M = TypeVar("M")
 
 STACK = ROOT / "stacks" / "frog"
-PATIENCE = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +65,10 @@ class Frog(System):
         super().__init__(
             stack, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
         )
-        self.rest = httpx.Client(base_url=self.url, timeout=30.0)
+        self.rest = httpx.Client(base_url=self.url, timeout=PATIENCE)
         try:
-            wait_until(self._serving, "the gateway", PATIENCE)
-            wait_until(lambda: self.states() == {"active"}, "everybody active", PATIENCE)
+            wait_until(self._serving, "the gateway", 60.0)
+            wait_until(lambda: self.states() == {"active"}, "everybody active", 60.0)
         except AssertionError:
             self.end()
             raise
@@ -98,7 +97,7 @@ class Frog(System):
     def wait_for_time_after(self, start: int, seconds: float) -> None:
         """Wait until simulated time is ``seconds`` past ``start`` (nanoseconds)."""
         end = start + seconds * 1e9
-        wait_until(lambda: self.clock().time >= end, f"{seconds} simulated seconds", PATIENCE)
+        wait_until(lambda: self.clock().time >= end, f"{seconds} simulated seconds", 60.0)
 
     def listen(self, topic: str, cls: type[M]) -> list[M]:
         """Return a list that the messages of a topic are added to from now on."""

@@ -14,7 +14,7 @@ from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, Frog, speed_of
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 TICK = 0.05
 SLOW = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.10}}

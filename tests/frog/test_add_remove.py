@@ -8,7 +8,7 @@ from bus_schema.messages.geometry import Twist
 from bus_schema.messages.perception import Detect, Detections, Sightings
 from tests.frog.frog import Frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 SECOND_DETECTOR = {
     "change": "add",

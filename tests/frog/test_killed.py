@@ -16,7 +16,7 @@ from bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, speed_of
 from tests.host.system import children_of, wait_gone
-from tests.kit.site import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 def _drives(frog: Frog) -> None:
@@ -69,7 +69,7 @@ def test_the_pace_of_a_run_counts_the_time_before_its_world_died(tmp_path: Path,
     frog = start_frog("--speed", "real", "--for", "5", "--json")
     wait_until(lambda: frog.clock().time >= 3e9, "3 simulated seconds", 60.0)
     os.kill(frog.wait_running("world").pid, signal.SIGKILL)
-    assert frog.process.wait(60.0) == 0
+    assert frog.process.wait(2 * PATIENCE) == 0
     said = (tmp_path / "up.log").read_text()
     closing = json.loads(said[said.index("{") :])
     assert closing["simulated_s"] == 5.0

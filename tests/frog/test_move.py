@@ -13,7 +13,7 @@ from regraft import rundir
 from tests.frog.frog import Frog, Run, run_frog
 from tests.frog.scripted import told, with_changer
 from tests.host.guests import Guest
-from tests.kit.site import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_notice(
@@ -60,7 +60,7 @@ def _run_with_moves(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Run,
         try:
             return running.result(), told(folder / "home")
         finally:
-            assert edge.process.wait(30) == 0  # it ends with the run
+            assert edge.process.wait(PATIENCE) == 0  # it ends with the run
 
 
 def _move(host: str) -> dict[str, str]:

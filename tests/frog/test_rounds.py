@@ -9,7 +9,7 @@ from typing import Any
 from bus_schema.messages.quality import Quality
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, Frog
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 ROUNDS = STACK / "rounds.yaml"
 REQUIREMENTS = [

@@ -15,6 +15,7 @@ from tests.frog.frog import STACK, run_frog
 from tests.host.system import ROOT
 from tests.ports import free_port
 from tests.renderers import without_opengl
+from tests.waiting import PATIENCE
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
@@ -75,6 +76,6 @@ def _up(*options: str, environment: dict[str, str] | None = None) -> subprocess.
         env=environment or dict(os.environ),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=2 * PATIENCE,
         check=False,
     )

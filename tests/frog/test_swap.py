@@ -12,7 +12,7 @@ from bus_schema.messages.perception import Detections
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, run_frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 TEMPLATE = "services.detector.template_detector:TemplateDetector"
 FEATURE = "services.detector.detector:Detector"

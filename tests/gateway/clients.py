@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlsplit
 
+from tests.waiting import PATIENCE
+
 NOBODY = 65534
 SCRIPT = """
 import encodings.idna, http.client, json, os, socket, sys
@@ -19,7 +21,7 @@ if uid is not None:
     os.setuid(uid)
 answers = []
 for method, path, headers, body in requests:
-    connection = http.client.HTTPConnection(host, port, timeout=60)
+    connection = http.client.HTTPConnection(host, port, timeout=2 * PATIENCE)
     connection.request(method, path, body, headers)
     answer = connection.getresponse()
     answers.append([answer.status, dict(answer.getheaders()), answer.read().decode()])
@@ -37,7 +39,7 @@ def ask_as(uid: int | None, url: str, requests: Sequence[Asked]) -> list[Any]:
     parts = urlsplit(url)
     given = json.dumps([parts.hostname, parts.port, uid, requests])
     command = [sys.executable, "-I", "-c", SCRIPT]
-    done = subprocess.run(command, input=given, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, input=given, capture_output=True, text=True, timeout=4 * PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     answers: list[Any] = json.loads(done.stdout)
     return answers
@@ -60,4 +62,4 @@ def send_and_leave(url: str, request: bytes) -> None:
     """Send a request as another user who closes the connection at once, without waiting for an answer."""
     parts = urlsplit(url)
     command = [sys.executable, "-I", "-c", ORPHAN, str(parts.hostname), str(parts.port)]
-    subprocess.run(command, input=request, timeout=60, check=True)
+    subprocess.run(command, input=request, timeout=2 * PATIENCE, check=True)

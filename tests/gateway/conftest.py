@@ -12,7 +12,8 @@ from bus_schema.messages.control import ParameterValues
 from dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
-from tests.kit.site import PATIENCE, Site, wait_until
+from tests.kit.site import Site
+from tests.waiting import PATIENCE, wait_until
 
 GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
 

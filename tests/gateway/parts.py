@@ -39,6 +39,7 @@ from bus_schema.registry import type_of
 from regraft import Component, Input, Output, Parameter, RequestRefused, service
 from regraft.bus import Bus
 from regraft.component import class_path, describe
+from tests.waiting import PATIENCE
 
 
 class Navigator(Component):
@@ -278,6 +279,6 @@ class HostStub:
     def close(self) -> None:
         """Leave."""
         self._ended.set()
-        self._thread.join(5.0)
+        self._thread.join(PATIENCE)
         self._queries.close()
         self._token.close()

@@ -9,7 +9,7 @@ import pytest
 from bus_schema.adaptation import Outcome, Swap
 from dashboard_api.callers import user_name
 from tests.gateway.conftest import Running
-from tests.kit.site import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 SLOWER = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}}
 
@@ -216,7 +216,7 @@ def test_many_that_wait_for_their_adaptation_leave_room_for_others(running: Runn
 
     def ask() -> None:
         with running.connect() as http:
-            response = http.post("/adaptations", json=adaptation(), timeout=60.0)
+            response = http.post("/adaptations", json=adaptation(), timeout=2 * PATIENCE)
             statuses.append(response.status_code)
             if response.status_code == 503:
                 refusals.append(response.json()["detail"])
@@ -229,7 +229,7 @@ def test_many_that_wait_for_their_adaptation_leave_room_for_others(running: Runn
     assert "16 requests are waiting" in refusals[0]
     running.manager.silent = False
     for thread in threads:
-        thread.join(20.0)
+        thread.join(PATIENCE)
     assert sorted(statuses) == [200] * 16 + [503] * 8
 
 

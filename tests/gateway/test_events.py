@@ -14,7 +14,7 @@ from bus_schema.messages.health import Event
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.gateway import Gateway
 from tests.gateway.conftest import Running
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 
 @dataclass

@@ -12,6 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from dashboard_api.guard import Guard
 from tests.gateway.conftest import Running
+from tests.waiting import PATIENCE
 
 ADAPTATION = {"changes": [{"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}]}
 
@@ -20,7 +21,7 @@ def raw(url: str, request: bytes) -> bytes:
     """Return all that the server answers to bytes that no HTTP library would send."""
     parts = urlsplit(url)
     assert parts.hostname
-    with socket.create_connection((parts.hostname, parts.port or 80), timeout=5.0) as connection:
+    with socket.create_connection((parts.hostname, parts.port or 80), timeout=PATIENCE) as connection:
         connection.sendall(request)
         answer = b""
         while chunk := connection.recv(65536):

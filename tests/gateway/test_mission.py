@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from tests.gateway.conftest import Running
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 TREE = '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
 

@@ -14,6 +14,7 @@ import pytest
 from dashboard_api.openapi_page import openapi_page
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
+from tests.waiting import PATIENCE
 
 PAGES = ("/", "/api/v1", "/api/v1/openapi.html")
 
@@ -46,7 +47,7 @@ def get(
     running: Running, path: str, accept: str | None = "text/html,application/xhtml+xml,*/*;q=0.8"
 ) -> httpx.Response:
     headers = {"Accept": accept} if accept else {}
-    return httpx.get(running.url.removesuffix("/api/v1") + path, headers=headers, timeout=30.0)
+    return httpx.get(running.url.removesuffix("/api/v1") + path, headers=headers, timeout=PATIENCE)
 
 
 @pytest.mark.parametrize("path", PAGES)
@@ -75,7 +76,7 @@ def test_what_is_there_is_shown_and_every_link_leads_somewhere(running: Running,
     links = set(Page(answer.text).links)
     assert {"/api/v1/system", "/api/v1/openapi.html", "/api/v1/openapi.json"} <= links
     for target in sorted(links):
-        assert httpx.head(running.url.removesuffix("/api/v1") + target, timeout=30.0).status_code == 200, target
+        assert httpx.head(running.url.removesuffix("/api/v1") + target, timeout=PATIENCE).status_code == 200, target
 
 
 @pytest.mark.parametrize(

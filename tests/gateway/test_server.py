@@ -11,7 +11,8 @@ from bus_schema.lifecycle import State, Transition
 from dashboard_api.gateway import Gateway
 from dashboard_api.server import CannotServe, bind
 from tests.gateway.conftest import GATEWAY, Running, start_gateway
-from tests.kit.site import Site, wait_until
+from tests.kit.site import Site
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_a_port_in_use_is_a_clear_error(site: Site) -> None:
@@ -42,7 +43,7 @@ def test_the_url_is_told_in_status_and_event(site: Site) -> None:
     site.client.events(lambda event: told.append(event.details["url"]) if event.kind == "gateway.ready" else None)
     url = start_gateway(site)
     assert urlsplit(url).path == "/api/v1"
-    assert httpx.get(f"{url}/hosts", timeout=10.0).status_code == 200
+    assert httpx.get(f"{url}/hosts", timeout=PATIENCE).status_code == 200
     wait_until(lambda: told == [url])
 
 
@@ -55,7 +56,7 @@ def test_an_inactive_gateway_serves_nothing_and_comes_back(site: Site) -> None:
         httpx.get(f"{url}/hosts")
     gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
     wait_until(lambda: gateway.state is State.ACTIVE)
-    assert httpx.get(f"{gateway.herald.status.detail}/hosts", timeout=10.0).status_code == 200
+    assert httpx.get(f"{gateway.herald.status.detail}/hosts", timeout=PATIENCE).status_code == 200
 
 
 def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running) -> None:
@@ -71,11 +72,11 @@ def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running)
         lines = stream.iter_lines()
         next(lines)
         waiting.start()
-        assert running.manager.kept_waiting.wait(10.0)
+        assert running.manager.kept_waiting.wait(PATIENCE)
         gateway = running.site.runtimes["gateway"]
         gateway.post(lambda: gateway.lifecycle.perform(Transition.DEACTIVATE))
         assert "data: " not in "".join(lines)
-    waiting.join(10.0)
+    waiting.join(PATIENCE)
     wait_until(lambda: gateway.state is State.INACTIVE)
     assert answers == [503]
 

@@ -6,7 +6,7 @@ import pytest
 
 from bus_schema.lifecycle import State
 from tests.gateway.conftest import Running
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 
 def test_the_system_is_shown_in_one_answer(running: Running) -> None:

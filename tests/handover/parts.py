@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from bus_schema.annotations import Count, PlainValue
 from bus_schema.registry import message
 from regraft import CallFailed, Component, Input, Output, Parameter, action, every, service
+from tests.waiting import PATIENCE
 
 
 @message("handover_tests/Item")
@@ -232,7 +233,7 @@ class Caller(Component):
         begun = self.kit.now()
         number = int(begun * 1e6)  # no other run asks with the same
         try:
-            answer = await self.kit.call(self.service_name, Ask(number), Item, timeout=10.0)
+            answer = await self.kit.call(self.service_name, Ask(number), Item, timeout=PATIENCE)
         except CallFailed:
             self.failed += 1
             return

@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -28,18 +28,10 @@ from regraft.zenoh_config import Endpoints
 from tests.handover.nursery import Nursery
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.ports import free_endpoint
+from tests.waiting import PATIENCE, wait_until
 
-WITHIN = 30.0
 Run = tuple[str, int]
 R = TypeVar("R")
-
-
-def eventually(condition: Callable[[], Any], what: str) -> None:
-    """Wait for a condition, within bounds."""
-    deadline = time.monotonic() + WITHIN
-    while not condition():
-        assert time.monotonic() < deadline, f"{what} did not come true within {WITHIN:g} s"
-        time.sleep(0.001)
 
 
 class Refused(Exception):
@@ -111,15 +103,15 @@ class Site:
         self.incarnations[name], self.assigned[name], self.numbers[name] = 1, assigned, 1
         self.launch(cls, Assignment("site", name, class_path(cls), term=self.term, **assigned))
         token = self.keys.alive(name, 1)
-        eventually(lambda: self.bus.present(token, 1.0), f"{name} lives")
-        eventually(lambda: self.view(name).state.value == "active", f"{name} is active")
+        wait_until(lambda: self.bus.present(token, 1.0), f"{name} lives")
+        wait_until(lambda: self.view(name).state.value == "active", f"{name} is active")
 
     def restart(self, cls: type[Component], name: str) -> None:
         """Start a run of a component that has ended, as its host would after a crash."""
         self.incarnations[name] = self._next(name)
         run = self.incarnations[name]
         self.launch(cls, Assignment("site", name, class_path(cls), run, term=self.term, **self.assigned[name]))
-        eventually(lambda: self.bus.present(self.keys.alive(name, run), 1.0), f"{name} lives again")
+        wait_until(lambda: self.bus.present(self.keys.alive(name, run), 1.0), f"{name} lives again")
 
     def spawn(self, cls: type[Component], name: str, *, with_state: bool = True, **assigned: Any) -> int:
         """Start a successor beside a living run, and wait until it is ready; returns its incarnation."""
@@ -130,7 +122,7 @@ class Site:
         assignment = Assignment("site", name, class_path(cls), successor, term=self.term, succeeds=succession, **given)
         self.launch(cls, assignment)
         token = self.keys.standby(name, successor)
-        eventually(lambda: self.bus.present(token, 1.0), f"{name} {successor} stands by")
+        wait_until(lambda: self.bus.present(token, 1.0), f"{name} {successor} stands by")
         return successor
 
     def control(
@@ -174,7 +166,7 @@ class Site:
             wait = Rewire(RewireStep.AWAIT, topic=topic, peers=peers)
             return not self.control(*reader, "connections", wait).detail["missing"]
 
-        eventually(seen, f"{reader} sees {peers} on {topic}")
+        wait_until(seen, f"{reader} sees {peers} on {topic}")
 
     def _next(self, name: str) -> int:
         """Return a number that no run of the component has had."""
@@ -195,7 +187,7 @@ class Site:
         self.incarnations[name] = anew
         self.renamed(name, incumbent, anew)
         self.step(name, successor, HandoverStep.RETIRE)
-        eventually(lambda: self.gone(name, successor), f"{name} {successor} ends")
+        wait_until(lambda: self.gone(name, successor), f"{name} {successor} ends")
 
     def swap(self, cls: type[Component], name: str, wiring: Wiring, **assigned: Any) -> Swap:
         """Hand a component over to a new run."""
@@ -206,14 +198,14 @@ class Site:
         self.incarnations[name] = successor
         self.step(name, incumbent, HandoverStep.RETIRE)
         took = time.monotonic() - begun
-        eventually(lambda: self.gone(name, incumbent), f"{name} {incumbent} ends")
+        wait_until(lambda: self.gone(name, incumbent), f"{name} {incumbent} ends")
         return Swap(took, float(told["silent"]))
 
     # --- what is looked at ---
 
     def ask(self, service: str, request: object, reply: type[R]) -> R:
         """Call a service."""
-        return self.client.call(service, request, reply, WITHIN)
+        return self.client.call(service, request, reply, PATIENCE)
 
     def report(self, *, anew: bool = False) -> Report:
         """Return what the sink has noticed; ``anew`` has it forget the longest gap."""
@@ -226,13 +218,13 @@ class Site:
     def hears_on(self, count: int) -> Report:
         """Wait until the sink has heard so many more; returns its report."""
         goal = self.report().heard + count
-        eventually(lambda: self.report().heard >= goal, f"the sink hears {count} more")
+        wait_until(lambda: self.report().heard >= goal, f"the sink hears {count} more")
         return self.report()
 
     def all_was_heard(self) -> Report:
         """Wait until the sink has heard what the source says now; returns its report."""
         last = self.ask("say", Ask(), Item).number
-        eventually(lambda: self.report().last >= last, "the sink hears the source's last item")
+        wait_until(lambda: self.report().last >= last, "the sink hears the source's last item")
         return self.report()
 
     def faults(self) -> tuple[int, int, int, int]:
@@ -302,7 +294,7 @@ class Threads(Site):
         for runtime in self.runtimes.values():
             runtime.post(runtime.handover.end)
         for thread in self._threads.values():
-            thread.join(WITHIN)
+            thread.join(PATIENCE)
             assert not thread.is_alive(), f"{thread.name} did not end"
         self.client.close()
         for session in self._sessions:
@@ -340,7 +332,7 @@ class Processes(Site):
         """Kill it, and wait until it is gone."""
         with contextlib.suppress(ProcessLookupError):
             os.kill(self.pids[name, incarnation], signal.SIGKILL)
-        eventually(lambda: self.gone(name, incarnation), f"{name} {incarnation} is gone")
+        wait_until(lambda: self.gone(name, incarnation), f"{name} {incarnation} is gone")
 
     def hang(self, name: str, incarnation: int) -> None:
         """Have it stand still, as it is."""

@@ -17,8 +17,8 @@ from regraft import Component
 from regraft.client.requests import ClientGoal
 from regraft.client.sending import Sender
 from tests.handover.parts import Ask, Caller, Doubler, Item, Newer, Report, Sink, Source, Stateless, Totaller, Unable
-from tests.handover.site import WITHIN as PATIENCE
-from tests.handover.site import Refused, Threads, Wiring, eventually
+from tests.handover.site import Refused, Threads, Wiring
+from tests.waiting import PATIENCE, wait_until
 
 WIRING = Wiring({"items": ("source",)}, {"totals": ("sink",)})
 NOTHING = (0, 0, 0, 0)
@@ -50,12 +50,12 @@ def take_over(site: Threads, successor: int) -> None:
 
 def calls_go_on(site: Threads) -> None:
     before = site.asked().answered
-    eventually(lambda: site.asked().answered > before + 5, "calls go on")
+    wait_until(lambda: site.asked().answered > before + 5, "calls go on")
 
 
 def goes_on(goal: ClientGoal[Item, Item]) -> None:
     heard = goal.feedback
-    eventually(lambda: goal.feedback != heard, "the goal goes on")
+    wait_until(lambda: goal.feedback != heard, "the goal goes on")
 
 
 # --- nothing is lost ---
@@ -88,7 +88,7 @@ def test_a_component_that_lags_behind_hands_over_when_it_has_caught_up(site: Thr
         take_over(site, successor)
         nap.join(PATIENCE)
         site.step("totaller", former, HandoverStep.RETIRE)
-        eventually(lambda: site.gone("totaller", site.incarnations["totaller"] - 1), "the incumbent ends")
+        wait_until(lambda: site.gone("totaller", site.incarnations["totaller"] - 1), "the incumbent ends")
     assert site.faults() == NOTHING
 
 
@@ -99,7 +99,7 @@ def test_every_call_is_answered_and_done_once(site: Threads, service: str) -> No
         site.swap(Totaller, "totaller", WIRING)
         calls_go_on(site)
     site.control("caller", 1, "parameters", ParameterValues({"rate": 0.0}))
-    eventually(lambda: site.asked().answered == site.asked().asked, "all calls are answered")
+    wait_until(lambda: site.asked().answered == site.asked().asked, "all calls are answered")
     asked = site.asked()
     assert (asked.failed, asked.miscounted, asked.strange) == (0, 0, 0)
 
@@ -107,23 +107,23 @@ def test_every_call_is_answered_and_done_once(site: Threads, service: str) -> No
 def test_a_component_that_calls_others_gets_the_answers_to_its_own_questions(site: Threads) -> None:
     site.start(Caller, "caller", parameters={"rate": 100.0})
     for _ in range(3):
-        eventually(lambda: site.asked().answered > 5, "calls are answered")
+        wait_until(lambda: site.asked().answered > 5, "calls are answered")
         site.swap(Caller, "caller", Wiring())
         assert site.asked().strange == 0
-    eventually(lambda: site.asked().answered > 5, "calls are answered")
+    wait_until(lambda: site.asked().answered > 5, "calls are answered")
     assert (site.asked().failed, site.asked().strange) == (0, 0)
 
 
 def test_a_component_that_resumes_does_not_get_the_answers_to_what_its_successor_asked(site: Threads) -> None:
     site.start(Caller, "caller", parameters={"rate": 100.0})
-    eventually(lambda: site.asked().answered > 5, "calls are answered")
+    wait_until(lambda: site.asked().answered > 5, "calls are answered")
     successor = site.spawn(Caller, "caller")
     site.step("caller", successor, HandoverStep.TAKE_OVER)
-    eventually(lambda: site.asked().answered > 5, "its calls are answered")
+    wait_until(lambda: site.asked().answered > 5, "its calls are answered")
     site.kill("caller", successor)
     site.resume("caller", 1, successor)
     before = site.asked().answered
-    eventually(lambda: site.asked().answered > before + 10, "calls are answered again")
+    wait_until(lambda: site.asked().answered > before + 10, "calls are answered again")
     assert (site.asked().failed, site.asked().strange) == (0, 0)
 
 
@@ -148,12 +148,12 @@ def test_the_result_of_a_goal_that_the_run_before_ended_can_be_asked_for(site: T
     bus.subscribe(site.keys.reply("walk", "asker"), take)
     sender.put(site.keys.request("walk"), Request("asker", 1, Verb.GOAL, codec.to_plain(Ask(3))))
     ended = Reply(1, Answer.RESULT, codec.to_plain(Item(3)))
-    eventually(lambda: ended in replies, "the goal ends")
+    wait_until(lambda: ended in replies, "the goal ends")
     site.swap(Totaller, "totaller", WIRING)
     for verb in (Verb.RESULT, Verb.GOAL):
         replies.clear()
         sender.put(site.keys.request("walk"), Request("asker", 1, verb, codec.to_plain(Ask(3))))
-        eventually(lambda: replies, "the result comes again")
+        wait_until(lambda: replies, "the result comes again")
         assert replies == [ended]
     sender.close()
 
@@ -162,7 +162,7 @@ def test_the_newest_message_of_a_silent_topic_is_still_known(site: Threads) -> N
     site.start(Source, "configurer", parameters={"rate": 0.0}, connections={"items": "config"}, services={"say": "set"})
     for _ in range(3):
         site.ask("set", Ask(), Item)
-    eventually(lambda: site.ask("configured", Ask(), Item).number == 3, "it is configured")
+    wait_until(lambda: site.ask("configured", Ask(), Item).number == 3, "it is configured")
     site.swap(Totaller, "totaller", Wiring(WIRING.inputs | {"config": ("configurer",)}, WIRING.outputs))
     assert site.ask("configured", Ask(), Item).number == 3
 
@@ -214,19 +214,19 @@ def test_one_run_at_a_time_speaks_for_the_component(site: Threads) -> None:
 
     bus.subscribe(site.keys.status("totaller"), take)
     bus.subscribe(site.keys.standby("totaller"), take)
-    eventually(lambda: any(s.incarnation == 1 for _, s in said), "the incumbent is heard")
+    wait_until(lambda: any(s.incarnation == 1 for _, s in said), "the incumbent is heard")
     successor = ready(site)
     assert (site.role("totaller", 1), site.role("totaller", 2)) == ("live", "waiting")
     take_over(site, successor)
     assert (site.role("totaller", 1), site.role("totaller", 2)) == ("frozen", "live")
     before = len(said)
-    eventually(lambda: {s.incarnation for _, s in said[before:]} == {1, 2}, "both are heard")
+    wait_until(lambda: {s.incarnation for _, s in said[before:]} == {1, 2}, "both are heard")
     spoke = [s.incarnation for key, s in said if key == site.keys.status("totaller")]
     assert spoke == sorted(spoke)
     assert all(s.incarnation == 1 for key, s in said[before:] if key == site.keys.standby("totaller"))
     assert site.client.components()["totaller"].status.incarnation == 2  # type: ignore[union-attr]
     site.step("totaller", 1, HandoverStep.RETIRE)
-    eventually(lambda: site.gone("totaller", 1), "the incumbent ends")
+    wait_until(lambda: site.gone("totaller", 1), "the incumbent ends")
 
 
 def test_a_run_that_does_not_speak_takes_no_orders(site: Threads) -> None:
@@ -261,7 +261,7 @@ def test_a_class_that_does_not_take_the_state_is_refused_and_nothing_is_touched(
     assert refused.value.error.code is ControlCode.REFUSED
     assert site.role("totaller", 1) == "live"
     site.step("totaller", successor, HandoverStep.RETIRE)
-    eventually(lambda: site.gone("totaller", successor), "the successor ends")
+    wait_until(lambda: site.gone("totaller", successor), "the successor ends")
     assert site.faults() == NOTHING
 
 
@@ -321,13 +321,13 @@ def test_a_successor_that_cannot_go_on_is_undone_without_loss(site: Threads) -> 
         site.step("totaller", successor, HandoverStep.TAKE_OVER)
     assert site.role("totaller", 1) == "frozen"
     site.step("totaller", successor, HandoverStep.RETIRE)
-    eventually(lambda: site.gone("totaller", successor), "the successor ends")
+    wait_until(lambda: site.gone("totaller", successor), "the successor ends")
     with pytest.raises(Refused, match="must be higher than"):
         site.step("totaller", 1, HandoverStep.RESUME, peer=successor, incarnation=successor)
     site.resume("totaller", 1, successor)
     site.hears_on(20)
     assert site.view("totaller").incarnation == successor + 1
-    eventually(lambda: site.client.components()["totaller"].status.incarnation == successor + 1, "it speaks")  # type: ignore[union-attr]
+    wait_until(lambda: site.client.components()["totaller"].status.incarnation == successor + 1, "it speaks")  # type: ignore[union-attr]
     assert site.faults() == NOTHING
 
 
@@ -381,10 +381,10 @@ def test_what_a_resumed_incumbent_says_is_heard_although_its_successor_had_said_
     def heard() -> int:
         return site.ask("listener/report", Ask(), Report).heard
 
-    eventually(lambda: heard() > 50, "the successor is heard")
+    wait_until(lambda: heard() > 50, "the successor is heard")
     site.control("clock", successor, "parameters", ParameterValues({"rate": 0.0}))
     site.kill("clock", successor)
     site.resume("clock", 1, successor)
     before = heard()
     site.ask("clock/say", Ask(), Item)
-    eventually(lambda: heard() == before + 1, "the incumbent is heard")
+    wait_until(lambda: heard() == before + 1, "the incumbent is heard")

@@ -23,7 +23,8 @@ from tests.handover.parts import (
     Source,
     Totaller,
 )
-from tests.handover.site import Processes, Refused, Wiring, eventually
+from tests.handover.site import Processes, Refused, Wiring
+from tests.waiting import wait_until
 
 WIRING = Wiring({"items": ("source",)}, {"totals": ("sink",)})
 NOTHING = (0, 0, 0, 0)
@@ -62,11 +63,11 @@ def test_all_goes_on_while_a_component_is_handed_over_again_and_again(site: Proc
     for _ in range(swaps):
         site.swap(Totaller, "totaller", WIRING)
     heard = goal.feedback
-    eventually(lambda: goal.feedback != heard, "the goal goes on")
+    wait_until(lambda: goal.feedback != heard, "the goal goes on")
     site.ask("hurry", Ask(999_999), Item)
     assert goal.result(10.0) == Item(1_000_000)
     site.control("caller", 1, "parameters", ParameterValues({"rate": 0.0}))
-    eventually(lambda: site.asked().answered == site.asked().asked, "all calls are answered")
+    wait_until(lambda: site.asked().answered == site.asked().asked, "all calls are answered")
     asked = site.asked()
     assert (asked.failed, asked.miscounted, asked.strange) == (0, 0, 0)
     assert site.faults() == NOTHING
@@ -98,7 +99,7 @@ def test_the_incumbent_resumes_without_loss_when_its_successor_is_lost_after_the
     successor = ready(site, cls)
     with pytest.raises(TimeoutError):
         site.step("totaller", successor, HandoverStep.TAKE_OVER, SHORT)
-    eventually(lambda: site.role("totaller", 1) == "frozen", "the incumbent has handed over")
+    wait_until(lambda: site.role("totaller", 1) == "frozen", "the incumbent has handed over")
     site.kill("totaller", successor)
     site.resume("totaller", 1, successor)
     site.hears_on(50)
@@ -115,7 +116,7 @@ def test_the_incumbent_resumes_without_loss_when_its_successor_is_lost_just_afte
     successor = ready(site, cls)
     site.step("totaller", successor, HandoverStep.TAKE_OVER)
     before = site.report().last
-    eventually(lambda: site.report().last == site.report().last > before, "the successor was heard, and is no more")
+    wait_until(lambda: site.report().last == site.report().last > before, "the successor was heard, and is no more")
     site.kill("totaller", successor)
     site.resume("totaller", 1, successor)
     site.hears_on(50)
@@ -179,7 +180,7 @@ def test_a_successor_that_nobody_tells_to_take_over_disturbs_nobody(site: Proces
     assert (site.role("totaller", 1), site.role("totaller", successor)) == ("live", "waiting")
     assert site.faults() == NOTHING
     site.step("totaller", successor, HandoverStep.RETIRE)
-    eventually(lambda: site.gone("totaller", successor), "it ends when it is told to")
+    wait_until(lambda: site.gone("totaller", successor), "it ends when it is told to")
 
 
 def test_a_take_over_is_finished_although_nobody_waits_for_it(site: Processes) -> None:
@@ -187,9 +188,9 @@ def test_a_take_over_is_finished_although_nobody_waits_for_it(site: Processes) -
     successor = ready(site)
     with pytest.raises(TimeoutError):
         site.step("totaller", successor, HandoverStep.TAKE_OVER, 0.0001)
-    eventually(lambda: site.role("totaller", successor) == "live", "the successor is live")
+    wait_until(lambda: site.role("totaller", successor) == "live", "the successor is live")
     assert site.role("totaller", 1) == "frozen"
     site.hears_on(100)
     assert site.faults() == NOTHING
     site.step("totaller", 1, HandoverStep.RETIRE)
-    eventually(lambda: site.gone("totaller", 1), "the incumbent ends when it is told to")
+    wait_until(lambda: site.gone("totaller", 1), "the incumbent ends when it is told to")

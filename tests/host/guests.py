@@ -12,8 +12,8 @@ from pathlib import Path
 
 from bus_schema.messages.host import HostState
 from tests.host.system import ROOT, System
-from tests.kit.site import PATIENCE, wait_until
 from tests.ports import free_port
+from tests.waiting import PATIENCE, wait_until
 
 
 class Guest:
@@ -39,7 +39,7 @@ class Guest:
                 raise AssertionError(self.log.read_text())
             return state_of(system, self.name) is HostState.JOINED
 
-        wait_until(joined, f"{self.name} to join", PATIENCE)
+        wait_until(joined, f"{self.name} to join")
 
     def end(self) -> int:
         """End it as Ctrl-C does; returns the exit code."""
@@ -60,7 +60,7 @@ def state_of(system: System, host: str) -> HostState | None:
 
 def wait_state(system: System, host: str, state: HostState) -> None:
     """Wait until the first host sees another so."""
-    wait_until(lambda: state_of(system, host) is state, f"{host} to be {state.value}", PATIENCE)
+    wait_until(lambda: state_of(system, host) is state, f"{host} to be {state.value}")
 
 
 class Link:

@@ -27,7 +27,7 @@ from bus_schema.messages.manager import ArchitectureRequest, JournalPage, Journa
 from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.system import System
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 STACK = """\

@@ -11,7 +11,7 @@ from tests.host.guests import Guest
 from tests.host.several import Site
 from tests.host.system import System
 from tests.host.test_swap import faults, hears_on, line_of, report_of, undo
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 STACK = """\
 system: tests
@@ -106,7 +106,7 @@ class Moving:
                 runs[0][2].state is ProcessState.RUNNING
             )
 
-        wait_until(alone, f"one run of the totaller, on {host}", PATIENCE)
+        wait_until(alone, f"one run of the totaller, on {host}")
         return self.runs()[0][2]
 
     def check(self, *, calls: bool = True) -> None:

@@ -9,7 +9,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.manager import JournalPage, JournalRequest
 from tests.host.guests import Guest, Link
 from tests.host.system import System
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 STACK = """\
 system: tests
@@ -77,7 +77,7 @@ class Site:
             status = seen.status if seen and seen.alive else None
             return bool(status and status.state is State.ACTIVE and status.incarnation > beyond)
 
-        wait_until(active, f"{name} to be active", PATIENCE)
+        wait_until(active, f"{name} to be active")
         status = self.system.client.components()[name].status
         assert status is not None
         return status.incarnation
@@ -89,7 +89,7 @@ class Site:
             process = self.system.client.components()[name].process
             return process.pid if process else 0
 
-        wait_until(told, f"the process of {name}", PATIENCE)
+        wait_until(told, f"the process of {name}")
         return told()
 
     def host_of(self, name: str) -> str | None:

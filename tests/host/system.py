@@ -16,7 +16,7 @@ from bus_schema.messages.health import Event
 from bus_schema.messages.host import ProcessState, ProcessStatus
 from regraft import CallFailed, rundir
 from regraft.client import Client
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 ROOT = Path(__file__).parents[2]
 ATTEMPTS = 5
@@ -38,7 +38,7 @@ class System:
         self.events: list[Event] = []
         self.info: rundir.RunInfo
         try:
-            wait_until(self._is_up, "the system to be up", PATIENCE)
+            wait_until(self._is_up, "the system to be up")
         except AssertionError:
             self.process.kill()
             self.process.wait()
@@ -65,7 +65,7 @@ class System:
             process = self.processes().get(name)
             return process is not None and bool(right(process))
 
-        wait_until(holds, f"{name}: {what}", PATIENCE)
+        wait_until(holds, f"{name}: {what}")
         return self.processes()[name]
 
     def wait_running(self, name: str, incarnation: int = 1) -> ProcessStatus:
@@ -113,7 +113,7 @@ def exists(pid: int) -> bool:
 
 def wait_gone(pids: list[int]) -> None:
     """Wait until processes have ended."""
-    wait_until(lambda: not any(exists(pid) for pid in pids), "all processes to end", PATIENCE)
+    wait_until(lambda: not any(exists(pid) for pid in pids), "all processes to end")
 
 
 def children_of(pid: int) -> list[int]:

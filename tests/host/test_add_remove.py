@@ -17,7 +17,7 @@ from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
 from tests.host.conftest import HEAD, Start
 from tests.host.system import System, children_of, exists
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 STACK = """\
   ticker: {class: 'tests.host.parts:Ticker'}

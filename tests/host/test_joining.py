@@ -16,7 +16,7 @@ from bus_schema.messages.host import HostState, ProcessState
 from tests.host.guests import Guest, Link, go_on, state_of, stop, wait_state
 from tests.host.several import MOVE, TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of, exists, wait_gone
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 def _state(site: Site, name: str) -> dict[str, int]:

@@ -9,7 +9,7 @@ from bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.host.system import children_of, exists
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ from bus_schema.lifecycle import State, Transition
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.host.system import ROOT
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 HOSTS = "{edge: {lost_after: 1.0, devices: [lidar]}, arm: {lost_after: 1.0}, small: {memory: 1}}"
 SERVICES = ("count", "ponder", "configured", "walk", "nap", "hurry")

@@ -16,7 +16,7 @@ from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
 from tests.host.system import children_of, exists, wait_gone
 from tests.host.test_swap import faults
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.evidence
 

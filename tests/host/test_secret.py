@@ -19,8 +19,8 @@ from regraft.zenoh_config import Endpoints
 from tests.host.conftest import Start
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, System, children_of
-from tests.kit.site import PATIENCE
 from tests.ports import free_port
+from tests.waiting import PATIENCE
 
 TICKERS = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 SIMULATED = """\

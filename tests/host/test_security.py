@@ -14,8 +14,8 @@ from regraft.security import Guard, NotSecure
 from regraft.system_secret import make as make_secret
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of
-from tests.kit.site import PATIENCE
 from tests.ports import free_port
+from tests.waiting import PATIENCE
 
 
 def _host(*arguments: str) -> tuple[int, str]:

@@ -12,7 +12,7 @@ from bus_schema.messages.host import ProcessState
 from tests.host.conftest import Start
 from tests.host.parts import Tick
 from tests.host.system import ROOT, System, children_of, exists, wait_gone
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"

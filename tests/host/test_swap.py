@@ -24,7 +24,7 @@ from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptat
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
 from tests.host.system import System, children_of, exists
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 HEAD = """\
 system: tests

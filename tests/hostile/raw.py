@@ -14,7 +14,7 @@ from bus_schema.envelope import Envelope
 from bus_schema.registry import type_of
 from regraft.rundir import RunInfo
 from regraft.zenoh_config import config
-from tests.kit.site import PATIENCE
+from tests.waiting import PATIENCE
 
 
 class Raw:

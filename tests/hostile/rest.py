@@ -8,8 +8,8 @@ from typing import Any
 import httpx
 
 from tests.host.system import System
-from tests.kit.site import wait_until
 from tests.ports import free_port
+from tests.waiting import PATIENCE, wait_until
 
 MANAGER = (
     "  adaptation_manager: {class: 'adaptation_manager.manager:AdaptationManager',"
@@ -24,7 +24,7 @@ class Rest:
         self.port = free_port()
         gateway = f"  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {self.port}}}}}\n"
         self.system = start(components + MANAGER + gateway)
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=30.0)
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=PATIENCE)
         wait_until(self._ready, "the manager and the gateway")
 
     def _ready(self) -> bool:

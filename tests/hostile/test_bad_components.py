@@ -9,7 +9,7 @@ from regraft import CallFailed
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 MOST_MEMORY = 1e9
 LITTLE = "restart: {limit: 1, backoff: 0.01}"

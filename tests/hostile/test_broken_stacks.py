@@ -13,6 +13,7 @@ import pytest
 from regraft import rundir
 from tests.host.system import ROOT
 from tests.hostile.conftest import HEAD, SINK, SOURCE
+from tests.waiting import PATIENCE
 
 Write = Callable[..., Path]
 
@@ -50,7 +51,7 @@ def up(stack: Path, *options: str) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
-        timeout=60,
+        timeout=2 * PATIENCE,
         check=False,
     )
 

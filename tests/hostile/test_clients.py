@@ -15,7 +15,7 @@ from tests.host.system import ROOT, System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.raw import stranger
 from tests.hostile.test_bad_components import heard
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 6.0}}\n"
 
@@ -51,7 +51,6 @@ def test_clients_that_come_and_go_leave_nothing_behind(start: Start) -> None:
 
 
 @pytest.mark.evidence
-@pytest.mark.timeout(300)
 def test_a_thousand_clients_that_come_and_go_leave_nothing_behind(start: Start) -> None:
     system = start(SOURCE + SINK)
     system.wait_running("sink")

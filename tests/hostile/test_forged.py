@@ -25,7 +25,7 @@ from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
 from tests.hostile.raw import Raw, stranger
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 HANGING = "  hanging: {class: 'tests.hostile.parts:Hanging'}\n"
 MANAGER = (

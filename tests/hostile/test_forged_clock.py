@@ -12,7 +12,7 @@ from bus_schema.messages.host import ProcessState
 from tests.host.system import System
 from tests.hostile.conftest import Start
 from tests.hostile.raw import Raw, stranger
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 HEAD = """\
 system: tests

@@ -19,7 +19,7 @@ from tests.hostile.parts import Word
 from tests.hostile.rest import Rest
 from tests.hostile.test_bad_components import heard
 from tests.hostile.test_broken_stacks import up
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 CHATTY = "  chatty: {class: 'tests.hostile.parts:Chatty'}\n"
 

@@ -22,7 +22,8 @@ from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Number, Word
 from tests.hostile.raw import Raw, stranger
 from tests.hostile.test_bad_components import heard
-from tests.kit.site import BEYOND, wait_until
+from tests.kit.site import BEYOND
+from tests.waiting import wait_until
 
 HOST_VERBS = ("view", "specs", "start", "stop", "logs")
 MAP_WITHIN_MAP = b"\x81\xa1a" * 5000 + b"\xc0"

@@ -13,7 +13,7 @@ import pytest
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 from tests.hostile.test_bad_components import heard
-from tests.kit.site import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 SLOW_READERS = 200
 NAMES = [
@@ -67,7 +67,9 @@ def test_hundreds_of_requests_at_once_are_all_answered(rest: Rest) -> None:
     paths = ("/system", "/components", "/components/sink", "/topics", "/hosts", "/architecture", "/components/nobody")
 
     def ask(number: int) -> int:
-        return httpx.get(str(rest.client.base_url.join(paths[number % len(paths)].lstrip("/"))), timeout=60).status_code
+        return httpx.get(
+            str(rest.client.base_url.join(paths[number % len(paths)].lstrip("/"))), timeout=2 * PATIENCE
+        ).status_code
 
     with ThreadPoolExecutor(50) as pool:
         codes = list(pool.map(ask, range(300)))
@@ -113,7 +115,7 @@ def test_clients_that_send_byte_by_byte_keep_nobody_waiting(rest: Rest) -> None:
     ],
 )
 def test_what_is_no_http_is_sent_home(rest: Rest, sent: bytes) -> None:
-    with socket.create_connection(("127.0.0.1", rest.port), timeout=10.0) as connection:
+    with socket.create_connection(("127.0.0.1", rest.port), timeout=PATIENCE) as connection:
         try:
             connection.sendall(sent)
             connection.shutdown(socket.SHUT_WR)

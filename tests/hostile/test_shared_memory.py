@@ -13,7 +13,7 @@ from pathlib import Path
 
 from regraft import rundir
 from tests.host.system import ROOT, children_of
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 Write = Callable[..., Path]
 

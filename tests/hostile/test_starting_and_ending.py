@@ -19,7 +19,7 @@ from regraft.rundir import RunInfo
 from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.test_broken_stacks import up
-from tests.kit.site import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 Write = Callable[..., Path]
 Begin = Callable[..., subprocess.Popen[bytes]]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from bus_schema.annotations import Count, PlainValue, Ratio
 from bus_schema.registry import message
 from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
+from tests.waiting import PATIENCE
 
 
 @message("kit_tests/Number")
@@ -53,7 +54,7 @@ class Gated(Component):
     def say(self, number: Number) -> None:
         if number.value >= 100:
             self.entered.release()
-            self.gate.acquire(timeout=30.0)
+            self.gate.acquire(timeout=PATIENCE)
         self.said.publish(number)
 
 
@@ -183,7 +184,7 @@ class Asker(Component):
 
     @question.handler
     async def ask(self, number: Number) -> None:
-        answer = await self.kit.call("double", number, Number, timeout=10.0)
+        answer = await self.kit.call("double", number, Number, timeout=PATIENCE)
         self.answers.publish(answer)
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable
 from typing import Any, TypeVar
 
 from bus_schema import codec
@@ -26,27 +24,13 @@ from regraft.runtime.writers import Identity, Writer, Writers
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
 from tests.ports import free_endpoint
+from tests.waiting import PATIENCE, wait_until
 
 C = TypeVar("C", bound=Component)
 M = TypeVar("M")
 
-PATIENCE = 30.0
-"""Seconds that anything may take on a machine that is busy with other things."""
-LONGEST_PAUSE = 0.03
-"""Seconds between two looks at what takes its time: looking costs those who are looked at."""
 BEYOND = 65 * 1024 * 1024
 """Bytes: more than any message may have."""
-
-
-def wait_until(condition: Callable[[], Any], what: str = "the condition", seconds: float = PATIENCE) -> None:
-    """Wait for a condition, within bounds."""
-    deadline = time.monotonic() + seconds
-    pause = 0.002
-    while not condition():
-        if time.monotonic() > deadline:
-            raise AssertionError(f"{what} did not come true within {seconds:g} s")
-        time.sleep(pause)
-        pause = min(1.2 * pause, LONGEST_PAUSE)
 
 
 class Site:

@@ -12,8 +12,8 @@ import pytest
 from regraft.bus import BusError, Presence, Publisher
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
-from tests.kit.site import wait_until
 from tests.ports import free_port
+from tests.waiting import wait_until
 
 
 class Cable:

@@ -19,7 +19,8 @@ from regraft.client.errors import ControlRefused
 from regraft.parameters import ParameterError
 from regraft.runtime.stream import Stream
 from tests.kit.parts import Counter, Echo, Fragile, Number
-from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
+from tests.kit.site import BEYOND, Site
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_a_component_describes_itself(site: Site) -> None:

@@ -16,7 +16,8 @@ from regraft.runtime.serving import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.runtime.writers import Identity, Writer, Writers
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
-from tests.kit.site import PATIENCE, Site, wait_until
+from tests.kit.site import Site
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_a_call_gets_its_reply(site: Site) -> None:

@@ -14,7 +14,8 @@ from regraft.bus import Bus
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN
 from regraft.runtime.writers import Identity, Writers
 from tests.kit.parts import Counter, Echo, Fragile, Gated, Latest, Number, Other
-from tests.kit.site import BEYOND, PATIENCE, Site, wait_until
+from tests.kit.site import BEYOND, Site
+from tests.waiting import PATIENCE, wait_until
 
 
 def test_every_message_is_handled_once_and_in_order(site: Site) -> None:

@@ -22,8 +22,8 @@ from regraft.runtime.history import MAX_BYTES, MAX_KEPT, History
 from regraft.runtime.runtime import Runtime
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
-from tests.kit.site import wait_until
 from tests.kit.test_broken_links import Cable, cable, hub
+from tests.waiting import PATIENCE, wait_until
 
 __all__ = ["cable", "hub"]
 
@@ -85,12 +85,12 @@ class Running:
 
         self.thread = threading.Thread(target=run, daemon=True)
         self.thread.start()
-        assert ready.wait(30.0)
+        assert ready.wait(PATIENCE)
         wait_until(lambda: self.runtime.state is State.ACTIVE, "to be active")
 
     def end(self) -> None:
         self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
-        self.thread.join(30.0)
+        self.thread.join(PATIENCE)
         self.bus.close()
 
 

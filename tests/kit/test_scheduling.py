@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tests.waiting import PATIENCE
+
 TRY = """
 import os
 from regraft.scheduling import work_in_batches
@@ -22,5 +24,7 @@ def test_what_works_in_batches_is_batch_work_unless_a_user_has_said_otherwise(
     policy: str, then: str, done: bool
 ) -> None:
     text = TRY.format(policy=policy, then=then)
-    told = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60.0, check=True)
+    told = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, timeout=2 * PATIENCE, check=True
+    )
     assert told.stdout.split() == [str(done), "True"]

@@ -9,8 +9,6 @@ import pytest
 from evaluation.search_run import run_search
 from tests.missions.robot import STACKS
 
-pytestmark = pytest.mark.timeout(120)
-
 
 def test_a_room_is_explored_and_mapped_and_the_robot_goes_home_charged_without_touching_anything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

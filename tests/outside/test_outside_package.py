@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from regraft import rundir
-from tests.kit.site import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 PACKAGE = Path(__file__).parent / "package"
 ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("installed")
     subprocess.run(["cp", "-r", str(PACKAGE), str(source)], check=True)
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
-    subprocess.run([*pip, "--target", str(target), str(source)], check=True, timeout=100)
+    subprocess.run([*pip, "--target", str(target), str(source)], check=True, timeout=4 * PATIENCE)
     return target
 
 
@@ -40,7 +40,7 @@ def _regraft(environment: dict[str, str], *arguments: str) -> subprocess.Complet
         env=environment,
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=PATIENCE,
         check=False,
     )
 
@@ -68,7 +68,7 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
         assert "300.0" in echo().stdout
     finally:
         process.send_signal(signal.SIGINT)
-        assert process.wait(20) in (0, 130)
+        assert process.wait(PATIENCE) in (0, 130)
 
 
 def test_its_message_type_can_be_named_in_a_stack(installed: Path, tmp_path: Path) -> None:

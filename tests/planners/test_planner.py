@@ -16,6 +16,7 @@ from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Propo
 from regraft import CallFailed, Component
 from regraft.client import as_json
 from tests.planners.parts import SPEEDS, STATES, TOPICS, WAYS, Bench, bench
+from tests.waiting import PATIENCE
 
 SPEED = "navigator.max_velocity"
 STRATEGIES = ("random", "epsilon_greedy", "ucb1", "ucb_tuned", "sliding_window_ucb", "thompson", "linucb")
@@ -105,7 +106,7 @@ class Hasty(Component):
     async def ask(self, name: str, task: str) -> None:
         """Ask once."""
         request = ProposalRequest(task, inputs={"strategy": "ucb1", "options": [SPEEDS]})
-        self.found[name] = await self.kit.call("planners/bandits/propose", request, Proposal, timeout=30.0)
+        self.found[name] = await self.kit.call("planners/bandits/propose", request, Proposal, timeout=PATIENCE)
 
 
 def test_proposals_for_one_task_are_made_one_after_another() -> None:

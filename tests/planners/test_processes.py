@@ -19,7 +19,7 @@ from bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.zenoh_bus import open_bus
 from tests.cli.app import whole
 from tests.host.system import System
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 HERE = Path(__file__).parent
 REQUEST = HERE / "request.yaml"

@@ -16,8 +16,9 @@ from dashboard_api.callers import user_name
 from dashboard_api.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
-from tests.kit.site import PATIENCE, Site, wait_until
+from tests.kit.site import Site
 from tests.planners.parts import SPEEDS, SmallManager, spec
+from tests.waiting import PATIENCE, wait_until
 
 PROPOSE = "/planners/bandits/propose"
 

@@ -13,7 +13,8 @@ from regraft.assignment import Assignment
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker
-from tests.adaptation.system import SYSTEM, Running, System, spec_of, wait_until
+from tests.adaptation.system import SYSTEM, Running, System, spec_of
+from tests.waiting import wait_until
 
 ROUNDS = 8
 OPTIONS = [

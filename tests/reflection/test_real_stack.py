@@ -11,7 +11,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.messages.mission import MissionRequest, MissionStatus
 from bus_schema.messages.reflection import Reflection
 from tests.host.system import System
-from tests.kit.site import wait_until
+from tests.waiting import wait_until
 
 
 def board(system: System) -> dict[str, PlainValue]:

@@ -22,8 +22,8 @@ from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
 from regraft.zenoh_bus import ZenohBus, open_bus
 from regraft.zenoh_config import Endpoints
-from tests.kit.site import PATIENCE, wait_until
 from tests.ports import free_endpoint
+from tests.waiting import PATIENCE, wait_until
 
 
 class StepSite:
@@ -69,7 +69,7 @@ class StepSite:
 
     def told(self, right: Callable[[ClockTime], bool] = lambda _: True, what: str = "a first time") -> ClockTime:
         """Return the latest time that was told, once it is right: the first comes after the first tick."""
-        wait_until(lambda: (t := self.client.clock()) is not None and right(t), what, PATIENCE)
+        wait_until(lambda: (t := self.client.clock()) is not None and right(t), what)
         told = self.client.clock()
         assert told is not None
         return told

@@ -13,9 +13,9 @@ from bus_schema.messages.clock import Wiring
 from bus_schema.messages.control import SetTransition
 from regraft import CallFailed, Component, Input, service
 from regraft.stepped.roster import MOST_BACKLOG, Roster
-from tests.kit.site import PATIENCE, wait_until
 from tests.stepped.parts import Reading, Text, TinyWorld
 from tests.stepped.stepsite import StepSite
+from tests.waiting import PATIENCE, wait_until
 
 
 class OnDemand(Component):

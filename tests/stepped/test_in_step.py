@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.lifecycle import Transition
-from tests.kit.site import PATIENCE, wait_until
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
+from tests.waiting import PATIENCE, wait_until
 
 EVERYBODY = ("adviser", "clerk", "pusher", "witness")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 
 from regraft import Component, Input, Output, every
-from tests.kit.site import PATIENCE, wait_until
 from tests.stepped.parts import Reading, TinyWorld
 from tests.stepped.stepsite import StepSite
+from tests.waiting import PATIENCE, wait_until
 
 FAILS_AT = 2.0
 

@@ -6,10 +6,10 @@ from bus_schema import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import Snapshot
 from regraft.bus import Sample
-from tests.kit.site import wait_until
 from tests.stepped.parts import Reading, TinyWorld
 from tests.stepped.stepsite import StepSite
 from tests.stepped.test_promises import Viewer
+from tests.waiting import wait_until
 
 KEYS = Keys("steps")
 TICK = 0.05
