@@ -11,14 +11,19 @@ from hypothesis import HealthCheck, settings
 from sim_service.renderers import RendererName
 from tests.renderers import best
 from tests.waiting import slowness
+from tests.workers import workers
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tests")
 
-
 LONGEST_TEST = 300.0
 """Seconds that a test may take, while every thread that wants to run does."""
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """Run the tests in as many processes as the machine allows."""
+    return workers()
 
 
 @pytest.hookimpl(tryfirst=True)
