@@ -14,14 +14,14 @@ from tests.waiting import PATIENCE
 NOBODY = 65534
 SCRIPT = """
 import encodings.idna, http.client, json, os, socket, sys
-host, port, uid, requests = json.load(sys.stdin)
+host, port, uid, requests, bound = json.load(sys.stdin)
 if uid is not None:
     os.setgroups([])
     os.setgid(uid)
     os.setuid(uid)
 answers = []
 for method, path, headers, body in requests:
-    connection = http.client.HTTPConnection(host, port, timeout=2 * PATIENCE)
+    connection = http.client.HTTPConnection(host, port, timeout=bound)
     connection.request(method, path, body, headers)
     answer = connection.getresponse()
     answers.append([answer.status, dict(answer.getheaders()), answer.read().decode()])
@@ -37,7 +37,7 @@ Asked = tuple[str, str, dict[str, str], str | None]
 def ask_as(uid: int | None, url: str, requests: Sequence[Asked]) -> list[Any]:
     """Send requests as a user, None for the present one; returns status, headers and body of each answer."""
     parts = urlsplit(url)
-    given = json.dumps([parts.hostname, parts.port, uid, requests])
+    given = json.dumps([parts.hostname, parts.port, uid, requests, PATIENCE])
     command = [sys.executable, "-I", "-c", SCRIPT]
     done = subprocess.run(command, input=given, capture_output=True, text=True, timeout=4 * PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
