@@ -1,4 +1,4 @@
-# What one does with Regraft. What it needs is installed into .venv first, in the pinned versions of requirements.lock.
+# All that one does with Regraft. The packages that it needs are installed into .venv first, as requirements.lock pins them.
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALL = $(BIN)/pip install --disable-pip-version-check -c requirements.lock

@@ -1,6 +1,6 @@
 """Message types known by their JSON Schema alone, as the programs that use them give it: no class is needed.
 
-What is typed in is checked against the schema and packed as the class would pack it. Keywords that
+A typed value is checked against the schema and packed as the class would pack it. Keywords that
 ``MessageType.json_schema`` does not use are passed over: the receiver judges in the end.
 """
 

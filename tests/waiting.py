@@ -22,7 +22,7 @@ def slowness() -> float:
 
 
 SECONDS = 30.0
-"""What anything may take while every thread that wants to run does."""
+"""The most that anything may take while every thread that wants to run does."""
 PATIENCE = SECONDS * slowness()
 """Seconds for waits that cannot look at the machine in between, as crowded as it was when the tests began."""
 

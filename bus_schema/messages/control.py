@@ -162,7 +162,7 @@ class ResentSample:
 @message("regraft/Resent")
 @dataclass(frozen=True, slots=True)
 class Resent:
-    """What the writer still has of them, in sequence, as much as one answer holds."""
+    """The messages that the writer still has, in sequence, as much as one answer holds."""
 
     samples: tuple[ResentSample, ...] = ()
 

@@ -1,4 +1,4 @@
-"""What a link has lost is sent again: a reader misses nothing that a living writer has put."""
+"""Messages that a link has lost are sent again: a reader misses nothing that a living writer has put."""
 
 from __future__ import annotations
 
