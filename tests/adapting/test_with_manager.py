@@ -11,6 +11,7 @@ import pytest
 from adaptation_manager.planners.bandits.planner import BanditPlanner
 from bus_schema.adaptation import AdaptationReport, Outcome
 from bus_schema.architecture import Architecture, TopicSpec
+from bus_schema.messages.control import Snapshot
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
 from regraft.memory_bus import MemoryHub
 from services.bt_executor.executor import Executor
@@ -180,11 +181,12 @@ def test_a_real_planner_is_asked_and_credited(
         adapting("AdaptPeriodically", ports, child),
         until=lambda now: len(system.lines().entries) > 3,
     )
-    planner = system.running["planner"].component
 
     def learned() -> list[float]:
         """Return what each option was found to be worth so far, on the knobs' range of 0 to 2."""
-        of_each = planner.snapshot()["adapt"]["learned"]["ucb1"][1]
+        snapshot = system.client.control("planner", "state", timeout=PATIENCE)
+        assert isinstance(snapshot, Snapshot)
+        of_each = snapshot.state["adapt"]["learned"]["ucb1"][1]
         return [mean for _, mean, _ in of_each.values()]
 
     wait_until(lambda: learned() == [0.75] * 3)
