@@ -23,6 +23,7 @@ from bus_schema.messages.control import (
 from bus_schema.messages.handover import Handover
 from bus_schema.messages.host import ProcessState, ProcessStatus
 from regraft.bus import Answer, BusError
+from regraft.patience import stretched
 from regraft.runtime.tasks import Waiting
 
 if TYPE_CHECKING:
@@ -66,7 +67,8 @@ def refusal(who: str, what: str, answer: Answer) -> ControlFailed:
 class Asked:
     """A control query under way, to one run of a component; ``failure`` is why it could not even be sent.
 
-    What it answers is ``remembered``; if it does not answer as it should, nothing of it is.
+    What it answers is ``remembered``; if it does not answer as it should, nothing of it is. It ``waits`` longer than
+    ``within`` on a crowded machine.
     """
 
     remembered: Remembered
@@ -74,6 +76,7 @@ class Asked:
     incarnation: int
     what: str
     within: float
+    waits: float
     sent: float
     waiting: Waiting[list[Answer]] | None
     failure: str = ""
@@ -105,8 +108,9 @@ class Asked:
 
     def _silence(self) -> NoAnswer:
         # The bus answers at once when there is nobody to ask, after the time-out when somebody stays silent.
-        gone = time.monotonic() - self.sent < 0.9 * self.within
-        why = "its process is not on the bus" if gone else f"no answer within {self.within:g} s"
+        gone = time.monotonic() - self.sent < 0.9 * self.waits
+        crowded = f", which were {self.waits:.0f} s on a crowded machine" if self.waits > self.within else ""
+        why = "its process is not on the bus" if gone else f"no answer within {self.within:g} s{crowded}"
         return NoAnswer(f"{self.component}: {self.what}: {why}", gone=gone)
 
 
@@ -145,17 +149,17 @@ class Controls:
         sent = time.monotonic()
         process = self.living(component)
         if process is None:
-            return Asked(self.remembered, component, 0, what, within, sent, None, "it is not running")
+            return Asked(self.remembered, component, 0, what, within, within, sent, None, "it is not running")
         return self._ask(component, process.incarnation, verb, what, message, within)
 
     def _ask(self, component: str, run: int, verb: str, what: str, message: object, within: float) -> Asked:
-        sent = time.monotonic()
+        waits, sent = stretched(within), time.monotonic()
         key = self._keys.control(component.removesuffix(BESIDE), run, verb)
         try:
-            waiting = self._kit.ask(key, codec.encode(message), within)
+            waiting = self._kit.ask(key, codec.encode(message), waits)
         except BusError as error:
-            return Asked(self.remembered, component, run, what, within, sent, None, str(error))
-        return Asked(self.remembered, component, run, what, within, sent, waiting)
+            return Asked(self.remembered, component, run, what, within, waits, sent, None, str(error))
+        return Asked(self.remembered, component, run, what, within, waits, sent, waiting)
 
     def hand_over(self, component: str, begun: int, step: Handover, within: float | None = None) -> Asked:
         """Ask one run of a component, by the incarnation as which it was started, for a step of a hand-over."""

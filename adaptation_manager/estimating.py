@@ -14,6 +14,7 @@ from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import AskQualities, Qualities
 from regraft.bus import Answer, BusError
+from regraft.patience import stretched
 from regraft.runtime.tasks import Waiting
 
 
@@ -67,7 +68,7 @@ def _ask(
         return None
     key = Keys(site.kit.system).control(spec.name, process.incarnation, "describe")
     try:
-        return site.kit.ask(key, codec.encode(AskQualities(parameters, context)), site.bounds.answer)
+        return site.kit.ask(key, codec.encode(AskQualities(parameters, context)), stretched(site.bounds.answer))
     except BusError:
         return None
 

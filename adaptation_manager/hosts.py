@@ -31,6 +31,7 @@ from bus_schema.messages.host import (
     UpdateSpecs,
 )
 from regraft.bus import Answer, BusError
+from regraft.patience import stretched
 from regraft.runtime.tasks import Waiting
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ class Hosts:
 
     def _ask(self, host: str, verb: str, payload: bytes, within: float | None = None) -> Waiting[list[Answer]]:
         try:
-            return self._kit.ask(self._keys.host(host, verb), payload, within or self._within)
+            return self._kit.ask(self._keys.host(host, verb), payload, stretched(within or self._within))
         except BusError as error:
             raise NoAnswer(f"host {host!r}: {verb}: {error}") from None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -19,6 +18,7 @@ from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.clock import ClockMember, Membership
 from bus_schema.messages.host import ProcessState, UpdateSpecs
 from regraft.bus import BusError
+from regraft.patience import Patience, stretched
 
 LOOK_AGAIN_AFTER = 0.01
 GRACE = 1.0
@@ -46,12 +46,12 @@ async def run_process(site: Site, action: RunProcess) -> None:
     site.controls.processes |= await site.hosts.start(
         spec.name, spec.host, action.resume, leave_out=action.leave_out, afresh=action.afresh
     )
-    deadline = time.monotonic() + site.bounds.start
-    await _until_it_runs(site, spec, deadline)
+    patience = Patience(site.bounds.start)
+    await _until_it_runs(site, spec, patience)
     if not spec.managed:
         return
     if _is_in_step(site, spec):
-        await _until_it_is_a_member(site, spec, deadline)
+        await _until_it_is_a_member(site, spec, patience)
     if action.state is not State.UNCONFIGURED:
         await _bring(site, spec, Transition.CONFIGURE)
 
@@ -73,12 +73,12 @@ async def end_process(site: Site, component: str, host: str, grace: float = GRAC
         await site.refresh()
         return
     await site.hosts.stop(component, host, grace)
-    deadline = time.monotonic() + grace + KILLED_WITHIN
+    patience = Patience(grace + KILLED_WITHIN)
     while True:
         await site.refresh()
         if component not in site.controls.processes and host not in site.hosts.silent:
             return
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"host {host!r}: {component} has not ended within {grace + KILLED_WITHIN:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
@@ -87,13 +87,13 @@ async def leave_stopped(site: Site, component: str, host: str) -> None:
     """End a component's process, and leave it to its host as one that does not run; raises ControlFailed."""
     await _release(site, component)
     await site.hosts.stop(component, host, GRACE)
-    deadline = time.monotonic() + GRACE + KILLED_WITHIN
+    patience = Patience(GRACE + KILLED_WITHIN)
     while True:
         await site.refresh()
         process = site.controls.processes.get(component)
         if host not in site.hosts.silent and (process is None or process.state in NOT_RUNNING):
             return
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"host {host!r}: {component} has not ended within {GRACE + KILLED_WITHIN:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
@@ -106,7 +106,7 @@ async def _release(site: Site, component: str) -> None:
             await _membership(site, "release", ClockMember(component, process.incarnation))
 
 
-async def _until_it_runs(site: Site, spec: ComponentSpec, deadline: float) -> None:
+async def _until_it_runs(site: Site, spec: ComponentSpec, patience: Patience) -> None:
     while True:
         await site.refresh()
         process = site.controls.processes.get(spec.name)
@@ -115,7 +115,7 @@ async def _until_it_runs(site: Site, spec: ComponentSpec, deadline: float) -> No
             raise await ended_as_it_started(site, spec, how)
         if process.state is ProcessState.RUNNING and await _answers(site, spec):
             return
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"{spec.name}: its process has not come up within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
@@ -146,10 +146,10 @@ async def _bring(site: Site, spec: ComponentSpec, transition: Transition) -> Non
         await site.controls.transition(spec.name, transition, site.revision, within).view()
     except NoAnswer as error:
         # A process that has just ended is off the bus before its host has heard how it ended.
-        until = time.monotonic() + (TOLD_WITHIN if error.gone else 0.0)
+        patience = Patience(TOLD_WITHIN if error.gone else 0.0)
         await site.refresh()
         while site.controls.living(spec.name) is not None:
-            if time.monotonic() > until:
+            if patience.is_over():
                 raise
             await site.pause(LOOK_AGAIN_AFTER)
             await site.refresh()
@@ -161,12 +161,12 @@ def _is_in_step(site: Site, spec: ComponentSpec) -> bool:
     return site.before.simulated and (spec.description is None or spec.description.in_step)
 
 
-async def _until_it_is_a_member(site: Site, spec: ComponentSpec, deadline: float) -> None:
+async def _until_it_is_a_member(site: Site, spec: ComponentSpec, patience: Patience) -> None:
     """Wait until simulated time goes on only with the component, so that it joins at the same tick in every run."""
     process = site.controls.living(spec.name)
     run = ClockMember(spec.name, process.incarnation if process else 0)
     while not await _membership(site, "admit", run):
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"{spec.name}: it has not joined simulated time within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
     site.touch(spec.name)
@@ -181,9 +181,9 @@ async def go_on_in_step(site: Site, name: str) -> None:
     spec = site.after.components.get(name) or site.before.components[name]
     if not _is_in_step(site, spec):
         return
-    deadline = time.monotonic() + site.bounds.start
+    patience = Patience(site.bounds.start)
     while not await _membership(site, "succeed", ClockMember(name, site.controls.processes[name].incarnation)):
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"{name}: simulated time does not go on with it within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
         await site.refresh()
@@ -196,14 +196,16 @@ async def begin_in_step(site: Site, name: str) -> None:
     """Take a run into simulated time that goes on alone, where another was lost; raises ControlFailed."""
     spec = site.after.components[name]
     if _is_in_step(site, spec):
-        await _until_it_is_a_member(site, spec, time.monotonic() + site.bounds.start)
+        await _until_it_is_a_member(site, spec, Patience(site.bounds.start))
 
 
 async def _membership(site: Site, verb: str, run: ClockMember) -> bool:
     """Ask the source of time to admit or release a run; returns whether it is a member then. Raises ControlFailed."""
     try:
         run = replace(run, term=site.controls.term)
-        answers = await site.kit.ask(Keys(site.kit.system).clock(verb), codec.encode(run), site.bounds.answer)
+        answers = await site.kit.ask(
+            Keys(site.kit.system).clock(verb), codec.encode(run), stretched(site.bounds.answer)
+        )
     except BusError as error:
         raise NoAnswer(f"the source of time: {verb}: {error}") from None
     if not answers:

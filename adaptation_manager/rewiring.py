@@ -6,12 +6,12 @@ the new topic beside the old, see markers through from every publisher to every 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable
 
 from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.site import Site
 from bus_schema.messages.control import ComponentView, ControlCode, Peer, Rewire, RewireStep
+from regraft.patience import Patience
 
 OLD_PUBLISHER_WITHIN = 0.5
 """Seconds that a publisher of the topic being left may take for its marker: it may be why it is left."""
@@ -92,7 +92,7 @@ async def _unless_gone(asked: Asked) -> ComponentView | None:
 
 async def _bind(site: Site, readers: Iterable[str], port: str, topic: str, writers: list[str]) -> None:
     """Have markers put until every reader has seen every writer's; raises ControlFailed at the bound."""
-    deadline = time.monotonic() + site.bounds.bind
+    patience = Patience(site.bounds.bind)
     peers = await _mark(site, writers, topic)
     waiting = tuple(readers) if peers else ()
     while True:
@@ -106,7 +106,7 @@ async def _bind(site: Site, readers: Iterable[str], port: str, topic: str, write
         if not waiting:
             return
         late = sorted({name for names in missing.values() for name in names})
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise ControlFailed(
                 f"{', '.join(waiting)}: no marker of {', '.join(late)} has come through on {topic!r} "
                 f"within {site.bounds.bind:g} s"

@@ -25,6 +25,7 @@ from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView, ControlCode
 from bus_schema.messages.handover import Handover, HandoverStep, Role
 from bus_schema.messages.host import ProcessState, ProcessStatus, UpdateSpecs
+from regraft.patience import Patience
 
 TAKE_OVER_WITHIN = 1.5
 """Seconds, beyond the longest handler of both, that a run may take to answer when it is to take over."""
@@ -38,17 +39,17 @@ WITHOUT_MERCY = 0.0
 async def run_successor(site: Site, action: RunSuccessor) -> None:
     """Start a successor beside a component's run and wait until it is ready; raises ControlFailed."""
     name, spec = action.component, action.spec
-    deadline = time.monotonic() + site.bounds.start
+    patience = Patience(site.bounds.start)
     await site.hosts.succeed(spec, action.incumbent, site.before.components[name].host, action.with_state)
     _note(site, name)
-    successor = await _until_ready(site, spec, deadline)
+    successor = await _until_ready(site, spec, patience)
     view = await site.controls.hand_over(name, successor.begun, Handover(HandoverStep.READ)).view()
     problems = view.detail.get("problems", [])
     if problems:
         raise ControlFailed(f"{name}: the successor cannot take over: {'; '.join(map(str, problems))}")
 
 
-async def _until_ready(site: Site, spec: ComponentSpec, deadline: float) -> ProcessStatus:
+async def _until_ready(site: Site, spec: ComponentSpec, patience: Patience) -> ProcessStatus:
     """Wait for the token of the run beside a component."""
     look_at = time.monotonic() + LOOK_AT_HOST_AFTER
     while True:
@@ -57,7 +58,7 @@ async def _until_ready(site: Site, spec: ComponentSpec, deadline: float) -> Proc
             raise await ended_as_it_started(site, spec, successor.last_end if successor else "")
         if site.controls.remembered.stands_by(spec.name, successor.begun):
             return successor
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"{spec.name}: its successor is not ready within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
         if time.monotonic() > look_at:
@@ -215,7 +216,7 @@ async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | 
     name = action.component
     await _end_successor(site, action, successor)
     spec = site.before.components[name]
-    deadline = time.monotonic() + site.bounds.start
+    patience = Patience(site.bounds.start)
     if action.successor_host not in ("", action.host):
         await site.hosts.give(UpdateSpecs(site.revision, (spec,)))
     while True:
@@ -226,7 +227,7 @@ async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | 
         if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
             await site.hosts.start(name, action.host, resume=False)
             _note(site, name)
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"{spec.name}: it has not come back within {site.bounds.start:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
@@ -281,7 +282,7 @@ async def _end_run(
 
     What ran on a lost host, and took part in an adaptation, has ended: the host sees to that itself.
     """
-    deadline = time.monotonic() + grace + KILLED_WITHIN
+    patience = Patience(grace + KILLED_WITHIN)
     if patient and not await _hear(site, host):
         return
     await site.hosts.stop(name, host, grace, begun)
@@ -292,21 +293,21 @@ async def _end_run(
             return
         if not its_host_answers and patient and not await _hear(site, host):
             return
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(f"host {host!r}: run {begun} of {name} has not ended within {grace + KILLED_WITHIN:g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
 
 async def _hear(site: Site, host: str) -> bool:
     """Wait until a host answers, or is lost; returns whether it answers. Raises ControlFailed if neither comes."""
-    deadline = time.monotonic() + site.before.rules(host).lost_after + LOST_WITHIN
+    patience = Patience(site.before.rules(host).lost_after + LOST_WITHIN)
     while True:
         await site.refresh()
         if host in site.hosts.lost:
             return False
         if host not in site.hosts.silent:
             return True
-        if time.monotonic() > deadline:
+        if patience.is_over():
             raise NoAnswer(site.hosts.why_not_there(host))
         await site.pause(LOOK_AT_HOST_AFTER)
 

@@ -18,6 +18,7 @@ from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, Phase, StepReport, StepState
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import UpdateSpecs
+from regraft.patience import Patience
 
 UNDO_AGAIN_AFTER = 0.05
 """Seconds between two attempts at undoing a step whose component does not answer."""
@@ -169,13 +170,13 @@ async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...]
 
 async def _give(site: Site, former: UpdateSpecs) -> None:
     """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
-    deadline = time.monotonic() + site.bounds.undo
+    patience = Patience(site.bounds.undo)
     while True:
         try:
             await site.hosts.give(former)
             return
         except ControlFailed as error:
-            if error.code is not None or time.monotonic() > deadline:
+            if error.code is not None or patience.is_over():
                 raise
         await site.pause(UNDO_AGAIN_AFTER)
         await site.refresh()
@@ -183,7 +184,7 @@ async def _give(site: Site, former: UpdateSpecs) -> None:
 
 async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
     """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
-    deadline = time.monotonic() + site.bounds.undo
+    patience = Patience(site.bounds.undo)
     while True:
         if site.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
             # Nothing of the step is left: if the process starts again, it does so from the former specs.
@@ -194,7 +195,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
         except ControlFailed as error:
             if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
                 return ""
-            if error.code not in MAY_PASS or time.monotonic() > deadline:
+            if error.code not in MAY_PASS or patience.is_over():
                 return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
@@ -202,7 +203,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
         try:
             await site.refresh()
         except ControlFailed as error:
-            if time.monotonic() > deadline:
+            if patience.is_over():
                 return str(error)
 
 

@@ -18,6 +18,7 @@ from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.messages.quality import Quality
 from regraft.bus import Answer, BusError
+from regraft.patience import stretched
 from regraft.runtime.tasks import Waiting
 
 REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_-]{1,200}")
@@ -120,7 +121,7 @@ class Watch:
             return None
         key = Keys(self.site.kit.system).quality(requirement)
         try:
-            return self.site.kit.ask(key, b"", self.site.bounds.answer)
+            return self.site.kit.ask(key, b"", stretched(self.site.bounds.answer))
         except BusError:
             return None
 

@@ -21,6 +21,11 @@ def crowding() -> float:
     return min(MAX_CROWDING, max(1.0, runnable / len(os.sched_getaffinity(0))))
 
 
+def stretched(seconds: float) -> float:
+    """Return how long to wait, where the wait cannot look in between: ``seconds``, longer as crowded as it is now."""
+    return seconds * crowding()
+
+
 class Patience:
     """A bound in seconds that count in full only while every thread that wants to run does."""
 

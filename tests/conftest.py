@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, settings
 from sim_service.renderers import RendererName
 from tests.renderers import best
 from tests.waiting import slowness
-from tests.workers import workers
+from tests.workers import give_back_memory, workers
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -32,6 +32,13 @@ def pytest_runtest_protocol(item: pytest.Item) -> None:
     marked = item.get_closest_marker("timeout")
     seconds = marked.args[0] if marked else LONGEST_TEST
     item.add_marker(pytest.mark.timeout(seconds * slowness()), append=False)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Leave memory to the others after the last test of a file."""
+    if nextitem is None or nextitem.path != item.path:
+        give_back_memory()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -30,6 +30,7 @@ from regraft.host.voice import Voice
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote, how_it_ended
 from regraft.inbox import Inbox
+from regraft.patience import Patience, stretched
 
 LOOK_EVERY = 0.05
 STATUS_EVERY = 1.0
@@ -113,9 +114,9 @@ class Host:
         source = [ward for name, ward in self.wards.items() if name == self.plan.source]
         for wards in (source, self._all()):
             for ward in wards:
-                self.ask_to_end(ward, END_WITHIN)
-            deadline = time.monotonic() + END_WITHIN + 1.0
-            while any(ward.has_process for ward in wards) and time.monotonic() < deadline:
+                self.ask_to_end(ward, stretched(END_WITHIN))
+            patience = Patience(END_WITHIN + 1.0)
+            while any(ward.has_process for ward in wards) and not patience.is_over():
                 self.pump(LOOK_EVERY)
         self.ended = True
         self._zygote.close()

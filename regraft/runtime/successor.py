@@ -16,6 +16,7 @@ from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, Ha
 from regraft.assignment import Succession
 from regraft.bus import Answer
 from regraft.component import Component, class_path
+from regraft.patience import stretched
 from regraft.runtime import passing_on
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.runtime.refusal import ControlRefused
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 PREPARE_WITHIN = 2.0
 PULL_WITHIN = 0.6
 """Seconds that the incumbent may take to answer, a ``pull`` from when its longest handler has ended."""
-TAKE_OVER_WITHIN = 1_000_000_000
-"""Nanoseconds of wall-clock time that an answer to ``take_over`` is put off, beyond the longest handler."""
+TAKE_OVER_WITHIN = 1.0
+"""Seconds of wall-clock time that an answer to ``take_over`` is put off, beyond the longest handler."""
 
 
 class Successor:
@@ -64,7 +65,7 @@ class Successor:
     def _ask(self, incarnation: int, ask: Handover, within: float, then: Callable[[list[Answer]], None]) -> None:
         runtime = self._runtime
         key = runtime.keys.control(runtime.assignment.name, incarnation, "handover")
-        runtime.bus.ask(key, codec.encode(ask), within, lambda answers: runtime.post(lambda: then(answers)))
+        runtime.bus.ask(key, codec.encode(ask), stretched(within), lambda answers: runtime.post(lambda: then(answers)))
 
     def _prepared(self, answers: list[Answer]) -> None:
         """Get ready with what the incumbent has said; whoever asks is told if that failed."""
@@ -120,7 +121,7 @@ class Successor:
             self._pull(self._succession.incarnation, asked)
         cls = type(self._runtime.component)
         longest = self._longest_handler() + (cls.longest_handler if cls.is_exclusive() else 0.0)
-        at_most = TAKE_OVER_WITHIN + round(longest * 1e9)
+        at_most = round(stretched(TAKE_OVER_WITHIN + longest) * 1e9)
         return Pending(lambda: self._outcome is not None, self._tell_outcome, at_most)
 
     def _longest_handler(self) -> float:

@@ -21,6 +21,7 @@ from regraft.client import Client
 from regraft.clock import RealClock
 from regraft.component import Component, class_path
 from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.patience import stretched
 from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
 from regraft.zenoh_bus import ZenohBus, open_bus
@@ -130,7 +131,7 @@ class Site:
     ) -> ComponentView:
         """Ask a run; raises Refused, or TimeoutError where nobody answers."""
         payload = codec.encode(message) if message is not None else b""
-        answers = self.bus.query(self.keys.control(name, incarnation, verb), payload, within)
+        answers = self.bus.query(self.keys.control(name, incarnation, verb), payload, stretched(within))
         if not answers:
             raise TimeoutError(f"{name} {incarnation} does not answer")
         if answers[0].error:
