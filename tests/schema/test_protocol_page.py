@@ -194,7 +194,7 @@ def test_the_times_are_those_of_the_code() -> None:
         incumbent.CATCH_UP / 1e9,
         incumbent.DRAIN,
         successor.PULL_WITHIN,
-        successor.TAKE_OVER_WITHIN / 1e9,
+        successor.TAKE_OVER_WITHIN,
     ]
     assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
     assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE
