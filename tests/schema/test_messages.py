@@ -193,13 +193,16 @@ def test_flipped_bits_raise_bad_message_or_give_a_message(drawn: tuple[MessageTy
 
 
 @every_type
+def test_the_json_schema_is_valid(kind: MessageType) -> None:
+    Draft202012Validator.check_schema(kind.json_schema())
+
+
+@every_type
 @few
 @given(data=st.data())
-def test_the_json_schema_is_valid_and_accepts_every_message(kind: MessageType, data: st.DataObject) -> None:
-    schema = kind.json_schema()
-    Draft202012Validator.check_schema(schema)
+def test_the_json_schema_accepts_every_message(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
-    Draft202012Validator(schema).validate(json_view(codec.to_plain(message)))
+    assert Draft202012Validator(kind.json_schema()).is_valid(json_view(codec.to_plain(message)))
 
 
 @every_type
