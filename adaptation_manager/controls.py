@@ -67,7 +67,7 @@ def refusal(who: str, what: str, answer: Answer) -> ControlFailed:
 class Asked:
     """A control query under way, to one run of a component; ``failure`` is why it could not even be sent.
 
-    What it answers is ``remembered``; if it does not answer as it should, nothing of it is. It ``waits`` longer than
+    Its answer is ``remembered``; if it does not answer as it should, nothing of it is. It ``waits`` longer than
     ``within`` on a crowded machine.
     """
 
