@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -21,10 +21,19 @@ class Ending:
         """Nothing is wished for yet, and no signal is heard."""
         self.wanted = False
         self._interrupts = False
+        self._tell: Callable[[], object] | None = None
 
     def want(self) -> None:
         """Have it end."""
         self.wanted = True
+        if self._tell is not None:
+            self._tell()
+
+    def when_wanted(self, tell: Callable[[], object]) -> None:
+        """Have ``tell`` called with each wish, wherever the main thread then is; at once if there was one."""
+        self._tell = tell
+        if self.wanted:
+            tell()
 
     def hear_signals(self) -> None:
         """Take SIGINT, SIGTERM and SIGHUP, from now on and in the main thread, for the wish.
@@ -36,7 +45,7 @@ class Ending:
                 signal.signal(signum, self._take)
 
     def _take(self, signum: int, frame: FrameType | None) -> None:
-        self.wanted = True
+        self.want()
         if self._interrupts:
             raise KeyboardInterrupt
 

@@ -6,9 +6,9 @@ import gc
 import importlib
 import logging
 import os
-import signal
 import sys
 import threading
+from collections.abc import Callable
 
 from bus_schema.errors import SchemaError
 from bus_schema.lifecycle import State
@@ -17,6 +17,7 @@ from regraft.assignment import Assignment
 from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component
+from regraft.ending import Ending
 from regraft.memory import keep_freed_memory
 from regraft.modules import instead_of_module
 from regraft.network_threads import have_one_thread_read
@@ -67,8 +68,14 @@ def _is_component(value: object) -> bool:
     return isinstance(value, type) and issubclass(value, Component)
 
 
-def run_component(assignment: Assignment) -> int:
-    """Be the component of ``assignment`` until it is finalized; returns the exit code."""
+def run_component(
+    assignment: Assignment, ending: Ending | None = None, on_bus: Callable[[], object] = lambda: None
+) -> int:
+    """Be the component of ``assignment`` until it is finalized, or ``ending`` is wanted; returns the exit code.
+
+    Without an ``ending``, SIGINT, SIGTERM and SIGHUP are heard from when the component is built. ``on_bus`` is called
+    once others can be linked, just before it starts; what that raises, this does.
+    """
     keep_freed_memory()
     try:
         cls = _prepared(assignment.cls)
@@ -88,13 +95,13 @@ def run_component(assignment: Assignment) -> int:
         print(f"{assignment.name}: {error}", file=sys.stderr)
         bus.close()
         return EXIT_BAD_ASSIGNMENT
-    _shut_down_on_signals(runtime)
+    if ending is None:
+        ending = Ending()
+        ending.hear_signals()
+    ending.when_wanted(lambda: runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED)))
     try:
-        _run(runtime, clock)
-        return EXIT_WELL
-    except Exception:
-        logging.getLogger(assignment.name).exception("the kit failed")
-        return EXIT_FAULT
+        on_bus()
+        return _run(runtime, clock)
     finally:
         _leave(runtime)
 
@@ -116,21 +123,18 @@ def _begin_at(assignment: Assignment) -> int:
     return round(assignment.checkpoint.stamp * 1e9) if assignment.checkpoint else 0
 
 
-def _run(runtime: Runtime, clock: RealClock | SteppedClock) -> None:
-    if isinstance(clock, RealClock):
-        loop.run(runtime)
-    elif isinstance(runtime.component, TimeSource):
-        SourceLoop(runtime, clock, runtime.component).run()
-    else:
-        Member(runtime, clock).run()
-
-
-def _shut_down_on_signals(runtime: Runtime) -> None:
-    def ask(signum: int, frame: object) -> None:
-        runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
-
-    signal.signal(signal.SIGTERM, ask)
-    signal.signal(signal.SIGINT, ask)
+def _run(runtime: Runtime, clock: RealClock | SteppedClock) -> int:
+    try:
+        if isinstance(clock, RealClock):
+            loop.run(runtime)
+        elif isinstance(runtime.component, TimeSource):
+            SourceLoop(runtime, clock, runtime.component).run()
+        else:
+            Member(runtime, clock).run()
+    except Exception:
+        logging.getLogger(runtime.assignment.name).exception("the kit failed")
+        return EXIT_FAULT
+    return EXIT_WELL
 
 
 def _leave(runtime: Runtime) -> None:

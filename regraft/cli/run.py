@@ -28,6 +28,7 @@ from regraft.cli.output import complain, say, show_json
 from regraft.cli.reach import joined
 from regraft.cli.values import assignment
 from regraft.component import Component, declared, describe
+from regraft.ending import Ending
 from regraft.launch import free_endpoint
 from regraft.parameters import ParameterSet
 from regraft.process import load_class, run_component
@@ -68,21 +69,26 @@ def run(
 ) -> None:
     """Run one component without a stack, until Ctrl-C; whoever asks may set its parameters and states."""
     look_in(Path.cwd())
-    cls = load_class(component)
-    called = component_name(name or name_of(cls))
-    there = rundir.find(join) if join is not None else None
-    usual = called.replace(".", "-")
-    parameters = _parameters(cls, settings or [])
-    own = Assignment(
-        there.system if there else system_name(chosen_system(ctx, system) or usual),
-        called,
-        component,
-        parameters=parameters,
-        connections=_connections(cls, parameters, connections or []),
-    )
+    ending = Ending()
+    ending.hear_signals()
+    with ending.interrupting():
+        cls = load_class(component)
+        called = component_name(name or name_of(cls))
+        there = rundir.find(join) if join is not None else None
+        usual = called.replace(".", "-")
+        parameters = _parameters(cls, settings or [])
+        own = Assignment(
+            there.system if there else system_name(chosen_system(ctx, system) or usual),
+            called,
+            component,
+            parameters=parameters,
+            connections=_connections(cls, parameters, connections or []),
+        )
+        _prepare(cls)
     _log_to_terminal()
-    code = _run_joined(own, cls, there, as_json) if there else _run_alone(own, cls, as_json)
-    raise typer.Exit(code)
+    if there:
+        raise typer.Exit(_run_joined(own, there, ending, as_json))
+    raise typer.Exit(_run_alone(own, ending, as_json, keeps_time=issubclass(cls, TimeSource)))
 
 
 def name_of(cls: type[Component]) -> str:
@@ -121,30 +127,32 @@ def _log_to_terminal() -> None:
     logging.basicConfig(level=logging.INFO, format=form, stream=sys.stderr)
 
 
-def _run_alone(own: Assignment, cls: type[Component], as_json: bool) -> int:
+def _run_alone(own: Assignment, ending: Ending, as_json: bool, *, keeps_time: bool) -> int:
     """Be a system of one component, with a hub of its own."""
-    alone = replace(own, simulated=issubclass(cls, TimeSource), listen=(free_endpoint(),), secret=fresh())
+    alone = replace(own, simulated=keeps_time, listen=(free_endpoint(),), secret=fresh())
     system = own.system
+    run_id = secrets.token_hex(8)
+    info = RunInfo(system, run_id, os.getpid(), alone.listen[0], own.cls, alone.simulated, secret=alone.secret)
+
+    def on_bus() -> None:
+        rundir.write_info(info)
+        _announce(own, f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it", as_json)
+
     with ExitStack() as undone:
         undone.enter_context(rundir.lock(system))
         undone.callback(rundir.forget_info, system)
-        _prepare(cls)
-        run_id = secrets.token_hex(8)
-        endpoint, secret = alone.listen[0], alone.secret
-        rundir.write_info(RunInfo(system, run_id, os.getpid(), endpoint, own.cls, alone.simulated, secret=secret))
-        _announce(own, f"{own.name} runs alone as system {system}; see 'regraft ps'; Ctrl-C ends it", as_json)
-        return run_component(alone)
+        return run_component(alone, ending, on_bus)
 
 
-def _run_joined(own: Assignment, cls: type[Component], info: RunInfo, as_json: bool) -> int:
+def _run_joined(own: Assignment, info: RunInfo, ending: Ending, as_json: bool) -> int:
     """Be one more component of a running system, which no host and no manager looks after."""
-    with joined(info) as there:
+    with ending.interrupting(), joined(info) as there:
         if own.name in there.client.components(wait=0.0):
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
-    _prepare(cls)
-    _announce(own, f"{own.name} joins system {info.system}; Ctrl-C ends it", as_json)
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
-    return run_component(replace(own, simulated=info.simulated, connect=(info.endpoint,), secret=info.secret))
+    joining = replace(own, simulated=info.simulated, connect=(info.endpoint,), secret=info.secret)
+    text = f"{own.name} joins system {info.system}; Ctrl-C ends it"
+    return run_component(joining, ending, lambda: _announce(own, text, as_json))
 
 
 def _prepare(cls: type[Component]) -> None:

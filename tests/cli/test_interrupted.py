@@ -1,0 +1,66 @@
+"""A component that runs alone hears that it shall end, at whatever point of its start that comes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.live import Done, environment, regraft
+from tests.waiting import PATIENCE
+
+# Python drops the exception that a signal raises here.
+DROPPED = """
+import os, signal
+from regraft import Component
+
+class Interrupts:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+def interrupt():
+    Interrupts()
+
+class Part(Component):
+    @classmethod
+    def preload(cls):
+        {prepared}
+
+    def __init__(self):
+        {built}
+
+    def on_configure(self):
+        {started}
+
+{imported}
+"""
+
+
+def run_alone(folder: Path, **interrupted: str) -> Done:
+    """Run the component, interrupted at some points of its start, until it ends."""
+    nowhere = {"imported": "pass", "prepared": "pass", "built": "pass", "started": "pass"}
+    (folder / "dropped.py").write_text(DROPPED.format(**nowhere | interrupted))
+    done = subprocess.run(
+        [sys.executable, "-m", "regraft.cli", "run", "dropped:Part"],
+        cwd=folder,
+        env=environment(folder / "home"),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return Done(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.mark.parametrize(
+    ("point", "code"),
+    [("imported", 130), ("prepared", 130), ("built", 0), ("started", 0)],
+    ids=lambda value: str(value),
+)
+def test_an_interrupt_is_heard_also_where_python_drops_its_exception(point: str, code: int, tmp_path: Path) -> None:
+    done = run_alone(tmp_path, **{point: "interrupt()"})
+    assert done.returncode == code, done
+    assert ("runs alone" in done.stdout) == (code == 0)
+    assert regraft(tmp_path / "home", "ps").stdout.startswith("no system is running")
