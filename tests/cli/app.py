@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import typer
+import typer.testing
 
 from regraft.cli.extensions import GROUP, add_extensions
 from regraft.cli.main import build
 
+# A runner makes all commands anew each time that it runs one, which takes longer than most commands.
+vars(typer.testing)["_get_command"] = cache(typer.main.get_command)
 
+
+@cache
 def whole() -> typer.Typer:
     """Return all commands of this project."""
     app = build()
