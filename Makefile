@@ -1,5 +1,7 @@
 # All that one does with Regraft. The packages that it needs are installed into .venv first, as requirements.lock pins them.
 PYTHON ?= python3
+# A dozen processes start at once: let Python keep what it compiles, also where the environment says not to.
+unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 INSTALL = $(BIN)/pip install --disable-pip-version-check -c requirements.lock
 
