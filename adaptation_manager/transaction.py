@@ -12,6 +12,7 @@ from adaptation_manager.journal import JournalError
 from adaptation_manager.performing import perform
 from adaptation_manager.phases import Phases
 from adaptation_manager.plan import Plan
+from adaptation_manager.restored import not_restored, wanted_again
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, LeaveStopped, PlannedStep
 from adaptation_manager.verify import verify
@@ -146,7 +147,8 @@ def _is_fenced(error: Exception) -> bool:
 async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
     """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
 
-    Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not.
+    Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not. In the
+    end the components are read back: what is not as before was not undone, whatever they have answered.
     """
     problems = []
     site.revision = site.before.revision
@@ -165,7 +167,18 @@ async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...]
         steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
-    return problems
+    return problems + await _read_back(site, planned, steps)
+
+
+async def _read_back(site: Site, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
+    """Return where components are not as they were before; a step that was undone for nothing is marked as such."""
+    undone = [step for step, report in zip(planned, steps, strict=True) if report.state is StepState.UNDONE]
+    wrong = await not_restored(site, wanted_again(site, undone))
+    for index, step in enumerate(steps):
+        if step.state is StepState.UNDONE and step.component in wrong:
+            error = "; ".join(filter(None, (step.error, f"read back: {wrong[step.component]}")))
+            steps[index] = replace(step, state=StepState.UNDO_FAILED, error=error)
+    return [f"read back: {difference}" for difference in wrong.values()]
 
 
 async def _give(site: Site, former: UpdateSpecs) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from adaptation_manager.additions import PATH
 from adaptation_manager.controls import Asked, ControlFailed, NoAnswer
 from adaptation_manager.hosts import Update
@@ -38,7 +40,7 @@ async def verify(plan: Plan, site: Site, update: Update) -> None:
     site.controls.processes |= await update.processes()
     wrong = []
     for name in names:
-        wrong += _differences(plan, await _newest_view(site, name, reading.get(name)))
+        wrong += differences(await _newest_view(site, name, reading.get(name)), _wanted_of(plan, name))
     if wrong:
         raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
 
@@ -59,12 +61,12 @@ async def _newest_view(site: Site, name: str, asked: Asked | None) -> ComponentV
     return await site.controls.read(name).view()
 
 
-def _differences(plan: Plan, view: ComponentView) -> list[str]:
-    wanted: dict[str, object] = {}
-    for step in plan.steps:
-        if step.component == view.component:
-            wanted |= _wanted(step.do)
-    found = {"state": view.state.value}
+def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
+    """Return where a component is not as it is ``wanted``: its ``state``, ``parameters.NAME``, ``connections.PORT``.
+
+    What it does not have, or has no connection for, is left out.
+    """
+    found: dict[str, object] = {"state": view.state.value}
     found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
     found |= {f"connections.{name}": topic for name, topic in view.connections.items() if topic}
     return [
@@ -72,6 +74,14 @@ def _differences(plan: Plan, view: ComponentView) -> list[str]:
         for where, value in wanted.items()
         if where in found and found[where] != _plain(value)
     ]
+
+
+def _wanted_of(plan: Plan, name: str) -> dict[str, object]:
+    wanted: dict[str, object] = {}
+    for step in plan.steps:
+        if step.component == name:
+            wanted |= _wanted(step.do)
+    return wanted
 
 
 def _wanted(action: Action) -> dict[str, object]:

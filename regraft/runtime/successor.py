@@ -179,11 +179,11 @@ class Successor:
         runtime = self._runtime
         with_state = True
         if self._standing.role is Role.FROZEN:
-            self._standing.forget()
+            self._standing.forget()  # and keep the values of before: the successor's went with it
         else:
             with_state = self._succession.with_state
-        if self._offer is not None and self._offer.cls == class_path(type(runtime.component)):
-            passing_on.take_parameters(runtime, handed.parameters)
+            if self._offer is not None and self._offer.cls == class_path(type(runtime.component)):
+                passing_on.take_parameters(runtime, handed.parameters)
         if runtime.state is State.UNCONFIGURED:
             runtime.lifecycle.perform(Transition.CONFIGURE)
         silent = passing_on.take_over(runtime, handed, self._standing.held, with_state=with_state)

@@ -176,11 +176,6 @@ def test_a_real_planner_is_asked_and_credited(
         'utility="worth" knobs=\'json:{"high": 2}\''
     )
     child = "<KeepRunningUntilFailure><Sleep msec='50'/></KeepRunningUntilFailure>"
-    run(
-        '<Script code="worth := 1.5"/>',
-        adapting("AdaptPeriodically", ports, child),
-        until=lambda now: len(system.lines().entries) > 3,
-    )
 
     def learned() -> list[float]:
         """Return what each option was found to be worth so far, on the knobs' range of 0 to 2."""
@@ -189,7 +184,11 @@ def test_a_real_planner_is_asked_and_credited(
         of_each = snapshot.state["adapt"]["learned"]["ucb1"][1]
         return [mean for _, mean, _ in of_each.values()]
 
-    wait_until(lambda: learned() == [0.75] * 3)
+    run(
+        '<Script code="worth := 1.5"/>',
+        adapting("AdaptPeriodically", ports, child),
+        until=lambda now: len(system.lines().entries) > 3 and learned() == [0.75] * 3,
+    )
     lines = [line for line in system.lines().entries if line.request.changes and line.outcome is not Outcome.PENDING]
     assert {line.outcome for line in lines} == {Outcome.APPLIED}
     assert all(line.request.who.startswith("adapt") for line in lines)
