@@ -19,7 +19,7 @@ from bus_schema.lifecycle import PRIMARY, State
 from bus_schema.offers import offered_services
 from bus_schema.parameter_values import parameter_problem
 from bus_schema.registry import TYPE_NAME
-from bus_schema.suggestions import instead_of
+from bus_schema.suggestions import Hints, instead_of
 from bus_schema.wiring import wiring_violations
 
 
@@ -87,11 +87,11 @@ def _parameters(architecture: Architecture, components: Collection[str]) -> Iter
         spec = architecture.components[name]
         if spec.description is None:
             continue
-        known = [parameter.name for parameter in spec.description.parameters]
+        known = Hints(parameter.name for parameter in spec.description.parameters)
         for parameter, value in sorted(spec.parameters.items()):
             described = spec.description.parameter(parameter)
             if described is None:
-                problem: str | None = f"there is no such parameter; {instead_of(parameter, known)}"
+                problem: str | None = f"there is no such parameter; {known.instead_of(parameter)}"
             else:
                 problem = parameter_problem(described, value)
             if problem:

@@ -6,6 +6,8 @@ import difflib
 from collections.abc import Iterable
 
 LISTED = 12
+MOST_HINTS = 20
+"""Names of one request for which a near one is looked up: that takes a fifth of a millisecond each."""
 
 
 def near(name: str, known: Iterable[str]) -> str | None:
@@ -34,3 +36,19 @@ def instead_of(name: str, known: Iterable[str], *, none: str = "there are none")
         return none
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     return f"there are: {', '.join(names[:LISTED])}{more}"
+
+
+class Hints:
+    """Says ``instead_of`` for each of many names that do not exist; behind the first few, that there are others."""
+
+    def __init__(self, known: Iterable[str]) -> None:
+        """Suggest names of ``known``."""
+        self._known = sorted(set(known))
+        self._left = MOST_HINTS
+
+    def instead_of(self, name: str) -> str:
+        """Say what may have been meant by ``name``."""
+        if not self._left:
+            return f"there are {len(self._known)} others"
+        self._left -= 1
+        return instead_of(name, self._known)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 
 from bus_schema.errors import BadMessage
-from bus_schema.suggestions import instead_of
-from dashboard_api.problems import BAD_CONTENT_TYPE, Problem, malformed, violation
+from bus_schema.suggestions import Hints
+from dashboard_api.problems import BAD_CONTENT_TYPE, MOST_TOLD, Problem, malformed, violation
 
 JSON_TYPES = ("application/json", "application/merge-patch+json")
+
+SMALL = 16 * 1024
+"""Bytes that are read at once: what is longer would keep others waiting, and is read by a thread."""
 
 
 class _NotStrict(ValueError):
@@ -25,7 +30,7 @@ async def json_object(request: Request) -> dict[str, Any]:
     content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if content_type not in JSON_TYPES:
         raise Problem(BAD_CONTENT_TYPE, f"the body is {content_type or 'of no stated type'!r}: send application/json")
-    return _parsed(raw)
+    return _parsed(raw) if len(raw) <= SMALL else await run_in_threadpool(_parsed, raw)
 
 
 async def optional_json_object(request: Request) -> dict[str, Any]:
@@ -57,19 +62,18 @@ def _refuse_constant(name: str) -> Any:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     value = dict(pairs)
     if len(value) != len(pairs):
-        names = [name for name, _ in pairs]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = sorted(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
         raise _NotStrict(f"gives {', '.join(map(repr, twice))} twice in one object")
     return value
 
 
 def unknown_fields(body: dict[str, Any], known: Iterable[str]) -> list[Any]:
     """Return a violation for every field of ``body`` that is not known."""
-    names = sorted(known)
+    names = set(known)
+    hints = Hints(names)
     return [
-        violation(name, f"there is no such field; {instead_of(name, names)}")
-        for name in sorted(body)
-        if name not in names
+        violation(name, f"there is no such field; {hints.instead_of(name)}")
+        for name in sorted(body.keys() - names)[: MOST_TOLD + 1]
     ]
 
 

@@ -15,6 +15,9 @@ from regraft.client import Client
 from regraft.rundir import folder
 from regraft.tokens import Tokens
 
+TURN_WITHIN = 60.0
+"""Seconds without a turn of its loop after which a server has failed, if no host has found the gateway hung earlier."""
+
 
 class Gateway(Component):
     """Shows the system over HTTP and takes adaptations.
@@ -75,11 +78,12 @@ class Gateway(Component):
 
     @every(seconds=1.0)
     def check(self) -> None:
-        """Find out if the server has ended by itself."""
-        if self._server and not self._server.running:
+        """Find out if the server has ended by itself, and be as hung as it is."""
+        if self._server and not self._server.turns(TURN_WITHIN):
+            why = "hangs" if self._server.running else "has ended by itself"
             self._server = None
-            self.kit.say("the HTTP server has ended by itself")
-            raise RuntimeError("the HTTP server has ended by itself: deactivate and activate the gateway")
+            self.kit.say(f"the HTTP server {why}")
+            raise RuntimeError(f"the HTTP server {why}: deactivate and activate the gateway")
 
     def _stop(self) -> None:
         buffer, client, server = self._buffer, self._client, self._server

@@ -22,6 +22,8 @@ from dashboard_api.json_replies import to_json
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER = "1"
+MOST_TOLD = 100
+"""Violations of one request that are told."""
 POLICY_VIOLATION = 1008
 """The code that closes a WebSocket for what it is (RFC 6455)."""
 
@@ -141,7 +143,9 @@ def violation(field: str, problem: str, *, change: int | None = None, component:
 
 
 def malformed(*violations: Violation) -> Problem:
-    """Return the problem of a request that does not have the right form."""
+    """Return the problem of a request that does not have the right form; of many violations it tells the first."""
+    if len(violations) > MOST_TOLD:
+        violations = (*violations[:MOST_TOLD], violation("", "and there are more"))
     lines = "; ".join(f"{v.field}: {v.problem}" if v.field else v.problem for v in violations)
     return Problem(MALFORMED, lines, violations)
 

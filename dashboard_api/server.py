@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
 import socket
 import threading
@@ -77,6 +78,7 @@ class HttpServer:
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._serve, name="http server", daemon=True)
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     @property
     def url(self) -> str:
@@ -108,5 +110,20 @@ class HttpServer:
         self._bound.close()
         return not self._thread.is_alive()
 
+    def turns(self, within: float) -> bool:
+        """Wait until the event loop has come round, at most ``within`` seconds; tells whether it has."""
+        turned = threading.Event()
+        if self._loop is None or self._loop.is_closed():
+            return False
+        try:
+            self._loop.call_soon_threadsafe(turned.set)
+        except RuntimeError:  # it has just been closed
+            return False
+        return turned.wait(within)
+
     def _serve(self) -> None:
-        self._server.run(sockets=[self._bound])
+        asyncio.run(self._run())
+
+    async def _run(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        await self._server.serve(sockets=[self._bound])

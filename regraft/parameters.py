@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from bus_schema.description import ParameterDescription
-from bus_schema.suggestions import instead_of
+from bus_schema.suggestions import Hints
 
 if TYPE_CHECKING:
     from regraft.component import Component
@@ -165,10 +165,11 @@ class ParameterSet:
         """
         problems = []
         fit = {}
+        known = Hints(self.declared)
         for name, value in wanted.items():
             parameter = self.declared.get(name)
             if parameter is None:
-                problems.append(f"{name}: there is no such parameter; {instead_of(name, self.declared)}")
+                problems.append(f"{name}: there is no such parameter; {known.instead_of(name)}")
                 continue
             try:
                 fit[name] = parameter.checked(value)

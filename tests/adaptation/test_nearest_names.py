@@ -36,3 +36,10 @@ def test_a_rejection_names_what_may_be_meant(bare_system: System, change: Change
     report = bare_system.adapt(change)
     assert report.outcome is Outcome.REJECTED
     assert any(f"did you mean '{meant}'?" in violation.problem for violation in report.violations), report.violations
+
+
+def test_30000_names_that_do_not_exist_are_refused_without_a_search_for_each(system: System) -> None:
+    report = system.adapt(SetParameters("listener", {f"gain{number}": 0.5 for number in range(30_000)}))
+    assert report.outcome is Outcome.REJECTED
+    meant = [violation for violation in report.violations if "did you mean" in violation.problem]
+    assert 0 < len(meant) <= 20

@@ -43,6 +43,16 @@ def test_what_is_no_json_object_is_a_problem(running: Running, body: bytes) -> N
     assert response.json()["violations"]
 
 
+@pytest.mark.parametrize("name", ["{}", "twice{}"], ids=["others", "twice"])
+def test_an_object_of_60000_names_is_refused_and_keeps_nobody_waiting(running: Running, name: str) -> None:
+    names = [name.format(number if name == "{}" else number % 30_000) for number in range(60_000)]
+    body = "{" + ",".join(f'"{one}":0' for one in names) + "}"
+    response = running.http.post("/adaptations", content=body, headers=JSON)
+    assert response.status_code == 422
+    assert len(response.json()["violations"]) <= 101
+    assert len(response.content) < 40_000
+
+
 def test_a_body_that_is_not_json_is_not_read(running: Running) -> None:
     for content_type in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""):
         response = running.http.post("/adaptations", content=b"{}", headers={"Content-Type": content_type})

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from urllib.parse import urlsplit
 
 import httpx
@@ -10,9 +11,13 @@ import pytest
 from bus_schema.lifecycle import State, Transition
 from dashboard_api.gateway import Gateway
 from dashboard_api.server import CannotServe, bind
+from regraft.assignment import Assignment
 from tests.gateway.conftest import GATEWAY, Running, start_gateway
 from tests.kit.site import Site
 from tests.waiting import PATIENCE, wait_until
+
+BEAT = Assignment("", "", "").heartbeat
+"""Seconds."""
 
 
 def test_a_port_in_use_is_a_clear_error(site: Site) -> None:
@@ -98,3 +103,13 @@ def test_clients_that_vanish_leave_nothing_behind(site: Site) -> None:
         return {thread.name for thread in set(threading.enumerate()) - before if thread.is_alive()}
 
     wait_until(lambda: left() <= {"gateway", "alarm"}, "the server's threads to end")
+
+
+def test_a_gateway_whose_loop_does_not_turn_is_as_silent_as_a_hung_component(running: Running) -> None:
+    gateway, goes_on = running.site.runtimes["gateway"], threading.Event()
+    server = gateway.component._server  # type: ignore[attr-defined]
+    server._loop.call_soon_threadsafe(goes_on.wait, PATIENCE)
+    wait_until(lambda: time.monotonic() > gateway.herald.next_beat + 5 * BEAT, "heartbeats to be left out")
+    goes_on.set()
+    wait_until(lambda: gateway.herald.next_beat > time.monotonic(), "heartbeats to go on")
+    assert running.http.get("/hosts").status_code == 200
