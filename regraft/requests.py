@@ -14,6 +14,17 @@ from regraft.parameters import Parameter
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+SHORTEST_PERIOD = 1e-4
+"""Seconds: whoever is called more often does nothing else. A parameter that asks for less gets this."""
+HIGHEST_RATE = 1e4
+"""Hz."""
+LONGEST = 1e9
+"""Seconds: three decades."""
+
+
+NEVER = 2**62
+"""Nanoseconds: a period that never ends."""
+
 
 @dataclass(frozen=True, slots=True)
 class Period:
@@ -30,10 +41,14 @@ class Period:
             return float(value)
 
         if self.seconds is not None:
-            return max(1, round(number(self.seconds) * 1e9))
+            return _bounded(number(self.seconds) * 1e9)
         assert self.hz is not None
         rate = number(self.hz)
-        return max(1, round(1e9 / rate)) if rate > 0 else 2**62
+        return _bounded(1e9 / rate) if rate > 0 else NEVER
+
+
+def _bounded(nanoseconds: float) -> int:
+    return round(min(max(nanoseconds, SHORTEST_PERIOD * 1e9), LONGEST * 1e9))
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +89,17 @@ def every(
 
     Give ``seconds`` or ``hz``, a number or one of the class's parameters; a rate of 0 means never.
     Under simulated time it is called in the first world tick at or after its due time.
+
+    Raises:
+        TypeError: both are given, or none.
+        ValueError: it could never be so, or as good as all the time (10 kHz is the most).
     """
     if (seconds is None) == (hz is None):
         raise TypeError("@every takes either seconds or hz")
+    for name, given, least, most in (("seconds", seconds, SHORTEST_PERIOD, LONGEST), ("hz", hz, 0.0, HIGHEST_RATE)):
+        number = given.default if isinstance(given, Parameter) else given
+        if number is not None and not least <= number <= most:
+            raise ValueError(f"@every({name}={number}): must be between {least:g} and {most:g}")
 
     def mark(function: F) -> F:
         function.__regraft_period__ = Period(seconds, hz)  # type: ignore[attr-defined]

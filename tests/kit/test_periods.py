@@ -1,0 +1,44 @@
+"""A period that cannot be is refused where it is declared; one that a parameter gives stays in bounds."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from regraft import Component, Parameter, every
+from regraft.requests import HIGHEST_RATE, LONGEST, SHORTEST_PERIOD, Period
+
+
+@pytest.mark.parametrize("seconds", [-1.0, 0.0, 1e-9, math.inf, math.nan, 1e10])
+def test_seconds_that_cannot_be_are_refused_where_they_are_declared(seconds: float) -> None:
+    with pytest.raises(ValueError, match=r"@every\(seconds=.* must be between"):
+        every(seconds=seconds)
+
+
+@pytest.mark.parametrize("hz", [-1.0, 1e9, math.inf, math.nan])
+def test_rates_that_cannot_be_are_refused_where_they_are_declared(hz: float) -> None:
+    with pytest.raises(ValueError, match=r"@every\(hz=.* must be between"):
+        every(hz=hz)
+
+
+def test_the_default_of_a_parameter_is_looked_at_too() -> None:
+    with pytest.raises(ValueError, match="must be between"):
+
+        class Hasty(Component):
+            rate = Parameter(1e9, unit="Hz")
+
+            @every(hz=rate)
+            def hurry(self) -> None: ...
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, 1e-300, 5e-324, 0.1, 7.0, 1e9, 1e300])
+def test_a_value_of_a_parameter_never_leads_beyond_the_bounds(value: float) -> None:
+    least, most = SHORTEST_PERIOD * 1e9, LONGEST * 1e9
+    given = Parameter(1.0)
+    given.name = "period"
+    assert least <= Period(given, None).nanoseconds({"period": value}) <= most
+    period = Period(None, given).nanoseconds({"period": value})
+    assert least <= period <= most if value > 0 else period > most
+    if 1 / LONGEST < value < HIGHEST_RATE:
+        assert period == round(1e9 / value)
