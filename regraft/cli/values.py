@@ -40,14 +40,23 @@ def document(text: str, shown: str) -> PlainValue:
 
 def read_document(file: str) -> PlainValue:
     """Return the plain data in a YAML or JSON file, ``-`` for standard input; raises BadInput."""
-    if file == "-":
-        return document(sys.stdin.read(LARGEST), "standard input")
+    shown = "standard input" if file == "-" else file
     try:
-        text = Path(file).read_text(encoding="utf-8")
+        text = _some_of(file).decode()
     except OSError as error:
-        raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
+        raise BadInput(f"{shown}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise BadInput(f"{file}: is not UTF-8 text") from None
-    if len(text) > LARGEST:
-        raise BadInput(f"{file}: is too large: must be at most {LARGEST // 1024} KiB")
-    return document(text, file)
+        raise BadInput(f"{shown}: is not UTF-8 text") from None
+    return document(text, shown)
+
+
+def _some_of(file: str) -> bytes:
+    """Return all that a file holds, unless it is more than it may be; raises BadInput, OSError."""
+    if file == "-":
+        data = sys.stdin.buffer.read(LARGEST + 1)
+    else:
+        with Path(file).open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise BadInput(f"{'standard input' if file == '-' else file}: is more than {LARGEST // 1024} KiB")
+    return data

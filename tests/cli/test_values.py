@@ -101,3 +101,11 @@ def test_a_file_that_cannot_be_read_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "latin").write_bytes(b"\xff")
     with pytest.raises(BadInput, match="UTF-8"):
         read_document(str(tmp_path / "latin"))
+
+
+@pytest.mark.parametrize("file", ["/dev/zero", "-"])
+def test_a_document_without_end_is_not_read_to_its_end(monkeypatch: pytest.MonkeyPatch, file: str) -> None:
+    with Path("/dev/zero").open(encoding="latin-1") as endless:
+        monkeypatch.setattr("sys.stdin", endless)
+        with pytest.raises(BadInput, match="is more than 1024 KiB"):
+            read_document(file)
