@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
@@ -40,7 +41,7 @@ async def optional_json_object(request: Request) -> dict[str, Any]:
 
 def _parsed(raw: bytes) -> dict[str, Any]:
     try:
-        value = json.loads(raw, parse_constant=_refuse_constant, object_pairs_hook=_object)
+        value = json.loads(raw, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_object)
         json.dumps(value, ensure_ascii=False).encode()
     except UnicodeError:
         raise malformed(violation("", "the body is not valid Unicode text in UTF-8")) from None
@@ -57,6 +58,13 @@ def _parsed(raw: bytes) -> dict[str, Any]:
 
 def _refuse_constant(name: str) -> Any:
     raise _NotStrict(f"holds {name}, which is no JSON value")
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if math.isinf(number):
+        raise _NotStrict(f"holds {digits[:40]}, which is too large a number")
+    return number
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -32,6 +32,8 @@ few = settings(max_examples=30, deadline=None, suppress_health_check=[HealthChec
         b'{"changes": [], "changes": []}',
         b'{"reason": NaN, "changes": []}',
         b'{"reason": "\\ud800", "changes": []}',
+        b'{"context": {"light": 1e999}, "changes": []}',
+        b'{"context": {"light": -1e999}, "changes": []}',
         b'{"reason": ' + b"[" * 100_000,
         b'{"revision": ' + b"9" * 5000 + b', "changes": []}',
         b'{"revision": 99999999999999999999999, "changes": []}',
