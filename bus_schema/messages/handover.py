@@ -48,7 +48,7 @@ class Handover:
 
     ``peer`` is the incarnation of the other run: who asks (prepare, pull), or the successor that is given up (resume).
     ``incarnation`` is what a run that resumes is called from now on, 0 to keep its own. ``first`` is, per key and
-    source, the first sample that the successor holds itself (pull).
+    source, the first sample that the successor holds itself (pull). It may do without the state (``with_state``, pull).
     """
 
     step: HandoverStep
@@ -57,6 +57,7 @@ class Handover:
     first: dict[str, dict[str, Place]] = field(default_factory=dict)
     term: Count | None = None
     revision: Count | None = None
+    with_state: bool = True
 
 
 @message("regraft/HandoverOffer")

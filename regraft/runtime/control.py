@@ -278,15 +278,15 @@ class Control:
 
     # --- snapshots and checkpoints ---
 
-    def snapshot(self) -> Snapshot:
-        """Return the component's state and where its numbering stands."""
+    def snapshot(self, *, with_state: bool = True) -> Snapshot:
+        """Return the component's state, unless it is not wanted, and where its numbering stands."""
         runtime = self._runtime
         return Snapshot(
             runtime.assignment.name,
             runtime.assignment.incarnation,
             runtime.clock.now() / 1e9,
             type(runtime.component).state_version,
-            runtime.component.snapshot(),
+            runtime.component.snapshot() if with_state else None,
             runtime.writers.sequences(),
         )
 

@@ -39,6 +39,7 @@ class Incumbent:
         self._barred = 0
         self._frozen_at = 0
         self._let_go: HandedOver | None = None
+        self._keeps_state = True
 
     def prepare(self, asked: Handover) -> HandoverOffer:
         """Say what would be handed over; nothing changes."""
@@ -99,7 +100,7 @@ class Incumbent:
         runtime = self._runtime
         if runtime.stepped and not self._has_all(asked.first):
             raise ControlRefused(ControlCode.FAILED, "some of the messages that this run was sent have not come yet")
-        self._let_go = None
+        self._let_go, self._keeps_state = None, True
         self._frozen_at = runtime.clock.now()
         self._finish_answers()
         while (item := runtime.inbox.get(0.0)) is not None:
@@ -114,14 +115,30 @@ class Incumbent:
         self._standing.step_aside()
         self._standing.show()
         if type(runtime.component).is_exclusive():
-            self._let_go = passing_on.hand_over(runtime, self._standing.held, {}, self._frozen_at)
+            self._let_go = self._for_itself(with_state=asked.with_state)
             runtime.lifecycle.let_go()
         return payload
 
     def _handed_over(self, asked: Handover) -> HandedOver:
         if self._let_go is not None:
             return self._let_go
-        return passing_on.hand_over(self._runtime, self._standing.held, asked.first, self._frozen_at)
+        held, first = self._standing.held, asked.first
+        return passing_on.hand_over(self._runtime, held, first, self._frozen_at, with_state=asked.with_state)
+
+    def _for_itself(self, *, with_state: bool) -> HandedOver:
+        """Return what this run goes on from, should it take hold again; without a state if it cannot give one.
+
+        A successor that does without the state may be wanted just because of that.
+        """
+        runtime, held, since = self._runtime, self._standing.held, self._frozen_at
+        try:
+            return passing_on.hand_over(runtime, held, {}, since)
+        except Exception as error:
+            if with_state:
+                raise
+            runtime.herald.fault("snapshot", error)
+            self._keeps_state = False
+            return passing_on.hand_over(runtime, held, {}, since, with_state=False)
 
     def _finish_answers(self) -> None:
         """Let what was begun for a message or request finish: that takes replies and time, nothing else."""
@@ -179,7 +196,7 @@ class Incumbent:
         assert handed is not None, "only a run that has let go takes hold again"
         try:
             runtime.lifecycle.perform(Transition.CONFIGURE)
-            passing_on.take_over(runtime, handed, self._standing.held, with_state=True)
+            passing_on.take_over(runtime, handed, self._standing.held, with_state=self._keeps_state)
         except Exception as error:
             runtime.herald.fault("resuming", error)
             return error

@@ -58,12 +58,12 @@ def misfits(runtime: Runtime, offered: HandoverOffer, *, with_state: bool) -> li
     return []
 
 
-def hand_over(runtime: Runtime, held: Held, first: First, frozen_at: int) -> HandedOver:
+def hand_over(runtime: Runtime, held: Held, first: First, frozen_at: int, *, with_state: bool = True) -> HandedOver:
     """Return all that the successor needs, which holds everything from ``first`` on itself."""
     streams = runtime.inbound.streams
     early = (stream.waiting[n][1] for stream in streams.values() for n in sorted(stream.waiting))
     return HandedOver(
-        runtime.control.snapshot(),
+        runtime.control.snapshot(with_state=with_state),
         frozen_at,
         runtime.state,
         runtime.identity.epoch,

@@ -130,7 +130,9 @@ class Successor:
     def _pull(self, incumbent: int, asked: Handover) -> None:
         attempt, own = self._attempt, self._runtime.assignment.incarnation
         self._standing.held.mark()
-        pull = Handover(HandoverStep.PULL, own, first=self._standing.held.first, term=asked.term)
+        with_state = self._standing.role is Role.FROZEN or self._succession.with_state
+        first = self._standing.held.first
+        pull = Handover(HandoverStep.PULL, own, first=first, term=asked.term, with_state=with_state)
         within = PULL_WITHIN + self._longest_handler()
         self._ask(incumbent, pull, within, lambda answers: self._pulled(attempt, answers, asked))
 

@@ -6,6 +6,7 @@ import fcntl
 import socket
 from pathlib import Path
 
+from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from regraft import Parameter, service
 from tests.handover.parts import Ask, Item, Totaller
@@ -71,3 +72,10 @@ class Clumsy(Holder):
     def on_cleanup(self) -> None:
         self._release()
         raise RuntimeError("dropped it")
+
+
+class Mute(Holder):
+    """Goes on from a state, and gives none."""
+
+    def snapshot(self) -> PlainValue:
+        raise RuntimeError("cannot say how I am")

@@ -67,3 +67,11 @@ class Onlooker(Component):
     """Lives by the wall clock, also under simulated time."""
 
     in_step = False
+
+
+class Mute(Totaller):
+    """Goes on from a state, and gives none."""
+
+    def snapshot(self) -> PlainValue:
+        """Fail."""
+        raise RuntimeError("cannot say how I am")

@@ -174,6 +174,15 @@ def test_a_state_is_converted_by_a_class_that_can_or_left_behind_if_so_wanted(si
     assert _faults(site) == (0, 0, 0, 1)  # the total began anew, once
 
 
+def test_whoever_cannot_say_its_state_is_swapped_without_it(site: System) -> None:
+    assert site.adapt(Swap("totaller", _cls("Mute"))).outcome is Outcome.APPLIED
+    with_state = site.adapt(DOUBLER)
+    assert (with_state.outcome, "cannot say how I am" in with_state.error) == (Outcome.ROLLED_BACK, True), with_state
+    without = site.adapt(replace(DOUBLER, with_state=False))
+    assert without.outcome is Outcome.APPLIED, without
+    assert site.client.call("double", Ask(21), Item, PATIENCE) == Item(42)
+
+
 @pytest.mark.parametrize(
     "changes",
     [

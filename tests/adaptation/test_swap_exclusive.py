@@ -108,6 +108,16 @@ def test_a_successor_that_cannot_go_on_gives_back_what_it_held(site: System) -> 
     _all_is_well(site)
 
 
+def test_whoever_cannot_say_its_state_takes_hold_again_and_lets_go_without_it(site: System) -> None:
+    assert site.adapt(Swap("holder", f"{HERE}:Mute")).outcome is Outcome.APPLIED
+    report = site.adapt(Swap("holder", f"{HERE}:Lame", with_state=False))
+    assert (report.outcome, "cannot get up" in report.error) == (Outcome.ROLLED_BACK, True), report
+    port = site.architecture.components["holder"].parameters["port"]
+    assert site.client.call("held", Ask(), Item, PATIENCE).number == port
+    assert site.adapt(Swap("holder", ARM.cls, with_state=False)).outcome is Outcome.APPLIED
+    assert site.client.call("held", Ask(), Item, PATIENCE).number == port
+
+
 def test_a_successor_that_cannot_take_hold_leaves_it_to_the_run_of_before(site: System) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
