@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header
 from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from bus_schema.messages.health import Event
 from dashboard_api.event_buffer import EventBuffer
@@ -30,19 +31,54 @@ EVENT_STREAM: dict[int | str, dict[str, Any]] = {
 }
 
 
+class Seats:
+    """The places that readers of a stream have, all taken and given back in the server's event loop."""
+
+    def __init__(self) -> None:
+        """Nobody reads."""
+        self._taken = 0
+
+    def take(self, text: AsyncIterator[str]) -> StreamOfEvents:
+        """Return a stream for one more reader, who has a place from now until it has ended; raises Problem."""
+        if self._taken >= MOST_READERS:
+            raise unavailable(f"{MOST_READERS} readers are being sent these events already")
+        self._taken += 1
+        return StreamOfEvents(text, self)
+
+    def give_back(self) -> None:
+        """Let somebody else read."""
+        self._taken -= 1
+
+
+class StreamOfEvents(StreamingResponse):
+    """A stream that gives its place back, however it ends."""
+
+    media_type = "text/event-stream"
+
+    def __init__(self, text: AsyncIterator[str], seats: Seats) -> None:
+        """Send ``text`` as it comes, to a reader who has one of the ``seats``."""
+        super().__init__(text, headers={"X-Accel-Buffering": "no"})
+        self._seats = seats
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._seats.give_back()
+
+
 def routes(buffer: EventBuffer, heartbeat: float) -> APIRouter:
     """Return the route; a comment is sent after ``heartbeat`` seconds of silence."""
     router = APIRouter(tags=["events"])
+    seats = Seats()
 
     @router.get("/events", response_class=StreamingResponse, responses={**EVENT_STREAM, **declared(422, 503)})
     async def stream_events(
         last_event_id: Annotated[str | None, Header(description="Go on behind this event")] = None,
     ) -> Response:
         """What happens, as it happens: adaptations, faults, transitions, restarts."""
-        if buffer.readers >= MOST_READERS:
-            raise unavailable(f"{MOST_READERS} readers are being sent events already")
-        body = stream(buffer, last_event_id, heartbeat)
-        return StreamingResponse(body, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
+        return seats.take(stream(buffer, last_event_id, heartbeat))
 
     return router
 

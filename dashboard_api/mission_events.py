@@ -15,10 +15,10 @@ from bus_schema.messages.health import Event
 from bus_schema.messages.mission import MissionTransitions
 from bus_schema.registry import type_of
 from dashboard_api.event_buffer import EventBuffer
-from dashboard_api.events import MOST_READERS, stream
+from dashboard_api.events import Seats, stream
 from dashboard_api.json_replies import ref
 from dashboard_api.manager import Manager, Services
-from dashboard_api.problems import declared, unavailable
+from dashboard_api.problems import declared
 from regraft.bus import Closable
 
 TOPIC: Final = "mission/transitions"
@@ -90,16 +90,14 @@ class MissionFeed:
 def routes(feed: MissionFeed, heartbeat: float) -> APIRouter:
     """Return the route; a comment is sent after ``heartbeat`` seconds of silence."""
     router = APIRouter(tags=["mission"])
+    seats = Seats()
 
     @router.get("/mission/events", response_class=StreamingResponse, responses={**MISSION_STREAM, **declared(422, 503)})
     async def stream_mission(
         last_event_id: Annotated[str | None, Header(description="Go on behind this event")] = None,
     ) -> Response:
         """The mission as it goes: changes of statuses by tick, and loading, starting, swapping, writing, ending."""
-        if feed.buffer.readers >= MOST_READERS:
-            raise unavailable(f"{MOST_READERS} readers are following the mission already")
-        body = _follow(feed, last_event_id, heartbeat)
-        return StreamingResponse(body, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
+        return seats.take(_follow(feed, last_event_id, heartbeat))
 
     return router
 

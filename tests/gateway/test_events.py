@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 import json
+import socket
+from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import httpx
 import pytest
@@ -14,7 +17,7 @@ from bus_schema.messages.health import Event
 from dashboard_api.event_buffer import EventBuffer
 from dashboard_api.gateway import Gateway
 from tests.gateway.conftest import Running
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 @dataclass
@@ -147,6 +150,25 @@ def test_the_number_of_readers_is_bounded(running: Running) -> None:
     for stream in streams:
         stream.__exit__(None, None, None)
     wait_until(lambda: buffer_of(running).readers == 0)
+
+
+@pytest.mark.parametrize("path", ["events", "mission/events"])
+def test_readers_that_come_all_at_once_are_no_more(running: Running, path: str) -> None:
+    parts = urlsplit(running.url)
+    asked = f"GET {parts.path}/{path} HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode()
+    with ExitStack() as opened:
+        address = (str(parts.hostname), parts.port or 80)
+        readers = [opened.enter_context(socket.create_connection(address, PATIENCE)) for _ in range(100)]
+        for reader in readers:
+            reader.sendall(asked)
+        statuses = Counter(reader.recv(12).split()[1] for reader in readers)
+    assert statuses == {b"200": 32, b"503": 68}
+
+    def opens() -> bool:
+        with httpx.stream("GET", f"{running.url}/{path}", timeout=PATIENCE) as response:
+            return response.status_code == 200
+
+    wait_until(opens, "a place for another reader")
 
 
 def test_a_stalled_reader_costs_bounded_memory() -> None:
