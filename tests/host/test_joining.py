@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -75,6 +76,19 @@ def test_the_end_of_the_system_is_the_end_of_its_hosts(site: Site) -> None:
     wait_gone(pids)
 
 
+@pytest.fixture(scope="module")
+def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a site whose host edge has joined, for all those who cannot."""
+    folder = tmp_path_factory.mktemp("joined")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+        made = Site(folder)
+        made.up()
+        made.join()
+        yield made
+        made.close()
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [
@@ -88,10 +102,8 @@ def test_the_end_of_the_system_is_the_end_of_its_hosts(site: Site) -> None:
         (("--join", "nonsense", "--name", "arm"), 2, "is no endpoint"),
     ],
 )
-def test_who_cannot_join_is_told_why(site: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
-    system = site.up()
-    site.join()
-    command = [word.replace("ENDPOINT", system.info.endpoint) for word in arguments]
+def test_who_cannot_join_is_told_why(joined: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
+    command = [word.replace("ENDPOINT", joined.system.info.endpoint) for word in arguments]
     done = subprocess.run(
         [sys.executable, "-m", "regraft.cli", "host", *command],
         cwd=ROOT,
