@@ -35,11 +35,17 @@ def wanted_again(site: Site, undone: Sequence[PlannedStep]) -> Wanted:
 
 def _values(spec: ComponentSpec) -> dict[str, object]:
     described = spec.description
-    # A path is completed by the host, each in a folder of its own.
-    parameters = [p for p in described.parameters if p.unit != PATH] if described else []
-    ports = described.ports if described else ()
-    values = {f"parameters.{p.name}": spec.parameters.get(p.name, p.default) for p in parameters}
-    return values | {f"connections.{port.name}": spec.connections.get(port.name, port.topic) for port in ports}
+    if described is None:
+        return {}
+    values = {p.name: spec.parameters.get(p.name, p.default) for p in described.parameters}
+    paths = {p.name for p in described.parameters if p.unit == PATH or _is_absolute(values[p.name])}
+    found: dict[str, object] = {f"parameters.{name}": values[name] for name in values.keys() - paths}
+    return found | {f"connections.{p.name}": spec.connections.get(p.name, p.topic) for p in described.ports}
+
+
+def _is_absolute(value: object) -> bool:
+    """Tell whether a value is a path that another host may have put into a folder of its own."""
+    return isinstance(value, str) and value.startswith("/")
 
 
 def _state(step: PlannedStep) -> dict[str, object]:
