@@ -63,7 +63,7 @@ def _refuse_constant(name: str) -> Any:
 def _finite(digits: str) -> float:
     number = float(digits)
     if math.isinf(number):
-        raise _NotStrict(f"holds {digits[:40]}, which is too large a number")
+        raise _NotStrict(f"holds {digits[:40]}: a JSON number goes to about 1.8e308 here")
     return number
 
 
