@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from adaptation_manager.durations import REMEMBERED, Durations
-from adaptation_manager.journal import Journal, JournalCorrupt, JournalError, set_aside
+from adaptation_manager.journal import Journal, JournalError
+from adaptation_manager.opening import Opening, in_force, opened
 from adaptation_manager.plan import Plan
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.adaptation import AdaptationReport
 from bus_schema.architecture import Architecture
-from bus_schema.messages.host import HostView
+from bus_schema.messages.host import HostView, JournalEnd
 
 
 class Books:
@@ -37,49 +38,26 @@ class Books:
         On a run's first opening, the stack's start becomes its first line.
         """
         self.close()
-        if self.architecture is None:
-            self.architecture = in_force(views)
         try:
-            self.journal, term = self._at_place(views[0].run, max(view.term for view in views), now)
+            self.journal, term = self._at_place(views, now)
         except JournalError as error:
             self._closed_because = str(error)
+            self.architecture = self.architecture or in_force(views)
             raise
         return term
 
-    def _at_place(self, run: str, term: int, now: float) -> tuple[Journal, int]:
-        assert self.architecture is not None
-        journal = self._opened()
+    def _at_place(self, views: Sequence[HostView], now: float) -> tuple[Journal, int]:
+        journal = opened(self.path, self._tell)
         try:
-            if journal.knows(run):
-                journal.run = run
-                self.architecture = journal.architecture() or self.architecture
-            else:
-                self._say_if_lost(term)
-                journal.start_run(run, _start(self.architecture, now), self.architecture)
-            self._number = max(self._number, journal.last_number())
-            self._withdrawn = max(self._withdrawn, journal.last_withdrawn())
-            term = journal.next_term(term)
+            term = journal.next_term(max(view.term for view in views))
+            opening = Opening(journal, views, self.architecture, now, self._tell)
+            self.architecture = opening.architecture()
+            self._number = max(self._number, journal.last_number(), opening.end.line)
+            self._withdrawn = max(self._withdrawn, journal.last_withdrawn(), opening.end.told)
         except JournalError:
             journal.close()
             raise
         return journal, term
-
-    def _say_if_lost(self, term: int) -> None:
-        """Whoever reigned over this run before has kept a journal of it, which is not this one."""
-        if term and self.architecture is not None:
-            self._tell(
-                "journal.lost",
-                f"{self.path} knows nothing of this run, which was adapted before: its journal begins anew at revision "
-                f"{self.architecture.revision}; what was done before can be neither read nor undone",
-            )
-
-    def _opened(self) -> Journal:
-        try:
-            return Journal(self.path)
-        except JournalCorrupt as error:
-            aside = set_aside(self.path)
-            self._tell("journal.corrupt", f"{error}; it was set aside as {aside}, a new journal begins")
-            return Journal(self.path)
 
     def close(self, because: str = "the journal is closed") -> None:
         """Close the journal; what is known of the architecture stays."""
@@ -92,10 +70,18 @@ class Books:
         """Return the journal, with everything written that is to be; raises JournalError."""
         if self.journal is None:
             raise JournalError(self._closed_because)
+        if not self.journal.is_in_place():
+            self._put_back(self.journal)
         while self._unwritten:
             self.journal.end(self._unwritten[0])
             del self._unwritten[0]
         return self.journal
+
+    def _put_back(self, journal: Journal) -> None:
+        """Write the journal to its place again; somebody has deleted or replaced the file. Raises JournalError."""
+        other = journal.write_anew()
+        found = f"the file that was found there is {other} now" if other else "it had been deleted"
+        self._tell("journal.replaced", f"{self.path} was not this system's journal any more, and is again: {found}")
 
     def readable(self) -> Journal:
         """Return the journal to read it, also while it cannot be written; raises JournalError."""
@@ -120,6 +106,11 @@ class Books:
         return self._durations
 
     # --- lines ---
+
+    def end(self) -> JournalEnd:
+        """Return how far the journal has come, for others to know if it is lost."""
+        assert self.architecture is not None
+        return JournalEnd(self._number, self.architecture.revision, max(self._withdrawn, self.architecture.revision))
 
     def next_number(self) -> int:
         """Return the number of a further adaptation."""
@@ -164,22 +155,3 @@ class Books:
             write()
         except JournalError as error:
             self._tell("journal.unwritable", str(error))
-
-
-def in_force(views: Sequence[HostView]) -> Architecture:
-    """Return the architecture as the hosts run it: the stack's, with the specs that they have by now."""
-    architecture = views[0].architecture
-    revisions = (architecture.revision, *(view.revision for view in views))
-    architecture = replace(architecture, revision=max(1, *revisions))
-    for view in views:
-        specs = {spec.name: spec for spec in view.specs}
-        gone = [n for n, spec in architecture.components.items() if spec.host == view.host and n not in specs]
-        architecture = architecture.without(gone)
-        architecture = replace(architecture, components=architecture.components | specs)
-    return architecture
-
-
-def _start(architecture: Architecture, now: float) -> AdaptationReport:
-    """Return the first line. It is numbered as its revision, past whatever a lost journal had applied."""
-    request, revision = AdaptationRequest((), "the stack's start", "regraft up"), architecture.revision
-    return AdaptationReport(str(revision), Outcome.APPLIED, request, revision - 1, revision, now)

@@ -19,6 +19,7 @@ from bus_schema.messages.host import (
     HostState,
     HostStatus,
     HostView,
+    JournalEnd,
     LetSpeak,
     LogLines,
     LogRequest,
@@ -138,6 +139,10 @@ class Hosts:
     def _update(self, updates: dict[str, UpdateSpecs]) -> Update:
         asked = {host: self._ask(host, "specs", codec.encode(updates[host])) for host in sorted(updates)}
         return Update(asked, self._learn)
+
+    def keep(self, end: JournalEnd) -> None:
+        """Have the first host keep the journal's end; its answer is not waited for. Raises NoAnswer."""
+        self._ask(FIRST, "journal", codec.encode(replace(end, term=self.term)))
 
     # --- who is there ---
 

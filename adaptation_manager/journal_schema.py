@@ -1,16 +1,20 @@
-"""The journal's tables. Messages are kept as on the bus; what one searches by stands beside them."""
+"""The journal's tables. Messages are kept as on the bus; what one searches by stands beside them.
 
-VERSION = 2
+``revision`` is set on lines that gave one; ``following`` is what changes in the architecture. What is written once and
+what changes later have seals of their own. A row that is not as it was written is moved to ``damaged``.
+"""
 
-SCHEMA = """
-CREATE TABLE reign (term INTEGER NOT NULL);
-INSERT INTO reign VALUES (0);
+VERSION = 3
+
+TABLES = """
+CREATE TABLE reign (term INTEGER NOT NULL, seal BLOB NOT NULL);
 CREATE TABLE runs (
     run TEXT PRIMARY KEY,
-    architecture BLOB NOT NULL
+    architecture BLOB NOT NULL,
+    seal BLOB NOT NULL
 );
 CREATE TABLE adaptations (
-    run TEXT NOT NULL REFERENCES runs,
+    run TEXT NOT NULL,
     number INTEGER NOT NULL,
     key TEXT NOT NULL,
     who TEXT NOT NULL,
@@ -18,19 +22,44 @@ CREATE TABLE adaptations (
     outcome TEXT NOT NULL,
     revision INTEGER,
     report BLOB NOT NULL,
+    seal BLOB NOT NULL,
     following BLOB NOT NULL,
+    following_seal BLOB NOT NULL,
     PRIMARY KEY (run, number)
 ) WITHOUT ROWID;
-CREATE INDEX adaptations_by_key ON adaptations (run, key) WHERE key != '';
-CREATE INDEX adaptations_open ON adaptations (run) WHERE outcome = 'pending';
-CREATE UNIQUE INDEX adaptations_by_revision ON adaptations (run, revision) WHERE revision IS NOT NULL;
 CREATE TABLE steps (
     run TEXT NOT NULL,
     number INTEGER NOT NULL,
     step INTEGER NOT NULL,
     state TEXT NOT NULL,
+    seal BLOB NOT NULL,
     plan BLOB NOT NULL,
+    plan_seal BLOB NOT NULL,
     PRIMARY KEY (run, number, step)
 ) WITHOUT ROWID;
+CREATE TABLE damaged (
+    origin TEXT NOT NULL,
+    run TEXT,
+    number INTEGER,
+    fields TEXT NOT NULL
+);
 """
-"""``revision`` is set on lines that gave one; ``following`` is what changes in the architecture."""
+
+CREATE_INDEXES = (
+    "CREATE INDEX adaptations_by_key ON adaptations (run, key) WHERE key != ''",
+    "CREATE INDEX adaptations_open ON adaptations (run) WHERE outcome = 'pending'",
+    "CREATE UNIQUE INDEX adaptations_by_revision ON adaptations (run, revision) WHERE revision IS NOT NULL",
+)
+DROP_INDEXES = (
+    "DROP INDEX IF EXISTS adaptations_by_key",
+    "DROP INDEX IF EXISTS adaptations_open",
+    "DROP INDEX IF EXISTS adaptations_by_revision",
+)
+SCHEMA = TABLES + "".join(f"{statement};" for statement in CREATE_INDEXES)
+
+RUN = "run, architecture"
+LINE = "run, number, key, who, reason, outcome, revision, report"
+FOLLOWING = "run, number, following"
+STATE = "run, number, step, state"
+PLAN = "run, number, step, plan"
+"""The fields that a seal is over, in its order."""

@@ -9,10 +9,12 @@ from adaptation_manager.journal import Journal, OpenLine
 from adaptation_manager.plan import way
 from adaptation_manager.site import Site
 from adaptation_manager.transaction import undo
-from bus_schema.adaptation import AdaptationReport, Outcome
+from bus_schema.adaptation import AdaptationReport, Outcome, StepState
 from bus_schema.architecture import Architecture
+from bus_schema.messages.host import UpdateSpecs
 
 INTERRUPTED = "interrupted: the manager was restarted"
+DAMAGED = "the journal does not say any more how"
 
 
 async def recover(
@@ -30,15 +32,23 @@ async def recover(
 async def _undone(
     line: OpenLine, current: Architecture, site_for: Callable[[Architecture, Architecture], Site]
 ) -> AdaptationReport:
-    after = line.following.applied_to(current)
-    reports = [replace(report, state=state) for report, (_, state) in zip(line.report.steps, line.steps, strict=True)]
-    planned = tuple(step for step, _ in line.steps)
-    problems = await undo(site_for(current, after), way(after, current), planned, reports)
+    reports, planned, readable = list(line.report.steps), [], []
+    for index, step in enumerate(line.steps):
+        if step is None:
+            reports[index] = replace(reports[index], state=StepState.UNDO_FAILED, error=DAMAGED)
+        else:
+            planned.append(step[0])
+            readable.append(replace(reports[index], state=step[1]))
+    problems = [DAMAGED] if line.following is None or len(readable) < len(reports) else []
+    following = line.following or UpdateSpecs(line.report.revision_after)
+    after = following.applied_to(current)
+    problems += await undo(site_for(current, after), way(after, current), tuple(planned), readable)
+    undone = {step.number: step for step in readable}
     error = f"{INTERRUPTED}; could not be undone: {'; '.join(problems)}" if problems else INTERRUPTED
     return replace(
         line.report,
         outcome=Outcome.STUCK if problems else Outcome.ROLLED_BACK,
         revision_after=line.report.revision_before,
-        steps=tuple(reports),
+        steps=tuple(undone.get(step.number, step) for step in reports),
         error=error,
     )

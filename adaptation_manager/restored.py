@@ -29,11 +29,12 @@ def wanted_again(site: Site, undone: Sequence[PlannedStep]) -> Wanted:
     for step in reversed(undone):
         spec = site.before.components.get(step.component)
         if spec is not None and spec.managed:
-            found.setdefault(spec.name, _values(spec)).update(_state(step))
+            found.setdefault(spec.name, values_of(spec)).update(_state(step))
     return found
 
 
-def _values(spec: ComponentSpec) -> dict[str, object]:
+def values_of(spec: ComponentSpec) -> dict[str, object]:
+    """Return the values and connections that a component should have, by where they are found; without paths."""
     described = spec.description
     if described is None:
         return {}

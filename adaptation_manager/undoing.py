@@ -43,8 +43,9 @@ def undo_of(
         problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
         return request, (Violation(None, "", "undoes", problem),)
     before, behind = journal.architecture(undone.revision_before), journal.architecture(undone.revision_after)
-    assert before is not None
-    assert behind is not None
+    if before is None or behind is None:
+        problem = f"what was before adaptation {undone.id} cannot be read any more: the journal was damaged"
+        return request, (Violation(None, "", "undoes", problem),)
     undone = unfolded(undone, before)
     complete = replace(request, changes=inverse(undone.request.changes, before))
     later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]

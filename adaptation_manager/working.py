@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from adaptation_manager.books import Books
 from adaptation_manager.carrying import Carrying, confirm
 from adaptation_manager.checks import check
+from adaptation_manager.comparison import tell_differences
 from adaptation_manager.concluding import clear_up
 from adaptation_manager.controls import BESIDE, ControlFailed, Controls
 from adaptation_manager.estimating import estimated
@@ -26,7 +28,7 @@ from adaptation_manager.telling import Telling
 from adaptation_manager.watching import Watch
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Phase, Violation
 from bus_schema.architecture import Architecture
-from bus_schema.messages.control import ControlCode
+from bus_schema.messages.control import ComponentView, ControlCode
 from regraft.runtime.exclusive import Exclusive
 
 if TYPE_CHECKING:
@@ -87,12 +89,16 @@ class Working:
         try:
             term = self._books.open(views, self._kit.now())
             self._hosts.term = self._controls.term = term
-            await self._claim()
+            found = await self._claim()
             for report in await recover(
                 self._books.ready(), self._books.current(), lambda b, a: self._site(slot, b, a)
             ):
                 self._telling.ended(report)
+                for step in report.steps:  # what an undo is about was read back by it
+                    found.pop(step.component, None)
+            self._keep_end()
             await self._end_strangers(slot)
+            tell_differences(self._books.current(), found, self._kit.event)
         except JournalError as error:
             self._books.close(str(error))
             self._kit.event("journal.unusable", str(error))
@@ -102,17 +108,27 @@ class Working:
         if not self._gate.is_open:
             self._telling.begin()
 
-    async def _claim(self) -> None:
-        """Tell all hosts and running components of the term, so that they refuse an older manager."""
+    def _keep_end(self) -> None:
+        """Have others know how far the journal has come, should it be lost: before anybody is told."""
+        with contextlib.suppress(ControlFailed):
+            self._hosts.keep(self._books.end())
+
+    async def _claim(self) -> dict[str, ComponentView]:
+        """Tell all hosts and running components of the term, so that they refuse an older manager.
+
+        Returns how the components are.
+        """
+        found: dict[str, ComponentView] = {}
         self._controls.processes = await self._hosts.processes(self._books.current().revision)
         managed = [n for n, spec in sorted(self._books.current().components.items()) if spec.managed]
         runs = [run for name in managed for run in (name, f"{name}{BESIDE}") if self._controls.living(run)]
         for asked in map(self._controls.claim, runs):
             try:
-                await asked.view()
+                found[asked.component] = await asked.view()
             except ControlFailed as error:
                 if error.code is ControlCode.FENCED:
                     raise
+        return found
 
     async def _end_strangers(self, slot: Exclusive) -> None:
         current = self._books.current()
@@ -131,9 +147,11 @@ class Working:
         done = await self._checked_and_done(entry, slot)
         if isinstance(done, Carrying):
             if done.report.outcome is Outcome.CONFIRMING:
+                self._keep_end()
                 return done
             self._all_ended = done.all_ended
             done = done.report
+        self._keep_end()
         self.finish(entry, done)
         return None
 
@@ -205,6 +223,7 @@ class Working:
 
         def finish(report: AdaptationReport) -> None:
             self._all_ended = carrying.all_ended
+            self._keep_end()
             self.finish(carrying.entry, report)
 
         self._telling.architecture()

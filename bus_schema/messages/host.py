@@ -228,12 +228,28 @@ class LogLines:
     lines: tuple[str, ...]
 
 
+@message("regraft/JournalEnd")
+@dataclass(frozen=True, slots=True)
+class JournalEnd:
+    """How far the adaptation manager's journal has come: the first host keeps it as a witness.
+
+    ``line`` is the highest number of an adaptation, ``revision`` the one that holds for good, ``told`` the highest one
+    that was told of.
+    """
+
+    line: Count = 0
+    revision: Count = 0
+    told: Count = 0
+    term: Count | None = None
+
+
 @message("regraft/HostView")
 @dataclass(frozen=True, slots=True)
 class HostView:
     """What a host was given: the architecture as far as it knows it, the run it belongs to, and its specs in force.
 
-    ``revision`` is the highest that it has been told of; that of ``architecture`` stays the start's.
+    ``revision`` is the one that it was told of last; that of ``architecture`` stays the start's. ``journal`` is what it
+    keeps as a witness.
     """
 
     host: str
@@ -242,3 +258,4 @@ class HostView:
     architecture: Architecture
     specs: tuple[ComponentSpec, ...]
     revision: Count = 0
+    journal: JournalEnd = JournalEnd()

@@ -16,7 +16,7 @@ from bus_schema.envelope import Envelope
 from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, ProcessState, ProcessStatus, UpdateSpecs
+from bus_schema.messages.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside
@@ -50,6 +50,7 @@ class Host:
         """Nothing runs yet."""
         self.plan = plan
         self.term = 0
+        self.journal = JournalEnd()
         self.revision = plan.architecture.revision
         self.wards = {name: Ward(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()}
         self.past = PastRuns()

@@ -13,6 +13,7 @@ from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import (
     HostStatus,
     HostView,
+    JournalEnd,
     LetSpeak,
     ProcessState,
     StartComponent,
@@ -44,6 +45,7 @@ class Questions:
         self.verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
             "specs": self._update,
+            "journal": self._keep_end,
             "start": self.start,
             "stop": self._stop_asked,
             "logs": self._logs,
@@ -81,13 +83,19 @@ class Questions:
     def _view(self, _: bytes) -> HostView:
         specs = tuple(ward.spec for ward in self._host.wards.values() if not ward.removed)
         host, plan = self._host, self._host.plan
-        return HostView(plan.name, plan.run, host.term, plan.architecture, specs, host.revision)
+        return HostView(plan.name, plan.run, host.term, plan.architecture, specs, host.revision, host.journal)
 
     def _update(self, payload: bytes) -> HostStatus:
         update = codec.decode(payload, UpdateSpecs)
         self._fence(update.term)
         self._host.take_update(update)
         return self._host.status()
+
+    def _keep_end(self, payload: bytes) -> JournalEnd:
+        end = codec.decode(payload, JournalEnd)
+        self._fence(end.term)
+        self._host.journal = end
+        return end
 
     def start(self, payload: bytes) -> HostStatus:
         """Start a component, as somebody asks by StartComponent; raises BadMessage, Fenced, UnknownComponent."""

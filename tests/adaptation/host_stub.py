@@ -16,6 +16,7 @@ from bus_schema.messages.host import (
     DescribeComponent,
     HostStatus,
     HostView,
+    JournalEnd,
     LetSpeak,
     LogLines,
     LogRequest,
@@ -42,6 +43,7 @@ class HostStub:
         self.architecture = architecture
         self.run = run
         self.term = 0
+        self.journal = JournalEnd()
         self.revision = architecture.revision
         self.specs: dict[str, ComponentSpec] = dict(architecture.components)
         self.processes: dict[str, ProcessStatus] = {}
@@ -64,6 +66,7 @@ class HostStub:
         self._bus.announce(keys.host("local", "alive"))
         self._bus.serve(keys.host("local", "view"), self._view)
         self._bus.serve(keys.host("local", "specs"), self._specs)
+        self._bus.serve(keys.host("local", "journal"), self._keep_end)
         self._bus.serve(keys.host("local", "describe"), self._describe)
         self._bus.serve(keys.host("local", "start"), self._start)
         self._bus.serve(keys.host("local", "stop"), self._stop)
@@ -85,8 +88,16 @@ class HostStub:
         self._bus.close()
 
     def _view(self, query: MemoryQuery) -> None:
-        view = HostView("local", self.run, self.term, self.architecture, self._specs_in_force(), self.revision)
+        view = HostView(
+            "local", self.run, self.term, self.architecture, self._specs_in_force(), self.revision, self.journal
+        )
         query.reply(codec.encode(view))
+
+    def _keep_end(self, query: MemoryQuery) -> None:
+        end = codec.decode(query.payload, JournalEnd)
+        if end.term is not None and end.term >= self.term:
+            self.journal = end
+        query.reply(query.payload)
 
     def _specs(self, query: MemoryQuery) -> None:
         update = codec.decode(query.payload, UpdateSpecs)

@@ -13,6 +13,7 @@ from adaptation_manager.journal import Journal, JournalError
 from adaptation_manager.write_back import WriteBack
 from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.architecture import Architecture
+from bus_schema.messages.host import JournalEnd
 from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
 from tests.adaptation.system import System
@@ -77,7 +78,7 @@ def test_a_returning_manager_knows_the_architecture_of_its_run(system: System) -
 def test_a_new_run_begins_a_new_history_in_the_same_file(system: System) -> None:
     system.adapt(SetParameters("listener", {"gain": 0.1}))
     system.running["manager"].kill()
-    system.host.run, system.host.term, system.host.revision = "run-2", 0, 1
+    system.host.run, system.host.term, system.host.revision, system.host.journal = "run-2", 0, 1, JournalEnd()
     system.start_manager()
     assert [line.id for line in system.lines().entries] == ["1"]
 
@@ -85,7 +86,7 @@ def test_a_new_run_begins_a_new_history_in_the_same_file(system: System) -> None
 def test_a_full_journal_rejects_and_recovers(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     system.adapt(SetParameters("listener", {"gain": 0.1}))
     before = system.views()
-    database = system.running["manager"].component._books.journal._database
+    database = system.running["manager"].component._books.journal.database
     system.running["manager"].runtime.post(
         lambda: database.execute(f"PRAGMA max_page_count = {database.execute('PRAGMA page_count').fetchone()[0]}")
     )
@@ -240,7 +241,7 @@ def test_a_failed_write_back_is_in_the_log_and_loses_nothing(
 ) -> None:
     assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
     monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 1)
-    monkeypatch.setattr(system.running["manager"].component._books.journal._write_back, "_path", "/nowhere/at/all")
+    monkeypatch.setattr(system.running["manager"].component._books.journal.write_back, "_path", "/nowhere/at/all")
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
     wait_until(lambda: "cannot be written back" in caplog.text)
     assert [line.id for line in system.lines().entries] == ["3", "2", "1"]

@@ -1,0 +1,23 @@
+"""Seals on the journal's rows: what has changed since it was written is noticed when it is read."""
+
+from __future__ import annotations
+
+import hashlib
+
+SEAL_BYTES = 8
+
+Field = str | bytes | int | None
+
+
+def seal(*fields: Field) -> bytes:
+    """Return a checksum over a row's fields, in their order; it is no protection against whoever can make one."""
+    digest = hashlib.blake2b(digest_size=SEAL_BYTES)
+    for field in fields:
+        raw = field if isinstance(field, bytes) else repr(field).encode()
+        digest.update(f"{type(field).__name__} {len(raw)} ".encode() + raw)
+    return digest.digest()
+
+
+def is_sealed(row: tuple[Field, ...]) -> bool:
+    """Tell whether a row, whose last field is its seal, is as it was written."""
+    return seal(*row[:-1]) == row[-1]
