@@ -27,7 +27,8 @@ class StepKind(Enum):
 class Step:
     """Work for one member. ``frontier`` holds what advanced on its inputs; beyond it nothing may be handled.
 
-    ``gone`` names sources that left: what they sent beyond the last frontier is dropped. ``wanted`` (None: unchanged)
+    ``gone`` names sources that left: what they sent beyond the last frontier is dropped. ``ended`` names members whose
+    run has ended, also if another is there by now: what was done for it ends. ``wanted`` (None: unchanged)
     lists the member's output keys that other members read. ``outside`` names sources that are no members, whose
     messages enter in this slot. ``marks`` lists the output keys on which a marker is to be put.
     """
@@ -43,6 +44,7 @@ class Step:
     wanted: tuple[str, ...] | None = None
     outside: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
+    ended: tuple[str, ...] = ()
 
 
 @message("regraft/Wiring")

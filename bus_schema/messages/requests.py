@@ -40,7 +40,8 @@ class Answer(Enum):
 class Request:
     """Request ``number`` of ``client`` (a name and incarnation, unique in the system); ``body`` is the typed part.
 
-    ``patience`` is how long the client will wait. For ``cancel`` and ``result``, ``number`` is the goal's.
+    ``patience`` is how long the client will wait. For ``cancel`` and ``result``, ``number`` is the goal's. A goal ends
+    with the run of its client unless it ``outlives`` it.
     """
 
     client: str
@@ -48,6 +49,7 @@ class Request:
     verb: Verb
     body: PlainValue = None
     patience: Annotated[Seconds, Bounds(minimum=0.0)] = 5.0
+    outlives: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a client's name that cannot be part of the key of its replies."""

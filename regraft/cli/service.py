@@ -82,18 +82,24 @@ def send(
     name: Annotated[str, typer.Argument(metavar="ACTION")],
     body: BodyArgument = "",
     feedback: Annotated[bool, typer.Option("--feedback", help="Print feedback as it comes.")] = False,
+    detach: Annotated[
+        bool, typer.Option("--detach", help="Return once it is accepted; nobody waits for it, and it goes on.")
+    ] = False,
     timeout: TimeoutOption = 3600.0,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send an action a goal, wait for its result and print it; Ctrl-C cancels the goal."""
+    """Send an action a goal and print its result; Ctrl-C cancels the goal, as whatever ends this command does."""
     with reached(ctx, system) as there:
         request = _request(there, name, "action", body)
 
         def show(message: PlainValue) -> None:
             show_reply(message, as_json=as_json, compact=True)
 
-        pursued = there.client.goal_plain(name, request, on_feedback=show if feedback else None)
+        pursued = there.client.goal_plain(name, request, on_feedback=show if feedback else None, outlives=detach)
+        if detach:
+            complain(f"{name} has accepted the goal")
+            return
         show_reply(_result(pursued, timeout), as_json=as_json, compact=feedback)
 
 

@@ -139,8 +139,12 @@ class Client:
         *,
         on_feedback: Callable[[F], object] | None = None,
         accept_within: float = 5.0,
+        outlives: bool = False,
     ) -> ClientGoal[A, F]:
-        """Give an action a goal; returns once it is accepted, raises CallFailed if it is not."""
+        """Give an action a goal; returns once it is accepted, raises CallFailed if it is not.
+
+        It is cancelled when this client closes, or its process ends, unless it ``outlives`` it.
+        """
         self._may_wait()
         read_feedback = _reader(feedback) if feedback is not None else None
         return self._requests.goal(
@@ -150,6 +154,7 @@ class Client:
             read_feedback,
             on_feedback=on_feedback,
             accept_within=accept_within,
+            outlives=outlives,
         )
 
     def goal_plain(
@@ -159,11 +164,18 @@ class Client:
         *,
         on_feedback: Callable[[PlainValue], object] | None = None,
         accept_within: float = 5.0,
+        outlives: bool = False,
     ) -> ClientGoal[PlainValue, PlainValue]:
         """Give an action a goal by plain data; result and feedback are plain data too; raises CallFailed."""
         self._may_wait()
         return self._requests.goal(
-            service, body, _as_it_is, _as_it_is, on_feedback=on_feedback, accept_within=accept_within
+            service,
+            body,
+            _as_it_is,
+            _as_it_is,
+            on_feedback=on_feedback,
+            accept_within=accept_within,
+            outlives=outlives,
         )
 
     def adapt(

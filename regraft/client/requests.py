@@ -138,10 +138,18 @@ class Requests:
         *,
         on_feedback: Callable[[F], object] | None,
         accept_within: float,
+        outlives: bool,
     ) -> ClientGoal[A, F]:
         """Give an action a goal as plain data and wait until it is taken up; raises CallFailed."""
         pending = self._begin(
-            Verb.GOAL, service, body, read, accept_within, read_feedback=read_feedback, on_feedback=on_feedback
+            Verb.GOAL,
+            service,
+            body,
+            read,
+            accept_within,
+            read_feedback=read_feedback,
+            on_feedback=on_feedback,
+            outlives=outlives,
         )
         if not pending.accepted.wait(accept_within):
             self._give_up(pending)
@@ -170,13 +178,14 @@ class Requests:
         *,
         read_feedback: Callable[[PlainValue], Any] | None = None,
         on_feedback: Callable[[Any], object] | None = None,
+        outlives: bool = False,
     ) -> Pending:
         topic_name(service)
         with self._lock:
             if self._closed:
                 raise CallFailed(service, None, "the client is closed")
             self._number += 1
-            request = Request(self._client, self._number, verb, body, timeout)
+            request = Request(self._client, self._number, verb, body, timeout, outlives)
             pending = Pending(service, request, read, read_feedback, on_feedback, time.monotonic())
             self._pending[self._number] = pending
         try:

@@ -309,8 +309,9 @@ class Host:
     def _end_hung(self, ward: Ward, now: float) -> None:
         name = ward.spec.name
         ward.why_killed = "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
+        account = self._silence.account(ward.run)
         self._silence.forget(ward.run)
-        self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed}")
+        self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed} ({account})")
         self._zygote.signal(ward.pid, signal.SIGABRT)
         ward.kill_at = now + SAY_WHERE_WITHIN
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 
-from regraft.host.waits import Look, Waits
+from regraft.host.waits import Look, Standing, Waits
 
 HUNG_AFTER = 0.45
 """Seconds of silence, waits for a processor apart, after which a loop counts as hung unless its class allows more."""
@@ -33,6 +33,7 @@ class _Watched:
     waited_at: Waits | None = None
     on_disk: float = 0.0
     told: bool = False
+    account: str = ""
 
     def beats(self, now: float) -> None:
         self.last_beat, self.waited_at, self.on_disk, self.told = now, None, 0.0, False
@@ -44,6 +45,7 @@ class Silence:
 
     watched: dict[str, _Watched] = field(default_factory=dict)
     _last_look: float | None = None
+    _standing: Standing = field(default_factory=Standing)
 
     def watch(self, name: str, pid: int, longest_handler: float, now: float) -> None:
         """Expect heartbeats from now on; silence is allowed for as long as the class's longest handler may take."""
@@ -61,7 +63,7 @@ class Silence:
 
     def hung(self, now: float, hub: str | None) -> list[str]:
         """Return who is hung. While the hub on everybody's way is silent, nobody else can be judged."""
-        passed, look = self._since_last_look(now), Look()
+        passed, look = self._since_last_look(now), self._next_look(now)
         silent = [
             name
             for name, watched in self.watched.items()
@@ -73,6 +75,16 @@ class Silence:
                     watched.beats(now)
             return [name for name in silent if name == hub]
         return silent
+
+    def _next_look(self, now: float) -> Look:
+        if all(now - watched.last_beat < LOOK_CLOSER_AFTER for watched in self.watched.values()):
+            self._standing.forget()
+        self._standing.now = now
+        return Look(self._standing)
+
+    def account(self, name: str) -> str:
+        """Say how long somebody is silent, and how much of it the machine is to blame for."""
+        return self.watched[name].account if name in self.watched else ""
 
     def stalled(self) -> list[str]:
         """Return who is silent because it waits for the disk, once for each silence."""
@@ -105,7 +117,9 @@ class Silence:
             watched.waited_at = waited
         if any(look.waits_for_disk(pid) for pid in on_the_way):
             watched.on_disk += passed
-        return silence - _forgiven(waited, watched.waited_at) - min(MOST_FORGIVEN_ON_DISK, watched.on_disk)
+        forgiven = _forgiven(waited, watched.waited_at) + min(MOST_FORGIVEN_ON_DISK, watched.on_disk)
+        watched.account = f"silent for {silence:.2f} s, of which {forgiven:.2f} s were waits of the machine"
+        return silence - forgiven
 
 
 def _forgiven(waited: Waits, before: Waits) -> float:

@@ -151,18 +151,22 @@ class Caller:
         feedback: type[F] | None = None,
         accept_within: float = 5.0,
         on_feedback: Callable[[F], None] | None = None,
+        *,
+        outlives: bool = False,
     ) -> Goal[A, F]:
         """Give an action a goal; it fails if nobody accepts it in time."""
-        pending = self._begin(service, Verb.GOAL, goal, result, accept_within)
+        pending = self._begin(service, Verb.GOAL, goal, result, accept_within, outlives=outlives)
         pending.feedback = feedback
         pending.on_feedback = on_feedback
         return Goal(self, pending)
 
-    def _begin(self, service: str, verb: Verb, body: object, reply: type, timeout: float) -> Pending:
+    def _begin(
+        self, service: str, verb: Verb, body: object, reply: type, timeout: float, *, outlives: bool = False
+    ) -> Pending:
         topic_name(service)
         self._number += 1
         plain = codec.to_plain(body)
-        request = Request(self.client, self._number, verb, plain, timeout)
+        request = Request(self.client, self._number, verb, plain, timeout, outlives)
         now = self._clock.now()
         pending = Pending(service, request, reply, None, Waiting(), now, now + round(timeout * 1e9), Waiting())
         self._pending[self._number] = pending
@@ -185,9 +189,9 @@ class Caller:
             self._end(pending, CallFailed(pending.service, Answer.CANCELLED, "cancelled before it was accepted"))
 
     def cancel_all(self) -> None:
-        """End every goal under way and forget all requests."""
+        """End every goal under way that does not outlive this run, and forget all requests."""
         for pending in list(self._pending.values()):
-            if pending.request.verb is Verb.GOAL:
+            if pending.request.verb is Verb.GOAL and not pending.request.outlives:
                 self.cancel(pending)
             self._end(pending, CallFailed(pending.service, None, "the client stopped waiting"))
 

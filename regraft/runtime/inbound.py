@@ -63,6 +63,7 @@ class Inbound:
         self.consumers: dict[str, Consumer] = {}
         self.patterns: dict[str, Consumer] = {}
         self.streams: dict[tuple[str, str], Stream] = {}
+        self.from_outside: set[str] = set()
         self.ready: deque[tuple[Consumer, Sample]] = deque()
         self.holes: set[tuple[str, str]] = set()
         self.giving_up = False
@@ -235,6 +236,7 @@ class Inbound:
 
     def release_outside(self, sources: tuple[str, ...]) -> None:
         """Line up all that has come from sources that are no members of the clock."""
+        self.from_outside.update(sources)
         for key, source in sorted(pair for pair in self.streams if pair[1] in sources):
             self._line_up(self.consumer_of(key), self.streams[key, source].release_all())
 

@@ -49,6 +49,9 @@ class Reporter(Protocol):
     def fault(self, where: str, error: BaseException) -> None:
         """An exception came out of an author's method."""
 
+    def event(self, kind: str, text: str) -> None:
+        """Something happened that people should know."""
+
 
 class InputPort(Generic[M]):
     """An input as the component reads it."""

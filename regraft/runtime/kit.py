@@ -102,9 +102,13 @@ class Kit:
         *,
         accept_within: float = 5.0,
         on_feedback: Callable[[F], None] | None = None,
+        outlives: bool = False,
     ) -> Goal[A, F]:
-        """Give an action a goal; ``await goal.outcome()`` or look at it now and then."""
-        return self._runtime.caller.goal(service, goal, result, feedback, accept_within, on_feedback)
+        """Give an action a goal; ``await goal.outcome()`` or look at it now and then.
+
+        It is cancelled when this run ends, however that happens, unless it ``outlives`` it.
+        """
+        return self._runtime.caller.goal(service, goal, result, feedback, accept_within, on_feedback, outlives=outlives)
 
     def feedback(self, message: object) -> None:
         """Tell the client of the goal that the calling action pursues how it goes."""

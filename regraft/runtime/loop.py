@@ -38,6 +38,7 @@ def pump(runtime: Runtime) -> float:
     """Do everything that is due now; returns the seconds until something is due again, if nothing arrives."""
     runtime.work()
     runtime.fire()
+    runtime.end_goals_of_nobody()
     now = runtime.clock.now()
     give_up_on_holes(runtime, now)
     runtime.work()

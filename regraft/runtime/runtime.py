@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Coroutine
+import time
+from collections.abc import Callable, Container, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
@@ -125,6 +126,18 @@ class Runtime:
         if self.state is State.ACTIVE:
             return None
         return f"{self.assignment.name} is {self.state.value}, it serves only while active"
+
+    def end_goals_of(self, members: tuple[str, ...]) -> None:
+        """End the goals of members whose run has ended, and of clients outside of the clock that listen no longer."""
+        for server in self.servers:
+            server.end_goals_of(members)
+        self.end_goals_of_nobody(self.inbound.from_outside)
+
+    def end_goals_of_nobody(self, among: Container[str] | None = None) -> None:
+        """End the goals whose clients listen to their replies no longer, of all or ``among`` some."""
+        for server in self.servers:
+            if server.goals:
+                server.end_goals_of_nobody(time.monotonic(), among)
 
     @property
     def state(self) -> State:

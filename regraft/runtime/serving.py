@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,6 +33,9 @@ WAIT_FOR_CLIENT = 0.1
 WAIT_WHEN_SOME_ARE_GONE = 0.01
 """Seconds that the first reply waits for its client's subscription; less for a while after one that never came."""
 GONE_FOR = 5.0
+ALONE_FOR = 0.5
+"""Seconds without a subscription to its replies after which a goal's client is gone: another link takes less."""
+GONE = "its client is gone"
 
 
 class RequestRefused(Exception):
@@ -51,10 +54,13 @@ class RequestRefused(Exception):
 
 @dataclass(slots=True)
 class RunningGoal:
-    """A goal being pursued for a client."""
+    """A goal being pursued for a client, asked for by ``source``; ``alone_since`` when that does not listen."""
 
     client: str
     number: int
+    source: str = ""
+    outlives: bool = False
+    alone_since: float | None = None
     task: Task | None = None
     why_ended: str = ""
 
@@ -188,7 +194,7 @@ class Server:
             self._finish(request, value, None)
 
     def _pursue(self, request: Request, body: Any, source: str) -> None:
-        goal = RunningGoal(request.client, request.number)
+        goal = RunningGoal(request.client, request.number, source, request.outlives)
         for other in list(self.goals.values()):
             self._end_goal(other, "replaced by a newer goal")
         self.goals[request.client, request.number] = goal
@@ -208,6 +214,33 @@ class Server:
         """Cancel all goals being pursued."""
         for goal in list(self.goals.values()):
             self._end_goal(goal, why)
+
+    def end_goals_of(self, members: tuple[str, ...]) -> None:
+        """Cancel the goals of members whose run has ended, but for those that outlive it."""
+        for goal in list(self.goals.values()):
+            if not goal.outlives and goal.client.rpartition("-")[0] in members:
+                self._end_alone(goal)
+
+    def end_goals_of_nobody(self, now: float, among: Container[str] | None) -> None:
+        """Cancel the goals, of all clients or ``among`` some, whose client has not listened for a while.
+
+        ``now`` is in monotonic seconds. A client listens to its replies as long as it runs: also one that hangs does.
+        """
+        for goal in list(self.goals.values()):
+            if goal.outlives or (among is not None and goal.source not in among):
+                continue
+            writer = self._writers.open_keys.get(self._keys.reply(self.name, goal.client))
+            if writer is None or writer.matched:
+                goal.alone_since = None
+            elif goal.alone_since is None:
+                goal.alone_since = now
+            elif now - goal.alone_since >= ALONE_FOR:
+                self._end_alone(goal)
+
+    def _end_alone(self, goal: RunningGoal) -> None:
+        if not goal.why_ended:
+            self._reporter.event("goal.cancelled", f"{self.name}: the goal of {goal.client} is cancelled: {GONE}")
+            self._end_goal(goal, GONE)
 
     @staticmethod
     def _end_goal(goal: RunningGoal, why: str) -> None:

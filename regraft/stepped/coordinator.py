@@ -272,6 +272,7 @@ class Coordinator:
     def _step_local(self, number: int) -> None:
         runtime, member = self._runtime, self.local
         runtime.inbound.forget_sources(member.take_gone())
+        runtime.end_goals_of(member.take_ended())
         frontier = member.begin_step()
         if not self._inbox.wait_for_inputs(frontier, Patience(STEP_BOUND)):
             self._fault(self._name, NOT_COME)

@@ -95,6 +95,7 @@ class Errands:
                 wanted if wanted != member.wanted else None,
                 outside,
                 tuple(sorted((marks or {}).get(name, ()))),
+                member.take_ended() if working else (),
             )
             member.wanted = wanted
             self._steps[name] = step

@@ -196,6 +196,7 @@ class Member:
     def _work(self, step: Step) -> str:
         runtime = self._runtime
         runtime.inbound.forget_sources(step.gone)
+        runtime.end_goals_of(step.ended)
         if step.wanted is not None:
             for output in runtime.outputs.values():
                 output.wanted_in_step = output.key in step.wanted

@@ -33,6 +33,7 @@ class MemberState:
     backlog: int = 0
     outside: set[str] = field(default_factory=set)
     gone: set[str] = field(default_factory=set)
+    ended: set[str] = field(default_factory=set)
     wanted: tuple[str, ...] | None = None
 
     def succeed(self, incarnation: int) -> None:
@@ -50,6 +51,11 @@ class MemberState:
         handled_now = {source for sources in self.pending.values() for source in sources}
         gone, self.gone = self.gone - handled_now, self.gone & handled_now
         return tuple(sorted(gone))
+
+    def take_ended(self) -> tuple[str, ...]:
+        """Return whose run has ended, for the step that begins now."""
+        ended, self.ended = self.ended, set()
+        return tuple(sorted(ended))
 
     def wakes_on(self, key: str) -> bool | None:
         """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
@@ -101,6 +107,7 @@ class Roster:
             sources.pop(name, None)
         for member in self.members.values():
             member.gone.add(name)
+            member.ended.add(name)
         self._readers.clear()
 
     def rewire(self, member: MemberState, wiring: Wiring) -> None:

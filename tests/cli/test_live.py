@@ -7,8 +7,9 @@ import os
 import signal
 from pathlib import Path
 
-from tests.cli.live import STACK, System, regraft
+from tests.cli.live import STACK, System, regraft, start
 from tests.host.system import wait_gone
+from tests.waiting import wait_until
 
 
 def test_ps_lists_every_component_with_its_process(tiny: System) -> None:
@@ -136,6 +137,26 @@ def test_a_goal_that_takes_too_long_is_cancelled_and_exits_with_1(tiny: System) 
     found = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--timeout", "0.3")
     assert found.returncode == 1
     assert "cancelled" in found.stderr
+
+
+def test_a_goal_ends_with_the_command_that_sent_it_however_that_ends(tiny: System) -> None:
+    sender = start(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--feedback")
+    assert sender.stdout is not None
+    sender.stdout.readline()
+    sender.kill()
+    sender.communicate()
+    wait_until(
+        lambda: "its client is gone" in regraft(tiny.home, "logs", "listener").stdout, "the goal to be cancelled"
+    )
+
+
+def test_a_goal_that_is_detached_goes_on(tiny: System) -> None:
+    before = regraft(tiny.home, "logs", "listener").stdout.count("its client is gone")
+    done = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--detach")
+    assert (done.returncode, done.stderr) == (0, "regraft: wait_for has accepted the goal\n")
+    replaced = regraft(tiny.home, "action", "send", "wait_for", "{value: 1.0}")
+    assert replaced.returncode == 0
+    assert regraft(tiny.home, "logs", "listener").stdout.count("its client is gone") == before
 
 
 def test_unknown_names_exit_with_2_and_say_what_there_is(tiny: System) -> None:

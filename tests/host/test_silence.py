@@ -21,7 +21,7 @@ def _hung_after(
     """
     now, watched = 100.0, Silence()
     monkeypatch.setattr(waits, "stolen", lambda: (now - 100.0) * taken_a_second)
-    monkeypatch.setattr(waits, "processor_wait", lambda pid: {"1": (now - 100.0) * loop_waits})
+    monkeypatch.setattr(waits, "processor_wait", lambda pid, standing: {"1": (now - 100.0) * loop_waits})
     monkeypatch.setattr(waits, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
     watched.watch("loop/1", os.getpid(), 0.3, now)
     while not watched.hung(now, None):
@@ -56,7 +56,7 @@ def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyP
 def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[int] = []
 
-    def waited(pid: int) -> waits.Waits:
+    def waited(pid: int, standing: object) -> waits.Waits:
         read.append(pid)
         return {}
 

@@ -11,6 +11,7 @@ from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft import CallFailed
+from regraft.client import Client
 from regraft.clock import RealClock
 from regraft.runtime.serving import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.runtime.writers import Identity, Writer, Writers
@@ -176,6 +177,27 @@ def test_a_newer_goal_replaces_the_older_one(site: Site) -> None:
         first.result(PATIENCE)
     assert second.result(PATIENCE) == Number(2)
     assert walker.ended == ["cancelled", "arrived"]
+
+
+def test_a_goal_ends_when_its_client_is_gone_unless_it_is_to_outlive_it(site: Site) -> None:
+    walker = site.start(Walker, "walker")
+    passer = Client(site.session(), "site", "passer")
+    passer.goal("walk", Number(100_000), Number, Number)
+    passer.close()
+    wait_until(lambda: walker.ended == ["cancelled"], "the walk to end")
+    planner = Client(site.session(), "site", "planner")
+    planner.goal("walk", Number(200), Number, Number, outlives=True)
+    planner.close()
+    wait_until(lambda: walker.ended == ["cancelled", "arrived"], "the other walk to end")
+
+
+def test_a_goal_of_a_component_that_dies_ends(site: Site) -> None:
+    walker = site.start(Walker, "walker")
+    site.start(Follower, "follower")
+    runtime = site.runtimes["walker"]
+    wait_until(lambda: runtime.servers[0].goals, "the goal to be pursued")
+    site.runtimes["follower"].bus.close()  # as its process does that is killed
+    wait_until(lambda: walker.ended == ["cancelled"], "the walk to end")
 
 
 def test_deactivating_ends_goals_and_says_why(site: Site) -> None:

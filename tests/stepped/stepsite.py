@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -54,10 +55,11 @@ class StepSite:
             clock = SteppedClock()
             runtime = Runtime(cls, assignment, self._session(), clock)
             self.runtimes[name] = runtime
-            if isinstance(runtime.component, TimeSource):
-                SourceLoop(runtime, clock, runtime.component).run()
-            else:
-                Member(runtime, clock).run()
+            with contextlib.suppress(SystemExit):  # it is killed
+                if isinstance(runtime.component, TimeSource):
+                    SourceLoop(runtime, clock, runtime.component).run()
+                else:
+                    Member(runtime, clock).run()
             runtime.leave()
 
         self.threads[name] = threading.Thread(target=run, name=name, daemon=True)
@@ -104,6 +106,17 @@ class StepSite:
         """Return a component itself."""
         return self.runtimes[name].component
 
+    def kill(self, name: str) -> None:
+        """End a component at once, as its process does that is killed."""
+        runtime = self.runtimes.pop(name)
+        runtime.post(_die)
+        self.threads[name].join(PATIENCE)
+        runtime.bus.close()
+
+    def another_client(self, name: str) -> Client:
+        """Return a tool of its own session."""
+        return Client(self._session(), "steps", name)
+
     def end(self, name: str) -> None:
         """Shut a component down and wait until it has left."""
         runtime = self.runtimes[name]
@@ -120,3 +133,7 @@ class StepSite:
             bus.close()
         if self._router:
             self._router.close()
+
+
+def _die() -> None:
+    raise SystemExit

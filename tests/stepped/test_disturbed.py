@@ -13,6 +13,7 @@ from bus_schema.messages.clock import Wiring
 from bus_schema.messages.control import SetTransition
 from regraft import CallFailed, Component, Input, service
 from regraft.stepped.roster import MOST_BACKLOG, Roster
+from tests.kit.parts import Follower, Number, Walker
 from tests.stepped.parts import Reading, Text, TinyWorld
 from tests.stepped.stepsite import StepSite
 from tests.waiting import PATIENCE, wait_until
@@ -108,6 +109,24 @@ def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSit
     Activator.held.set()
     steps.threads["activator"].join(PATIENCE)
     asked.join(PATIENCE)
+
+
+def test_a_goal_ends_in_step_when_the_run_of_its_client_does(steps: StepSite) -> None:
+    steps.start(Walker, "walker")
+    steps.start(Follower, "follower")
+    steps.start_world(TinyWorld, ("follower", "walker"), 3600.0)
+    wait_until(lambda: "walker" in steps.runtimes and steps.runtimes["walker"].servers[0].goals, "a goal")
+    steps.kill("follower")
+    wait_until(lambda: steps.component("walker").ended == ["cancelled"], "the walk to end")
+
+
+def test_a_goal_of_a_client_outside_of_the_clock_ends_with_it(steps: StepSite) -> None:
+    steps.start(Walker, "walker")
+    steps.start_world(TinyWorld, ("walker",), 3600.0)
+    passer = steps.another_client("passer")
+    passer.goal("walk", Number(10_000_000), Number, Number)
+    passer.close()
+    wait_until(lambda: steps.component("walker").ended == ["cancelled"], "the walk to end")
 
 
 def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_return() -> None:
