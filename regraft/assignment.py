@@ -27,7 +27,7 @@ class Assignment:
     ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
     the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is told to take over. ``secret`` proves to the hub that it belongs
-    to the system.
+    to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
     """
 
     system: str
@@ -52,3 +52,4 @@ class Assignment:
     duration: Seconds | None = None
     succeeds: Succession | None = None
     secret: str = field(default="", repr=False)
+    lease: str = ""

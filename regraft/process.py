@@ -18,6 +18,7 @@ from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
 from regraft.component import Component
 from regraft.ending import Ending
+from regraft.lease import HeldLease
 from regraft.memory import keep_freed_memory
 from regraft.modules import instead_of_module
 from regraft.network_threads import have_one_thread_read
@@ -95,6 +96,8 @@ def run_component(
         print(f"{assignment.name}: {error}", file=sys.stderr)
         bus.close()
         return EXIT_BAD_ASSIGNMENT
+    if assignment.lease:
+        runtime.writers.lease = HeldLease(assignment.name, assignment.lease)
     if ending is None:
         ending = Ending()
         ending.hear_signals()

@@ -6,6 +6,7 @@ ends at once, so that two runs of a component never act. When it is heard again,
 
 from __future__ import annotations
 
+import math
 import signal
 from dataclasses import replace
 
@@ -16,10 +17,10 @@ from bus_schema.messages.host import StartComponent
 from bus_schema.messages.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
 from regraft.bus import Answer, Bus, BusError
 from regraft.host.host import Host
-from regraft.host.others import now
 from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote
+from regraft.lease import GRACE, GrantedLease, now
 
 RENEW_EVERY = 0.2
 ANSWER_WITHIN = 0.6
@@ -44,6 +45,7 @@ class Guest(Host):
         self._asked_at = 0.0
         self._waiting = False
         self._cut: set[str] = set()
+        self._leases: dict[str, GrantedLease] = {}
         for run in joined.past:
             self._take_past(run)
 
@@ -57,6 +59,7 @@ class Guest(Host):
     def pump(self, timeout: float) -> None:
         """See to the lease, then do as any host."""
         self._see_to_lease()
+        self._extend_leases()
         super().pump(timeout)
 
     def end(self) -> None:
@@ -68,6 +71,24 @@ class Guest(Host):
             self._log.warning("%s", error)
 
     # --- the lease ---
+
+    def lease_of(self, ward: Ward) -> str:
+        """Return the path of a component's own lease: this host may be frozen when it should end it."""
+        name = ward.spec.name
+        if name not in self._leases:
+            self._leases[name] = GrantedLease(self.plan.folder / "leases" / name, self._until(name))
+        return str(self._leases[name].path)
+
+    def _until(self, name: str) -> float:
+        """Return until when a component may act: for ever, if nobody would start it elsewhere."""
+        may_start_elsewhere = (
+            self.plan.architecture.rules(self.plan.name).move_to or name not in self.wards or self._is_handed_over(name)
+        )
+        return self._held_until + GRACE if may_start_elsewhere else math.inf
+
+    def _extend_leases(self) -> None:
+        for name, lease in self._leases.items():
+            lease.extend(self._until(name))
 
     def _sign(self, *, leaving: bool = False) -> RenewLease:
         return RenewLease(self.plan.name, self._instance, leaving)

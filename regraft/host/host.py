@@ -166,7 +166,7 @@ class Host:
         ward.state, ward.seen, ward.stopping, ward.why_killed = ProcessState.STARTING, False, False, ""
         ward.started = self._clock.now() / 1e9
         log = str(self.plan.folder / "logs" / f"{ward.spec.name}.log")
-        order = ward.order(self.plan, self.revision, self.term)
+        order = ward.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(ward)}
         ward.awaited = False
         ward.succeeds = None  # whoever is restarted succeeds nobody that lives
         try:
@@ -175,6 +175,10 @@ class Host:
             self._zygote_gone()
             return
         ward.ordered = True
+
+    def lease_of(self, ward: Ward) -> str:
+        """Return the path of the lease by which a process may act, empty if it always may."""
+        return ""
 
     def _hear_zygote(self) -> None:
         """Pass on what the zygote reports, on a thread of its own, and that it is gone."""

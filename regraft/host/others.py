@@ -7,7 +7,6 @@ another for lost, that one has known for a while that it is alone, and has ended
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,6 +17,7 @@ from bus_schema.messages.host import HostState, HostStatus, OtherHost, ProcessSt
 from bus_schema.messages.joining import PROTOCOL, JoinHost, Lease, RenewLease
 from regraft.host.plan import LOCAL
 from regraft.host.voice import Refused
+from regraft.lease import now
 
 SILENT_AFTER = 1.0
 """Seconds without a sign of life after which it is said that a host is silent; less if its link is closed."""
@@ -26,11 +26,6 @@ MARGIN = 1.0
 LOOKED_AWAY = 0.3
 """Seconds between two looks above which the first host itself was held up: that is nobody else's silence."""
 PRESENT = (HostState.JOINED, HostState.SILENT)
-
-
-def now() -> float:
-    """Return seconds of a clock that goes on while the machine sleeps."""
-    return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 @dataclass(slots=True)

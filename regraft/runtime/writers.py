@@ -13,6 +13,7 @@ from bus_schema.envelope import PLACE, Kind, run_part
 from bus_schema.messages.control import Resend, Resent, ResentSample
 from regraft.bus import Bus, BusError, Publisher
 from regraft.clock import Clock
+from regraft.lease import HeldLease
 from regraft.runtime.history import History
 
 MATCH_POLL = 0.001
@@ -112,6 +113,8 @@ class Writer:
     def _next(self) -> bytes:
         """Return the attachment of the next sample."""
         writers = self._writers
+        if writers.lease is not None:
+            writers.lease.check()
         if get_ident() != writers.thread:
             raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
         self.sequence = sequence = self.sequence + 1
@@ -168,7 +171,7 @@ class Writers:
 
     With ``keeps_history`` it can put again what readers of reliable keys, ``in_step`` of all keys, have not got.
     While it ``may_promise``, what is promised waits until promises are kept; at other times it is put at once. Whatever
-    else is to be done then stands among the ``promises``.
+    else is to be done then stands among the ``promises``. Nothing is put without a ``lease``, if there is one.
     """
 
     def __init__(
@@ -179,6 +182,7 @@ class Writers:
         self.clock = clock
         self.identity = identity
         self.mute = False
+        self.lease: HeldLease | None = None
         self.fault = fault or _raise
         self.may_promise = False
         self.keeps_history = self.in_step = False

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -354,6 +355,46 @@ def test_a_host_that_was_frozen_ends_what_has_started_elsewhere(site: Site) -> N
     wait_gone([pid])
     wait_state(system, "edge", HostState.JOINED)
     assert site.wait_active("ticker") == second
+
+
+def test_a_component_whose_host_is_frozen_ends_before_it_starts_elsewhere(site: Site) -> None:
+    site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    stop(guest.process.pid)
+    wait_until(lambda: _has_ended(pid) or site.host_of("ticker") == "local", "something to happen")
+    assert _has_ended(pid), "the old run has ended before there is a new one"
+    second = site.wait_active("ticker", first)
+    go_on(guest.process.pid)
+    wait_state(site.system, "edge", HostState.JOINED)
+    assert site.wait_active("ticker") == second
+
+
+def test_a_component_that_thaws_after_its_lease_does_nothing_more(site: Site, tmp_path: Path) -> None:
+    site.up(hosts=MOVE)
+    guest = site.join()
+    first, pid = site.wait_active("ticker"), site.pid("ticker")
+    for frozen in (pid, guest.process.pid):
+        stop(frozen)
+    second = site.wait_active("ticker", first)
+    go_on(pid)  # its host is frozen still
+    wait_until(lambda: _has_ended(pid), "it to end itself")
+    assert "ends itself" in next(guest_logs(site, "ticker"))
+    go_on(guest.process.pid)
+    assert site.wait_active("ticker") == second
+
+
+def _has_ended(pid: int) -> bool:
+    """Tell whether a process acts no more; whoever started it may be frozen, and not have taken note."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][:1] in "ZX"
+    except OSError:
+        return True
+
+
+def guest_logs(site: Site, name: str) -> Iterator[str]:
+    """Return what a component has written on any host."""
+    return (path.read_text() for path in site.folder.rglob(f"{name}.log") if "ends itself" in path.read_text())
 
 
 @pytest.mark.evidence
