@@ -15,6 +15,7 @@ from regraft.cli.options import InsecureOption, JsonOption, SecretOption, System
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.reach import Reached, reached
 from regraft.client.seen import HostSeen
+from regraft.host.descendants import nothing_left_behind
 from regraft.joining import Joined, Wanted, run_guest
 from regraft.security import Guard
 from regraft.zenoh_config import Endpoints
@@ -125,7 +126,8 @@ def _be_host(wanted: Wanted, as_json: bool) -> None:
             for notice in joined.notices:
                 complain(notice)
 
-    ended = run_guest(wanted, step)
+    with nothing_left_behind():
+        ended = run_guest(wanted, step)
     if ended.orderly:
         say(f"host {wanted.name} has ended: {ended.over}")
     elif ended.over:

@@ -18,6 +18,7 @@ from regraft.cli.options import InsecureOption, JsonOption, SecretOption, TlsOpt
 from regraft.cli.output import say, show_json
 from regraft.cli.ports_free import check_ports
 from regraft.cli.running import Run
+from regraft.host.descendants import nothing_left_behind
 from regraft.host.plan import LOCAL
 from regraft.launch import run_system
 from regraft.security import Guard
@@ -33,6 +34,7 @@ class Speed(Enum):
     MAX = "max"
 
 
+@nothing_left_behind()
 def up(
     ctx: typer.Context,
     stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],

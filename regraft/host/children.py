@@ -16,6 +16,7 @@ from typing import Any, TextIO
 
 from bus_schema import codec
 from regraft.assignment import Assignment
+from regraft.host.descendants import RUN_VARIABLE
 from regraft.process import EXIT_BAD_ASSIGNMENT, run_component
 
 PR_SET_PDEATHSIG = 1
@@ -25,9 +26,9 @@ ASSIGNMENT_VARIABLE = "REGRAFT_ASSIGNMENT"
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
-def die_with_parent(parent: int) -> None:
-    """Be killed when the parent's thread that forked this process ends, however it ends."""
-    _libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+def die_with_parent(parent: int, by: signal.Signals = signal.SIGKILL) -> None:
+    """Get a signal, which kills by default, when the parent's thread that forked this process ends, however it ends."""
+    _libc.prctl(PR_SET_PDEATHSIG, by)
     if os.getppid() != parent:
         os._exit(EXIT_BAD_ASSIGNMENT)
 
@@ -84,7 +85,9 @@ def _log_stream(descriptor: int) -> TextIO:
 
 def be_component(plain: dict[str, Any]) -> int:
     """Run the component that ``plain`` (an Assignment) describes; returns the exit code."""
-    return run_component(codec.from_plain(plain, Assignment))
+    assignment = codec.from_plain(plain, Assignment)
+    os.environ[RUN_VARIABLE] = f"{assignment.name}/{assignment.incarnation}"
+    return run_component(assignment)
 
 
 def be_program(plain: dict[str, Any], command: list[str]) -> int:
@@ -95,7 +98,8 @@ def be_program(plain: dict[str, Any], command: list[str]) -> int:
         state = Path(f"{assignment.name}-{assignment.incarnation}.checkpoint").absolute()
         state.write_bytes(codec.encode(assignment.checkpoint))
         readable["checkpoint_file"] = str(state)
-    environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable)}
+    run = f"{assignment.name}/{assignment.incarnation}"
+    environment = {**os.environ, ASSIGNMENT_VARIABLE: json.dumps(readable), RUN_VARIABLE: run}
     try:
         os.execvpe(command[0], command, environment)
     except OSError as error:

@@ -1,7 +1,8 @@
 """The zygote: a process with everything imported and nothing running, forked into components within milliseconds.
 
 It is forked before the host opens its session, keeps to one thread, and reports how its children end: the host is
-not their parent. Whatever kills the host kills the zygote, and that kills them.
+not their parent. However the host ends, the zygote hears of it, and kills all that was started below it, also what has
+left its group and its parent. Whatever kills the zygote kills the components.
 """
 
 from __future__ import annotations
@@ -12,13 +13,20 @@ import select
 import signal
 import socket
 import sys
+import time
 import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from regraft.host import children, frames
+from regraft.host.descendants import END_WITHIN, LOOK_EVERY, adopt_orphans, end_descendants, end_run
 from regraft.host.describing import be_describer
+from regraft.patience import Patience
 from regraft.process import EXIT_FAULT
+
+LOOK_AFTER_PARENT_EVERY = 1.0
+"""Seconds after which the zygote looks whether its host lives, should nothing else have told it."""
 
 
 class Zygote:
@@ -49,7 +57,7 @@ class Zygote:
             take(report)
 
     def close(self) -> None:
-        """End the zygote and, with it, what it started and still runs. Again does nothing."""
+        """End the zygote and, before it, all that was started below it and still runs. Again does nothing."""
         if not self.pid:
             return
         pid, self.pid = self.pid, 0
@@ -57,8 +65,13 @@ class Zygote:
             self._line.shutdown(socket.SHUT_RDWR)  # closing alone would leave the reader waiting
         self._line.close()
         with contextlib.suppress(ProcessLookupError, ChildProcessError):
-            os.kill(pid, signal.SIGKILL)
-            os.waitpid(pid, 0)
+            patience = Patience(END_WITHIN + 1.0)
+            while os.waitpid(pid, os.WNOHANG) == (0, 0):
+                if patience.is_over():
+                    os.kill(pid, signal.SIGKILL)
+                    os.waitpid(pid, 0)
+                    return
+                time.sleep(LOOK_EVERY)
 
 
 def start_zygote() -> Zygote:
@@ -72,8 +85,10 @@ def start_zygote() -> Zygote:
     code = 1
     try:
         ours.close()
-        children.die_with_parent(parent)
-        _serve(theirs)
+        adopt_orphans()
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        children.die_with_parent(parent, by=signal.SIGCHLD)  # wakes it, and it finds the line closed
+        _serve(theirs, parent)
         code = 0
     except BaseException:
         traceback.print_exc()
@@ -81,25 +96,27 @@ def start_zygote() -> Zygote:
         os._exit(code)
 
 
-def _serve(line: socket.socket) -> None:
+def _serve(line: socket.socket, parent: int) -> None:
     for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
     wake_reader, wake_writer = os.pipe()
     os.set_blocking(wake_writer, False)
     os.set_blocking(wake_reader, False)
-    signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(wake_writer, warn_on_full_buffer=False)
     alive: dict[int, tuple[str, int]] = {}
     sources: list[Any] = [line, wake_reader]
     while True:
-        readable, _, _ = select.select(sources, [], [])
+        readable, _, _ = select.select(sources, [], [], LOOK_AFTER_PARENT_EVERY)
+        if os.getppid() != parent:
+            end_descendants()
+            return
         if wake_reader in readable:
             _drain(wake_reader)
             _reap(line, alive)
         if line in readable:
             order = frames.receive(line)
             if order is None:
-                _kill_all(alive)
+                end_descendants()
                 return
             _obey(order, line, alive, (wake_reader, wake_writer))
 
@@ -164,15 +181,19 @@ def _drain(reader: int) -> None:
 
 
 def _reap(line: socket.socket, alive: dict[int, tuple[str, int]]) -> None:
-    while alive:
+    while True:
         try:
             pid, status = os.waitpid(-1, os.WNOHANG)
         except ChildProcessError:
             return
         if pid == 0:
             return
-        name, incarnation = alive.pop(pid, ("", 0))
+        if pid not in alive:  # it had lost its own parent
+            continue
+        name, incarnation = alive.pop(pid)
         _end_group(pid)
+        if _has_adopted(alive):
+            end_run(f"{name}/{incarnation}", os.getpid())
         code = os.waitstatus_to_exitcode(status)
         frames.send(line, {"ended": pid, "name": name, "incarnation": incarnation, "code": code})
 
@@ -183,9 +204,13 @@ def _end_group(leader: int) -> None:
         os.killpg(leader, signal.SIGKILL)
 
 
-def _kill_all(alive: dict[int, tuple[str, int]]) -> None:
-    for pid in alive:
-        _end_group(pid)
+def _has_adopted(alive: dict[int, tuple[str, int]]) -> bool:
+    """Tell whether there are children that this process has not started itself; also if it cannot tell."""
+    try:
+        found = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+    except OSError:
+        return True
+    return not alive.keys() >= set(map(int, found))
 
 
 def how_it_ended(code: int) -> str:

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
 from tests.host.conftest import Start
@@ -183,3 +185,36 @@ def test_what_a_program_started_ends_with_it(start: Start) -> None:
     brood = children_of(nest)
     os.kill(nest, signal.SIGKILL)
     wait_gone(brood)
+
+
+DAEMON = """  nest:
+    command: [sh, -c, "setsid sh -c 'sleep 1000 & echo daemon $!'; exec sleep 1000"]
+    managed: false
+    restart: never
+"""
+
+
+@pytest.mark.parametrize("ends", ["the program", "the system", "the host", "the zygote"])
+def test_what_a_program_has_daemonised_ends_too(start: Start, ends: str) -> None:
+    system = start(DAEMON + TICKER)
+    nest = system.wait_running("nest").pid
+    wait_until(lambda: any(line.startswith("daemon ") for line in system.client.logs("nest")), "the daemon")
+    daemon = next(int(line.split()[1]) for line in system.client.logs("nest") if line.startswith("daemon "))
+    (zygote,) = [pid for pid in children_of(system.process.pid) if nest in children_of(pid)]
+    assert exists(daemon)
+    if ends == "the program":
+        os.kill(nest, signal.SIGKILL)
+    elif ends == "the system":
+        assert system.end() == 0
+        assert not exists(daemon)
+    else:
+        os.kill(system.process.pid if ends == "the host" else zygote, signal.SIGKILL)
+    wait_gone([daemon, nest])
+
+
+def test_what_a_module_starts_while_it_is_imported_ends_with_the_system(start: Start) -> None:
+    system = start("  forking: {class: 'tests.host.forking:Forking'}\n")
+    system.wait_running("forking")
+    before = [pid for pid in children_of(system.process.pid) if exists(pid)]
+    assert system.end() == 0
+    assert not [pid for pid in before if exists(pid)]
