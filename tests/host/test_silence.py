@@ -67,3 +67,18 @@ def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: p
     watched.hung(0.0, None)
     watched.hung(silence.LOOK_CLOSER_AFTER, None)
     assert sorted(read) == sorted({os.getpid(), *range(1_000_000, 1_000_050)})
+
+
+def test_a_wait_for_a_processor_that_lasts_is_seen_before_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    runnable = True
+    monkeypatch.setattr(waits, "_wants_to_run", lambda task: runnable)
+    standing = waits.Standing()
+    waited = []
+    for look in range(4):
+        standing.now = 0.5 * look
+        waited.append(standing.seconds("1/1", ran=100, waited=7))
+    assert waited == [0.0, 0.5, 1.0, 1.5]
+    assert standing.seconds("1/1", ran=101, waited=7 + 1_500_000_000) == 0.0, "it has run, and the kernel counts it"
+    runnable = False
+    standing.now = 9.0
+    assert standing.seconds("1/1", ran=101, waited=7 + 1_500_000_000) == 0.0, "it sleeps"
