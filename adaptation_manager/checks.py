@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from adaptation_manager.additions import described_additions
-from adaptation_manager.controls import Asked, ControlFailed, Controls
+from adaptation_manager.controls import Asked, ControlFailed, Controls, NoAnswer
 from adaptation_manager.hosts import Hosts
 from adaptation_manager.modes import expanded
 from adaptation_manager.plan import Plan
@@ -28,8 +28,11 @@ from bus_schema.adaptation import (
 from bus_schema.architecture import Architecture
 from bus_schema.consistency import value_violations, violations
 from bus_schema.messages.control import ComponentView
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.host import ProcessState, ProcessStatus
 from bus_schema.suggestions import instead_of
+
+COMING = (ProcessState.WAITING, ProcessState.STARTING)
+"""States of a process that is about to run."""
 
 
 async def check(
@@ -66,6 +69,7 @@ async def _check_changes(
         begun=begun,
         lost=hosts.lost,
         absent=hosts.absent(),
+        restarting=frozenset(n for n, p in controls.processes.items() if n not in live and _keeps_ending(p)),
         changes=request.changes,
     )
     for index, change in enumerate(request.changes):
@@ -172,11 +176,21 @@ async def _read(
             host, process = architecture.components[name].host, controls.processes.get(name)
             if name in removed or (name in moved and host in hosts.lost):
                 continue  # what does not answer, or is not there, can go as it is, and start elsewhere
-            if name in swapped and host not in hosts.silent and process is not None and process.state in NOT_RUNNING:
+            if name in swapped and host not in hosts.silent and process is not None and _is_broken(process, error):
                 continue  # what is broken can be replaced
             why = f"its {hosts.why_not_there(host)}" if host in hosts.silent else _why_silent(controls, name, error)
             silent.append(Violation(index, name, "status", why))
     return live, silent
+
+
+def _is_broken(process: ProcessStatus, error: ControlFailed) -> bool:
+    """Tell whether a component that did not answer does not run, or will have ended again in a moment."""
+    gone = isinstance(error, NoAnswer) and error.gone
+    return process.state in NOT_RUNNING or (_keeps_ending(process) and (gone or process.state in COMING))
+
+
+def _keeps_ending(process: ProcessStatus) -> bool:
+    return process.restarts > 0 and process.state not in NOT_RUNNING
 
 
 def _why_silent(controls: Controls, name: str, error: ControlFailed) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from adaptation_manager.controls import ControlFailed
-from adaptation_manager.processes import end_process, leave_stopped, run_process, take_part
+from adaptation_manager.processes import end_process, leave_stopped, run_process, start_again, take_part
 from adaptation_manager.rewiring import abandon, move_port
 from adaptation_manager.site import Site
 from adaptation_manager.steps.actions import (
@@ -18,6 +18,7 @@ from adaptation_manager.steps.actions import (
     ReachState,
     RunProcess,
     RunSuccessor,
+    StartAgain,
     TakeOver,
     TakePart,
 )
@@ -49,6 +50,8 @@ async def perform(site: Site, action: Action, meanwhile: Callable[[], object] | 
         await give_back(site, action)
     elif isinstance(action, LeaveStopped):
         await leave_stopped(site, action.component, action.host)
+    elif isinstance(action, StartAgain):
+        await start_again(site, action.component, action.host)
     elif isinstance(action, EndSuccessor):
         await end_successor(site, action)
     else:

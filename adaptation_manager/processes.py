@@ -98,6 +98,11 @@ async def leave_stopped(site: Site, component: str, host: str) -> None:
         await site.pause(LOOK_AGAIN_AFTER)
 
 
+async def start_again(site: Site, component: str, host: str) -> None:
+    """Have a component's host start it, and restart it as its policy says; raises ControlFailed."""
+    site.controls.processes |= await site.hosts.start(component, host, resume=False)
+
+
 async def _release(site: Site, component: str) -> None:
     """Let simulated time go on without a component."""
     process = site.controls.processes.get(component)

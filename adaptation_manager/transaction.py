@@ -14,7 +14,15 @@ from adaptation_manager.phases import Phases
 from adaptation_manager.plan import Plan
 from adaptation_manager.restored import not_restored, wanted_again
 from adaptation_manager.site import Site
-from adaptation_manager.steps.actions import EndProcess, EndSuccessor, GiveBack, GiveValues, LeaveStopped, PlannedStep
+from adaptation_manager.steps.actions import (
+    EndProcess,
+    EndSuccessor,
+    GiveBack,
+    GiveValues,
+    LeaveStopped,
+    PlannedStep,
+    StartAgain,
+)
 from adaptation_manager.verify import verify
 from bus_schema.adaptation import Outcome, Phase, StepReport, StepState
 from bus_schema.messages.control import ControlCode
@@ -28,7 +36,7 @@ MAY_PASS = (None, ControlCode.TIMED_OUT)
 """Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
 
 
-OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack, LeaveStopped)
+OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack, LeaveStopped, StartAgain)
 """Actions for which a component need not run."""
 
 

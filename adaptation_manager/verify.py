@@ -13,6 +13,7 @@ from adaptation_manager.steps.actions import (
     Action,
     ConnectPort,
     GiveValues,
+    LeaveStopped,
     ReachState,
     RunProcess,
     RunSuccessor,
@@ -91,6 +92,8 @@ def _wanted(action: Action) -> dict[str, object]:
         return {f"connections.{action.port}": action.topic}
     if isinstance(action, TakePart):
         return {"state": State.ACTIVE.value}
+    if isinstance(action, LeaveStopped):
+        return {}  # something is started in its place
     if isinstance(action, RunSuccessor):
         values = {f"parameters.{name}": value for name, value in _same_anywhere(action.spec)}
         return values | {f"connections.{port}": topic for port, topic in action.spec.connections.items()}

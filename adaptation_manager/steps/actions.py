@@ -94,6 +94,15 @@ class LeaveStopped:
 
 
 @dataclass(frozen=True, slots=True)
+class StartAgain:
+    """The component's host starts it as its spec says, and again whenever it ends, as before."""
+
+    action: ClassVar[str] = "start_again"
+    component: str
+    host: str
+
+
+@dataclass(frozen=True, slots=True)
 class RunSuccessor:
     """Beside the component's run that began as ``incumbent`` runs a successor, as ``spec`` says, ready to take over.
 
@@ -153,6 +162,7 @@ Action = Annotated[
     | TakePart
     | EndProcess
     | LeaveStopped
+    | StartAgain
     | RunSuccessor
     | EndSuccessor
     | TakeOver

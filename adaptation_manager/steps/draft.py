@@ -21,7 +21,8 @@ class Draft:
     say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
     system: they come before all others. ``unclear`` are the components to be added that cannot be judged. ``begun`` has
     the incarnation as which each living run was started. ``lost`` are the hosts that count as lost, ``absent`` has why
-    the others that are not there are not. ``changes`` are all that are planned, with the indices that they have here.
+    the others that are not there are not. ``restarting`` are the components that keep ending. ``changes`` are all that
+    are planned, with the indices that they have here.
     """
 
     architecture: Architecture
@@ -40,6 +41,7 @@ class Draft:
     violations: list[Violation] = field(default_factory=list)
     lost: frozenset[str] = frozenset()
     absent: dict[str, str] = field(default_factory=dict)
+    restarting: frozenset[str] = frozenset()
     changes: Sequence[Change] = ()
     before: dict[str, ComponentSpec] = field(init=False)
     _at_first: dict[str, ComponentView] = field(init=False)

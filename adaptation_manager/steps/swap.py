@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from adaptation_manager.steps import rescue
-from adaptation_manager.steps.actions import LeaveStopped, PlannedStep, RunProcess, TakePart
+from adaptation_manager.steps.actions import LeaveStopped, PlannedStep, RunProcess, StartAgain, TakePart
 from adaptation_manager.steps.draft import Draft
 from adaptation_manager.steps.succeeding import (
     HANDS_OVER,
@@ -138,6 +138,9 @@ def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
 def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> None:
     """Start a component that does not run as the other that it is to be: there is nobody to take over from."""
     name, stopped = new.name, LeaveStopped(new.name, new.host)
+    if name in draft.restarting:
+        again = StartAgain(name, new.host)
+        draft.preparing.append(PlannedStep(name, f"stop {draft.before[name].cls}, which keeps ending", stopped, again))
     prepared = State.UNCONFIGURED if new.state is State.UNCONFIGURED else State.INACTIVE
     start = RunProcess(name, new, prepared, afresh=not with_state)
     draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))

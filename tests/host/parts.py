@@ -253,6 +253,13 @@ class DyingTotaller(Totaller):
             os._exit(1)
 
 
+class LoopingTotaller(Totaller):
+    """Dies as soon as it is active."""
+
+    def on_activate(self) -> None:
+        os._exit(1)
+
+
 class Holder(Totaller):
     """Needs a device for itself."""
 

@@ -144,6 +144,28 @@ def test_what_is_quarantined_is_replaced_and_goes_on_from_its_checkpoint(
     assert system.client.call("count", Ask(), Item, PATIENCE).total == calls[-1] + 1
 
 
+LOOPING = (
+    "{class: 'tests.host.parts:LoopingTotaller', parameters: {offset: 3}, "
+    "restart: {when: always, limit: 1000, window: 30.0, backoff: 0.5}}"
+)
+
+
+def test_what_keeps_ending_is_replaced(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD)
+    system = start(STACK.replace("{class: 'tests.handover.parts:Totaller', parameters: {offset: 3}}", LOOPING))
+    system.wait_running("adaptation_manager")
+    system.wait_for("totaller", lambda p: p.restarts > 1 and p.state is ProcessState.WAITING, "restarted")
+    report = adapt(system, Swap("totaller", "tests.host.parts:StillbornTotaller"))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    looping = system.wait_for("totaller", lambda p: p.state is ProcessState.WAITING, "restarted as before")
+    system.wait_for("totaller", lambda p: p.restarts > looping.restarts, "restarted again")
+    report = adapt(system, DOUBLER)
+    assert report.outcome is Outcome.APPLIED, report
+    assert report.steps[0].action == "stop tests.host.parts:LoopingTotaller, which keeps ending"
+    hears_on(system, 50)
+    assert system.client.call("double", Ask(21), Item, PATIENCE) == Item(42)
+
+
 # --- what goes wrong ---
 
 
