@@ -89,7 +89,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
 
     @router.post(
         "/adaptations/{id}/confirm",
-        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 503)},
+        responses={**declared_outcomes(), **declared(404, 409, 413, 415, 422, 429, 503)},
         openapi_extra=request_body({"type": "object", "additionalProperties": False}, {}, required=False),
     )
     def confirm(adaptation: Id, body: Annotated[dict[str, Any], Depends(optional_json_object)]) -> Response:
@@ -99,7 +99,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
             raise malformed(*wrong)
         return answer(manager.confirm(adaptation), prefix)
 
-    @router.delete("/adaptations/{id}", responses={**declared_outcomes(), **declared(404, 409, 422, 503)})
+    @router.delete("/adaptations/{id}", responses={**declared_outcomes(), **declared(404, 409, 422, 429, 503)})
     def cancel(adaptation: Id) -> Response:
         """Cancel an adaptation that waits, is under way or is being confirmed: what it did is undone."""
         report = manager.cancel(adaptation)

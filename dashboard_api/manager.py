@@ -37,6 +37,8 @@ A = TypeVar("A")
 
 MOST_WAITING = 16
 """Adaptations whose outcome is being waited for at the same time; every one of them holds a thread."""
+COME_AGAIN_AFTER = 1.0
+"""Seconds after which who finds too many waiting may try again."""
 FRESH_FOR = 1.0
 """Seconds for which an architecture that was read serves overviews."""
 OVERVIEW_WITHIN = 1.0
@@ -134,7 +136,8 @@ class Manager:
 
     def _act(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
         if not self._waiting.acquire(blocking=False):
-            raise unavailable(f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already")
+            why = f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already"
+            raise throttled(why, COME_AGAIN_AFTER)
         try:
             within = self._services.adaptation_within + longer
             return self._services.ask(service, request, AdaptationReport, within)
