@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -78,6 +79,8 @@ def up(
     Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
     quarantined or was never up within its time. A --secret FILE that is not there is made.
     """
+    if duration is not None and not math.isfinite(duration):
+        raise BadInput(f"--for: is {duration}, must be a number of seconds; without it the system runs until Ctrl-C")
     if secret is not None:
         system_secret.make(secret)
     guard = Guard(tls, insecure, secret)

@@ -94,3 +94,12 @@ def test_a_system_name_that_is_none_is_refused_and_makes_no_folder(stack: Write,
     assert done.returncode == 2, done.stdout + done.stderr
     assert "cannot name a system" in done.stderr
     assert not list(rundir.home().parent.glob("escape*"))
+
+
+@pytest.mark.parametrize("duration", ["inf", "nan", "-inf", "1e400"])
+def test_a_time_to_run_that_never_ends_is_refused_before_anything_runs(stack: Write, duration: str) -> None:
+    done = up(stack(SOURCE + SINK), "--for", duration)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "--for" in done.stderr
+    assert "ending" not in done.stdout + done.stderr
+    assert not rundir.running()
