@@ -17,10 +17,10 @@ from typing import Any, TextIO
 from bus_schema import codec
 from regraft.assignment import Assignment
 from regraft.host.descendants import RUN_VARIABLE
+from regraft.host.logs import begin_anew_if_long
 from regraft.process import EXIT_BAD_ASSIGNMENT, run_component
 
 PR_SET_PDEATHSIG = 1
-LARGEST_LOG = 8 * 1024 * 1024
 ASSIGNMENT_VARIABLE = "REGRAFT_ASSIGNMENT"
 
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -35,11 +35,7 @@ def die_with_parent(parent: int, by: signal.Signals = signal.SIGKILL) -> None:
 
 def open_log(path: str) -> None:
     """Send what the process prints to its log file; a log grown too large is kept as ``.1`` and begun anew."""
-    try:
-        if os.path.getsize(path) > LARGEST_LOG:
-            os.replace(path, f"{path}.1")
-    except OSError:
-        pass
+    begin_anew_if_long(Path(path))
     try:
         log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     except OSError as error:

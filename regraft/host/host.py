@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from bus_schema import codec
@@ -21,6 +22,7 @@ from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside
 from regraft.host.describing import DESCRIBE, Describer
+from regraft.host.logs import begin_anew_if_long, log_of
 from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.questions import Questions
@@ -145,6 +147,10 @@ class Host:
 
     # --- starting, ending, restarting ---
 
+    @property
+    def _logs(self) -> Path:
+        return self.plan.folder / "logs"
+
     def _all(self) -> list[Ward]:
         return [*self.wards.values(), *self.beside.wards.values()]
 
@@ -165,7 +171,7 @@ class Host:
         ward.formerly = ()
         ward.state, ward.seen, ward.stopping, ward.why_killed = ProcessState.STARTING, False, False, ""
         ward.started = self._clock.now() / 1e9
-        log = str(self.plan.folder / "logs" / f"{ward.spec.name}.log")
+        log = str(log_of(self._logs, ward.spec.name))
         order = ward.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(ward)}
         ward.awaited = False
         ward.succeeds = None  # whoever is restarted succeeds nobody that lives
@@ -297,6 +303,8 @@ class Host:
         if now >= self._next_status:
             self._next_status = now + STATUS_EVERY
             self._voice.status(self.status())
+            for name in self.wards:
+                begin_anew_if_long(log_of(self._logs, name))
 
     def _judge_silence(self, now: float) -> None:
         source = self.wards.get(self.plan.source or "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import stat
 import subprocess
 import sys
 
@@ -11,6 +12,8 @@ import pytest
 
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
+from regraft import rundir
+from regraft.host.logs import LARGEST_LOG
 from tests.host.conftest import Start
 from tests.host.parts import Tick
 from tests.host.system import ROOT, System, children_of, exists, wait_gone
@@ -218,3 +221,22 @@ def test_what_a_module_starts_while_it_is_imported_ends_with_the_system(start: S
     before = [pid for pid in children_of(system.process.pid) if exists(pid)]
     assert system.end() == 0
     assert not [pid for pid in before if exists(pid)]
+
+
+CHATTY = """  chatty:
+    command: [sh, -c, "while sleep 0.01; do head -c 1000000 /dev/zero | tr '\\\\0' x; echo; done"]
+    managed: false
+"""
+
+
+def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
+    system = start(CHATTY)
+    system.wait_running("chatty")
+    log = rundir.folder("tests") / "logs" / "chatty.log"
+    kept = log.with_name("chatty.log.1")
+    wait_until(lambda: kept.exists() and log.stat().st_size > LARGEST_LOG // 2, "the log to grow after it began anew")
+    assert kept.read_bytes()[:1000] == b"x" * 1000
+    assert kept.stat().st_size <= 2 * LARGEST_LOG
+    assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+    before = kept.stat().st_mtime_ns
+    wait_until(lambda: kept.stat().st_mtime_ns != before, "it to begin anew again")
