@@ -26,6 +26,7 @@ class Books:
         self._tell = tell
         self._number = 0
         self._withdrawn = 0
+        self._gave = 0
         self._durations: Durations | None = None
         self._unwritten: list[AdaptationReport] = []
         self._closed_because = "the journal has not been opened yet"
@@ -53,6 +54,7 @@ class Books:
             opening = Opening(journal, views, self.architecture, now, self._tell)
             self.architecture = opening.architecture()
             self._number = max(self._number, journal.last_number(), opening.end.line)
+            self._gave = journal.last_applied()
             self._withdrawn = max(self._withdrawn, journal.last_withdrawn(), opening.end.told)
         except JournalError:
             journal.close()
@@ -110,7 +112,8 @@ class Books:
     def end(self) -> JournalEnd:
         """Return how far the journal has come, for others to know if it is lost."""
         assert self.architecture is not None
-        return JournalEnd(self._number, self.architecture.revision, max(self._withdrawn, self.architecture.revision))
+        revision = self.architecture.revision
+        return JournalEnd(self._number, revision, max(self._withdrawn, revision), self._gave)
 
     def next_number(self) -> int:
         """Return the number of a further adaptation."""
@@ -137,6 +140,7 @@ class Books:
         """Close an applied adaptation, whose architecture holds from here on; raises JournalError."""
         self.ready().end(report)
         self.architecture, self.unconfirmed = plan.after, None
+        self._gave = int(report.id)
         if self._durations is not None:
             self._durations.learn(report, plan.steps, plan.after)
 

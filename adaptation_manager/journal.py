@@ -216,6 +216,13 @@ class Journal(JournalFile):
         ((aside,),) = self._rows("SELECT coalesce(max(number), 0) FROM damaged WHERE run = ?")
         return max(n for n in (written, aside, 0) if isinstance(n, int))
 
+    def last_applied(self) -> int:
+        """Return the number of the adaptation that gave the highest revision, 0 if there is none."""
+        rows = self._rows(
+            "SELECT number FROM adaptations WHERE run = ? AND revision IS NOT NULL ORDER BY revision DESC LIMIT 1"
+        )
+        return next((number for (number,) in rows if isinstance(number, int)), 0)
+
     def last_revision(self) -> int:
         """Return the highest revision that an adaptation of this run gave, 0 if there is none."""
         ((revision,),) = self._rows("SELECT coalesce(max(revision), 0) FROM adaptations WHERE run = ?")
@@ -263,7 +270,7 @@ class Journal(JournalFile):
     def past(self, limit: int) -> list[tuple[AdaptationReport, tuple[PlannedStep, ...]]]:
         """Return up to ``limit`` applied lines with their steps, oldest first; lines of this run are preferred.
 
-        What is damaged is left out.
+        Damaged rows are left out.
         """
         with self.told("cannot be read"):
             rows = self.database.execute(

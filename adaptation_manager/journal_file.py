@@ -14,7 +14,7 @@ from adaptation_manager.journal_seals import seal
 from adaptation_manager.write_back import WriteBack
 
 SIDES = ("", "-wal", "-shm")
-"""What the names of the file and of its side files end with."""
+"""The endings of the names of the file and of its side files."""
 
 MOST_TOLD = 10
 """Damaged rows that are named; of more, only the number is told."""

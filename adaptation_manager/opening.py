@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 from adaptation_manager.journal import Journal, JournalCorrupt, OpenLine, set_aside
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, StepState
 from bus_schema.architecture import Architecture
-from bus_schema.messages.host import HostView, JournalEnd
+from bus_schema.messages.host import HostView, JournalEnd, UpdateSpecs
 
 END_LOST = "the journal had lost its end, the hosts know it"
+HOW_LOST = "the journal has lost how it ended; a later adaptation was applied"
 
 Tell = Callable[[str, str], object]
 """Makes an event of a kind and a text."""
@@ -39,6 +40,7 @@ class Opening:
             max(end.line for end in ends),
             max(known, *(end.revision for end in ends)),
             max(end.told for end in ends),
+            max(end.gave for end in ends),
         )
 
     def architecture(self) -> Architecture:
@@ -52,19 +54,25 @@ class Opening:
             return self._begin(run, lost=any(view.term for view in self.views))
         self.journal.run = run
         for line in reversed(self.journal.open_lines()):
-            self._close_if_applied(line)
+            self._close_if_ended(line)
         found = self.journal.architecture()
         if found is None or found.revision < self.end.revision:
             return self._begin(run, lost=True)
         return found
 
-    def _close_if_applied(self, line: OpenLine) -> None:
-        """Close an open line of which the hosts know that it was applied: its end was written, and is lost."""
-        if line.following is None or line.following.revision > self.end.revision:
-            return
+    def _close_if_ended(self, line: OpenLine) -> None:
+        """Close an open line of which the hosts know that it has ended: its end was written, and is lost."""
+        gave = self.end.gave
+        if int(line.report.id) < gave:  # one after it was applied: nothing of it is under way
+            self.journal.end(replace(line.report, outcome=Outcome.STUCK, error=HOW_LOST))
+        elif int(line.report.id) == gave and line.following is not None:
+            self._close_applied(line, line.following)
+
+    def _close_applied(self, line: OpenLine, following: UpdateSpecs) -> None:
         steps = tuple(replace(step, state=StepState.DONE) for step in line.report.steps)
-        revision = line.following.revision
-        report = replace(line.report, outcome=Outcome.APPLIED, revision_after=revision, steps=steps, error=END_LOST)
+        report = replace(
+            line.report, outcome=Outcome.APPLIED, revision_after=following.revision, steps=steps, error=END_LOST
+        )
         self.journal.end(report)
         self.tell("journal.damaged", f"adaptation {report.id} was applied: {END_LOST}")
 

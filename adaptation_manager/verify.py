@@ -65,7 +65,7 @@ async def _newest_view(site: Site, name: str, asked: Asked | None) -> ComponentV
 def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
     """Return where a component is not as it is ``wanted``: its ``state``, ``parameters.NAME``, ``connections.PORT``.
 
-    What it does not have, or has no connection for, is left out.
+    Whatever it does not have, or has no connection for, is left out.
     """
     found: dict[str, object] = {"state": view.state.value}
     found |= {f"parameters.{name}": value for name, value in view.parameters.items()}

@@ -234,12 +234,13 @@ class JournalEnd:
     """How far the adaptation manager's journal has come: the first host keeps it as a witness.
 
     ``line`` is the highest number of an adaptation, ``revision`` the one that holds for good, ``told`` the highest one
-    that was told of.
+    that was told of. ``gave`` is the number of the adaptation that gave ``revision``.
     """
 
     line: Count = 0
     revision: Count = 0
     told: Count = 0
+    gave: Count = 0
     term: Count | None = None
 
 

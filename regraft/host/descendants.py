@@ -42,11 +42,11 @@ def children_by_parent() -> dict[int, list[int]]:
     return found
 
 
-def descendants(of: int) -> set[int]:
-    """Return the living processes below a process."""
+def descendants(*of: int) -> set[int]:
+    """Return the living processes below some."""
     by_parent = children_by_parent()
     found: set[int] = set()
-    waiting = [of]
+    waiting = [*of]
     while waiting:
         below = by_parent.get(waiting.pop(), ())
         waiting += [pid for pid in below if pid not in found]
@@ -58,8 +58,7 @@ def end_descendants(but: frozenset[int] = frozenset()) -> bool:
     """Kill all that is below this process, but for some and what is below those; returns whether all are gone."""
     until = time.monotonic() + END_WITHIN
     while True:
-        spared = but.union(*(descendants(pid) for pid in but))
-        living = descendants(os.getpid()) - spared
+        living = descendants(os.getpid()) - but - descendants(*but)
         if not living or time.monotonic() > until:
             return not living
         for pid in living:

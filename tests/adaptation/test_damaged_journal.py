@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from adaptation_manager import transaction
+from adaptation_manager.controls import ControlFailed
+from adaptation_manager.opening import HOW_LOST
 from adaptation_manager.verify import verify
 from bus_schema import codec
 from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
@@ -110,6 +112,29 @@ def test_an_adaptation_whose_end_alone_is_cut_off_was_applied(system: System, mo
     assert _said(system, "journal.damaged") == [f"adaptation {report.id} was applied: {line.error}"]
     assert system.undo(report.id).outcome is Outcome.APPLIED
     assert "gain" not in system.view("listener").parameters or system.view("listener").parameters["gain"] != 0.2
+
+
+def test_one_that_was_undone_is_not_taken_for_the_one_that_was_applied_after_it(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copies = []
+
+    async def failing(*_: object) -> None:
+        copies.append(_copy(system))
+        raise ControlFailed("it does not want to")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("adaptation_manager.transaction.verify", failing)
+        undone = system.adapt(SetParameters("listener", {"gain": 0.7}))
+        assert undone.outcome is Outcome.ROLLED_BACK
+    applied = _set(system, 0.2)
+    assert applied.revision_after == 2, "it has the revision that the other would have had"
+    _return(system, copies[0])
+    assert _architecture(system).components["listener"].parameters["gain"] == 0.2
+    assert _architecture(system).revision == applied.revision_after
+    assert system.view("listener").parameters["gain"] == 0.2
+    (line,) = system.lines(id=undone.id).entries
+    assert (line.outcome, line.error) == (Outcome.STUCK, HOW_LOST)
 
 
 @pytest.mark.parametrize("field", ["report", "following", "reason", "outcome"])
