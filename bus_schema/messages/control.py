@@ -162,9 +162,13 @@ class ResentSample:
 @message("regraft/Resent")
 @dataclass(frozen=True, slots=True)
 class Resent:
-    """The messages that the writer still has, in sequence, as much as one answer holds."""
+    """The messages that the writer still has, in sequence, as much as one answer holds.
+
+    ``last`` is the sequence that the key has come to in that epoch, None if the writer does not know.
+    """
 
     samples: tuple[ResentSample, ...] = ()
+    last: Count | None = None
 
 
 class StateStep(Enum):

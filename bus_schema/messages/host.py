@@ -78,7 +78,8 @@ class HostStatus:
     """A host and its processes: on every change, and every second.
 
     ``processes`` speak for their components, or would if they ran. ``beside`` are the others: successors that wait for
-    their turn, and incumbents that are frozen. ``others`` is told by the first host alone.
+    their turn, and incumbents that are frozen. ``others`` is told by the first host alone. ``term`` is the adaptation
+    manager's, as the host knows it.
     """
 
     host: str
@@ -87,6 +88,7 @@ class HostStatus:
     processes: tuple[ProcessStatus, ...]
     beside: tuple[ProcessStatus, ...] = ()
     others: tuple[OtherHost, ...] = ()
+    term: Count = 0
 
 
 @message("regraft/UpdateSpecs")

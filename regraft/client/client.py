@@ -40,6 +40,7 @@ from regraft.client.requests import ClientGoal, Requests
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
+from regraft.known_runs import living_runs
 from regraft.rundir import RunInfo
 from regraft.zenoh_bus import open_bus
 
@@ -248,14 +249,18 @@ class Client:
         return self._board.components(alive)
 
     def _living_run(self, component: str) -> int:
-        runs = _newest_runs(self._bus.present(self.keys.alive(component_name(component), "*"), PRESENCE_WITHIN))
+        runs = self._runs_alive(component_name(component))
         if component not in runs:
             hint = instead_of(component, self._alive_components())
             raise NoSuchComponent(f"no component {component!r} is alive; {hint}")
         return runs[component]
 
     def _alive_components(self) -> dict[str, int]:
-        return _newest_runs(self._bus.present(self.keys.alive("*", "*"), PRESENCE_WITHIN))
+        return self._runs_alive("*")
+
+    def _runs_alive(self, component: str) -> dict[str, int]:
+        tokens = self._bus.present(self.keys.alive(component, "*"), PRESENCE_WITHIN)
+        return living_runs(self._bus, self.keys, tokens, PRESENCE_WITHIN)
 
     # --- hosts ---
 
@@ -370,13 +375,3 @@ def _reader(cls: type[A]) -> Callable[[PlainValue], A]:
 
 def _as_it_is(plain: PlainValue) -> PlainValue:
     return plain
-
-
-def _newest_runs(tokens: list[str]) -> dict[str, int]:
-    """Return the newest living run of each component; a token that names no run is nobody's."""
-    runs: dict[str, int] = {}
-    for token in tokens:
-        name, _, run = token.split("/")[-3:]
-        if run.isascii() and run.isdecimal():
-            runs[name] = max(runs.get(name, 0), int(run))
-    return runs

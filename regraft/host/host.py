@@ -398,7 +398,7 @@ class Host:
         """Return the host's status."""
         processes = tuple(self._status_of(ward) for _, ward in sorted(self.wards.items()))
         beside = tuple(self._status_of(ward) for _, ward in sorted(self.beside.wards.items()))
-        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, beside)
+        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, beside, term=self.term)
 
     def _status_of(self, ward: Ward) -> ProcessStatus:
         return replace(ward.status(), highest=self.beside.highest(ward.spec.name))

@@ -22,9 +22,10 @@ from bus_schema.messages.host import (
     UpdateSpecs,
 )
 from regraft.bus import Query
+from regraft.fencing import Fenced, in_force
 from regraft.host.describing import DESCRIBE, Describer
 from regraft.host.logs import tail
-from regraft.host.voice import Fenced, Refused, UnknownComponent, refuse
+from regraft.host.voice import Refused, UnknownComponent, refuse
 from regraft.host.ward import Ward
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Questions:
         self._log = logging.getLogger("host")
         self.verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
+            "runs": lambda _: self._host.status(),
             "specs": self._update,
             "journal": self._keep_end,
             "start": self.start,
@@ -74,11 +76,7 @@ class Questions:
             refuse(query, ControlCode.FAILED, f"{verb}: {type(error).__name__}: {error}")
 
     def _fence(self, term: int | None) -> None:
-        if term is None or term < self._host.term:
-            raise Fenced(
-                f"came with {'no term' if term is None else f'term {term}'}; the current term is {self._host.term}"
-            )
-        self._host.term = term
+        self._host.term = in_force(term, self._host.term)
 
     def _view(self, _: bytes) -> HostView:
         specs = tuple(ward.spec for ward in self._host.wards.values() if not ward.removed)

@@ -20,10 +20,6 @@ class UnknownComponent(Exception):
     """The host has no component of that name."""
 
 
-class Fenced(Exception):
-    """A change that does not come from the manager's current term."""
-
-
 class Refused(Exception):
     """What was asked for is not done; the text says why."""
 

@@ -31,9 +31,11 @@ from bus_schema.messages.control import (
     StateStep,
 )
 from bus_schema.messages.handover import Role
+from bus_schema.messages.host import HostStatus
 from bus_schema.registry import known_types, type_of
-from regraft.bus import Query
+from regraft.bus import BusError, Query
 from regraft.component import Component, describe
+from regraft.fencing import Fenced, in_force
 from regraft.parameters import ParameterError
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.runtime.refusal import ControlRefused
@@ -41,6 +43,9 @@ from regraft.runtime.rewiring import Pending, RewiringRefused
 
 if TYPE_CHECKING:
     from regraft.runtime.runtime import Runtime
+
+HOST_ANSWER_TIMEOUT = 0.3
+"""Seconds that a host may take to say which term has begun: less than a heartbeat may stay away."""
 
 
 @dataclass(slots=True)
@@ -158,14 +163,20 @@ class Control:
         """Accept changes only from the manager's current term; a later term replaces it."""
         if self._term is None:
             return
-        if term is None or term < self._term:
-            given = "no term" if term is None else f"term {term}"
-            raise ControlRefused(
-                ControlCode.FENCED,
-                f"came with {given}; the adaptation manager's current term is {self._term}: "
-                "changes go through POST /adaptations or 'regraft adapt'",
-            )
-        self._term = term
+        known = self._term_of_a_host() if term is not None and term > self._term else None
+        try:
+            self._term = in_force(term, self._term, known)
+        except Fenced as error:
+            raise ControlRefused(ControlCode.FENCED, str(error)) from None
+
+    def _term_of_a_host(self) -> int | None:
+        """Return the term that a host knows: a manager tells hosts first. None if no host answers."""
+        runtime = self._runtime
+        try:
+            answers = runtime.bus.query(runtime.keys.host("*", "runs"), b"", HOST_ANSWER_TIMEOUT)
+            return next((codec.decode(a.payload, HostStatus).term for a in answers if not a.error), None)
+        except (BusError, BadMessage):
+            return None
 
     def _describe(self, payload: bytes) -> object:
         if payload:

@@ -12,6 +12,7 @@ from bus_schema.keys import matches
 from regraft.bus import Sample
 from regraft.clock import Clock
 from regraft.runtime.repair import Repair
+from regraft.runtime.run_check import RunCheck
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN, Arrival, Stream
 
 MOST_STREAMS = 10_000
@@ -51,12 +52,15 @@ class Inbound:
         stepped: bool,
         on_marker: Callable[[str, str, Stream], None] | None = None,
         repair: Repair | None = None,
+        check: RunCheck | None = None,
     ) -> None:
         """Start without consumers; ``on_marker`` hears of every marker (key, source, stream).
 
-        ``repair`` gets what has not come; without it a hole is given up after a moment.
+        ``repair`` gets what has not come; without it a hole is given up after a moment. ``check`` finds out which run
+        of a source is the newest, where two contradict each other.
         """
         self._repair = repair
+        self._check = check
         self.stepped = stepped
         self._clock = clock
         self.on_marker = on_marker
@@ -107,6 +111,27 @@ class Inbound:
             stream = self.streams[pair] = Stream()
         return stream
 
+    def strike(self, key: str, source: str, last: int, doubted: Container[int]) -> None:
+        """Drop what a writer has not put: its own numbering had only come to ``last``."""
+        stream, consumer = self.streams.get((key, source)), self.consumer_of(key)
+        if stream is None or consumer is None:
+            return
+        for sequence in stream.strike(last, doubted):
+            consumer.refuse(source, f"has sequence {sequence}, but its writer has only come to {last}")
+
+    def disbelieve(self, source: str, newest: int) -> None:
+        """Go back to where the streams of a source stood before a run that is newer than its ``newest``."""
+        for key, name in [pair for pair in self.streams if pair[1] == source]:
+            stream = self.streams[key, name]
+            before, consumer = stream.before(newest), self.consumer_of(key)
+            if before is None:
+                continue
+            self._known.clear()
+            self.streams[key, name] = before
+            if consumer is not None:
+                run = max(stream.epoch, stream.incarnation)
+                consumer.refuse(source, f"came from incarnation {run}, which there is not: the newest is {newest}")
+
     def go_on(self, key: str, source: str, stream: Stream) -> None:
         """Go on with a stream where another run of this component stood."""
         self._known.clear()
@@ -135,6 +160,8 @@ class Inbound:
         before = stream.epoch, stream.incarnation
         if not stream.admit(envelope):
             consumer.refuse(envelope.source, f"comes from incarnation {envelope.incarnation}, which has been replaced")
+            if self._check is not None:
+                self._check.doubt(envelope.source)
             return
         if (stream.epoch, stream.incarnation) != before:
             self._known.clear()
@@ -144,8 +171,11 @@ class Inbound:
                 self._look_for_hole(sample.key, envelope.source, stream, consumer)
             if self.on_marker:
                 self.on_marker(sample.key, envelope.source, stream)
-        elif consumer.paused and (not self.stepped or sample.key in self._asleep):
-            stream.pass_by(envelope)
+            return
+        if stream.leap is not None and stream.goes_back(envelope):
+            consumer.refuse(envelope.source, f"goes on at {envelope.sequence}: a sequence far ahead was not its own")
+        if consumer.paused and (not self.stepped or sample.key in self._asleep):
+            stream.pass_by(envelope, self._clock.now())
         elif self.stepped:
             stream.hold(envelope, sample)
         else:
@@ -238,7 +268,7 @@ class Inbound:
         """Line up all that has come from sources that are no members of the clock."""
         self.from_outside.update(sources)
         for key, source in sorted(pair for pair in self.streams if pair[1] in sources):
-            self._line_up(self.consumer_of(key), self.streams[key, source].release_all())
+            self._line_up(self.consumer_of(key), self.streams[key, source].release_all(self._clock.now()))
 
     def outsiders(self) -> tuple[str, ...]:
         """Return the sources that have sent something without being wired: no members, or not yet."""

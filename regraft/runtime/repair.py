@@ -43,6 +43,7 @@ class _Attempt:
     last: int
     asked: float = 0.0
     hopeless: bool = False
+    doubted: frozenset[int] = frozenset()
     reached: Patience = field(default_factory=lambda: Patience(NO_WRITER_TIMEOUT))
     answered: Patience = field(default_factory=lambda: Patience(GIVE_UP_TIMEOUT))
 
@@ -58,6 +59,7 @@ class Repair:
         self._attempts: dict[Pair, _Attempt] = {}
         self._rests_until = 0.0
         self.arrive: Callable[[Sample], object] = lambda _: None
+        self.strike: Callable[[str, str, int, frozenset[int]], object] = lambda *_: None
 
     def may_come(self, pair: Pair, stream: Stream, first: int, last: int) -> bool:
         """Tell whether missing samples may still come, and ask for them if it is time to."""
@@ -85,6 +87,7 @@ class Repair:
         def done(answers: list[Answer]) -> None:
             self._post(lambda: self._take(pair, attempt, answers))
 
+        attempt.doubted = frozenset((*stream.waiting, stream.marked))
         try:
             key, asked = self._question(pair, stream, attempt.first, attempt.last)
             self._bus.ask(key, asked, ANSWER_TIMEOUT, done)
@@ -103,13 +106,22 @@ class Repair:
         if not answers:
             attempt.hopeless = attempt.reached.is_over()
             return
-        sequences = self._arrived(pair, answers[0])
+        resent = self._resent(pair, answers[0])
+        sequences = self._arrived(pair, resent)
         attempt.hopeless = attempt.first not in sequences
+        if resent.last is not None:
+            self.strike(*pair, resent.last, attempt.doubted)
 
-    def _arrived(self, pair: Pair, answer: Answer) -> set[int]:
+    def _resent(self, pair: Pair, answer: Answer) -> Resent:
+        try:
+            return codec.decode(answer.payload, Resent) if not answer.error else Resent()
+        except BadMessage as error:
+            self._log.warning("%s, sent again by %s: %s", *pair, error)
+            return Resent()
+
+    def _arrived(self, pair: Pair, resent: Resent) -> set[int]:
         """Take what was sent again as if it came now; returns its sequences."""
         try:
-            resent = codec.decode(answer.payload, Resent) if not answer.error else Resent()
             samples = [Sample(pair[0], s.payload, s.attachment, s.encoding) for s in resent.samples]
             sequences = {Envelope.from_bytes(sample.attachment).sequence for sample in samples}
         except BadMessage as error:
@@ -134,7 +146,7 @@ class Repair:
     def _ask_all(self, questions: list[tuple[Pair, str, bytes]]) -> None:
         for pair, key, asked in questions:
             for answer in self._answers(key, asked)[:1]:
-                self._post(partial(self._arrived, pair, answer))
+                self._post(partial(self._arrived, pair, self._resent(pair, answer)))
 
     def _answers(self, key: str, asked: bytes) -> list[Answer]:
         """Ask until there is an answer, or its writer counts as gone: its link may be broken, too."""

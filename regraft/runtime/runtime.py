@@ -31,6 +31,7 @@ from regraft.runtime.lifecycle import Lifecycle
 from regraft.runtime.outputs import OutputPort
 from regraft.runtime.repair import Repair
 from regraft.runtime.rewiring import Rewiring
+from regraft.runtime.run_check import RunCheck
 from regraft.runtime.serving import Server
 from regraft.runtime.stream import Stream
 from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
@@ -70,8 +71,10 @@ class Runtime:
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.herald = Herald(bus, self.keys, clock, self.identity, assignment.heartbeat)
         self.repair = Repair(bus, self.keys, assignment.name, self.post)
-        self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker, repair=self.repair)
-        self.repair.arrive = self.inbound.arrive
+        check = RunCheck(bus, self.keys, assignment.name, self.post)
+        self.inbound = Inbound(clock, stepped=self.stepped, on_marker=self._marker, repair=self.repair, check=check)
+        self.repair.arrive, self.repair.strike = self.inbound.arrive, self.inbound.strike
+        check.disbelieve = self.inbound.disbelieve
         self.writers = Writers(bus, clock, self.identity, self.herald.fault)
         self.writers.keeps_history, self.writers.in_step = True, self.stepped
         bus.when_renewed(lambda: self.post(self._link_renewed))

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Container
+from dataclasses import dataclass, field, replace
 
 from bus_schema.envelope import Envelope, Kind
 from regraft.bus import Sample
 
 HOLE_CLOSES_WITHIN = 50_000_000
 """Nanoseconds that an early arrival is held for the ones before it."""
+LONGEST_HOLE = 1_000
+"""Samples left out at once that may yet come: a sequence further ahead may be a false one."""
 MOST_HELD_OF_A_STRANGER = 10_000
 """Samples held in step for a source that is not wired: no member, or not yet."""
 
 Arrival = tuple[Envelope, Sample]
+
+
+@dataclass(frozen=True, slots=True)
+class Leap:
+    """Sequences ``first`` to ``last`` were left out at a time (nanoseconds), on the word of one sample."""
+
+    first: int
+    last: int
+    at: int
 
 
 @dataclass(slots=True)
@@ -22,6 +34,8 @@ class Stream:
     ``wired`` is set by the first marker; ``marked`` is how far the last one said that the numbering had come.
     ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
     that is known of, if it goes on with the numbering of another.
+
+    One sample can be false: ``leap`` and ``former`` say where the stream stood before it was believed.
     """
 
     epoch: int = 0
@@ -34,6 +48,8 @@ class Stream:
     waiting_since: int = 0
     since: int = 0
     marked: int = 0
+    leap: Leap | None = None
+    former: Stream | None = None
 
     def admit(self, envelope: Envelope) -> bool:
         """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
@@ -43,6 +59,8 @@ class Stream:
                 return True
             self.stale += 1
             return False
+        if self.epoch and (envelope.epoch > self.epoch or envelope.incarnation > self.incarnation):
+            self.former = replace(self, waiting={}, former=None)
         if envelope.incarnation > self.incarnation:
             behind = envelope.sequence + (envelope.kind is Kind.MARKER)
             self.since = behind if envelope.epoch == self.epoch else 0
@@ -52,9 +70,35 @@ class Stream:
             self.handled = 0 if known else None
             self.wired = False
             self.marked = 0
+            self.leap = None
             self.waiting.clear()
         self.incarnation = envelope.incarnation
         return True
+
+    def before(self, newest: int) -> Stream | None:
+        """Return the stream as it was before a run that is none was believed; ``newest`` is the newest that is one.
+
+        None if the run that is known is one. Blank if no place before is known.
+        """
+        if max(self.epoch, self.incarnation) <= newest:
+            return None
+        fits = self.former is not None and max(self.former.epoch, self.former.incarnation) <= newest
+        return self.former if fits else Stream()
+
+    def goes_back(self, envelope: Envelope) -> bool:
+        """Go back where the numbering was left, if a sample that was put since then shows that it goes on there."""
+        leap = self.leap
+        if leap is None or not leap.first <= envelope.sequence <= leap.last or envelope.stamp < leap.at:
+            return False
+        self.handled, self.leap = envelope.sequence - 1, None
+        self.waiting = {n: arrival for n, arrival in self.waiting.items() if n <= leap.last}
+        return True
+
+    def _go_to(self, sequence: int, now: int) -> None:
+        """Go on behind a sequence; what lies before it is left out."""
+        if self.handled is not None and sequence - self.handled > LONGEST_HOLE:
+            self.leap = Leap(self.handled + 1, sequence - 1, now)
+        self.handled = sequence
 
     def mark(self, sequence: int, *, stepped: bool = True) -> None:
         """Take a marker: the first one wires the stream, and what lies at or below it is not for us.
@@ -89,7 +133,7 @@ class Stream:
             self.handled = sequence
             return [(envelope, sample)]
         if not reliable:
-            self.handled = sequence
+            self._go_to(sequence, now)
             return [(envelope, sample)]
         if not self.waiting:
             self.waiting_since = now
@@ -110,9 +154,18 @@ class Stream:
             return []
         first, last = hole
         self.lost += last - first + 1
-        self.handled = last
+        self._go_to(last, now)
         self.waiting_since = now
         return self._in_sequence()
+
+    def strike(self, last: int, doubted: Container[int]) -> list[int]:
+        """Drop what the writer has not put: it had come to ``last`` after the ``doubted`` had arrived."""
+        false = [n for n in self.waiting if n > last and n in doubted]
+        for n in false:
+            del self.waiting[n]
+        if self.marked > last and self.marked in doubted:
+            self.marked = last
+        return false
 
     def _in_sequence(self) -> list[Arrival]:
         ready = []
@@ -155,15 +208,16 @@ class Stream:
         self.handled = max(start, frontier)
         return ready
 
-    def release_all(self) -> list[Arrival]:
+    def release_all(self, now: int) -> list[Arrival]:
         """Give out all that is here, in sequence: for sources that are no members of the clock."""
         ready = [self.waiting.pop(n) for n in sorted(self.waiting)]
         if ready:
-            self.handled = ready[-1][0].sequence
+            self._go_to(ready[-1][0].sequence, now)
         return ready
 
-    def pass_by(self, envelope: Envelope) -> None:
+    def pass_by(self, envelope: Envelope, now: int) -> None:
         """Let a sample go by unhandled: its consumer is paused."""
         self.wired = False
         self.waiting.clear()
-        self.handled = max(self.handled or 0, envelope.sequence)
+        if self.handled is None or envelope.sequence > self.handled:
+            self._go_to(envelope.sequence, now)

@@ -132,10 +132,11 @@ class Writer:
 
     def resend(self, asked: Resend) -> Resent:
         """Return what is kept of the samples that a reader has not got."""
+        last = self.sequence if asked.epoch == self._writers.identity.epoch else None
         if self._history is None:
-            return Resent()
+            return Resent(last=last)
         found = self._history.find(asked.epoch, asked.first, self.sequence if asked.last is None else asked.last)
-        return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found))
+        return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
 
     @property
     def keeps_history(self) -> bool:

@@ -93,7 +93,7 @@ class Coordinator:
         waiting = self._joining.get(join.member)
         if (
             not self._admission.may_join(join)
-            or not self._living.admits(join)
+            or not self._living.admits(join, [run.incarnation for run in (member, waiting) if run is not None])
             or (waiting is not None and join.incarnation < waiting.incarnation)
         ):
             return

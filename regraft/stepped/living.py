@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from bus_schema.messages.clock import Join
 
 MOST_EARLY = 1000
@@ -11,8 +13,8 @@ Run = tuple[str, int]
 
 
 class Living:
-    """The tokens that are there, and the joins that came too early: before their run's token, or while an older run
-    of the component lives. A forged one waits for ever.
+    """The tokens that are there, and the joins that came too early: before their run's token, or while the run that
+    is the member lives. A forged one waits for ever.
     """
 
     def __init__(self) -> None:
@@ -20,10 +22,10 @@ class Living:
         self._runs: set[Run] = set()
         self._early: dict[Run, Join] = {}
 
-    def admits(self, join: Join) -> bool:
-        """Tell whether the run that asks lives, and none before it; otherwise its join is kept until that is so."""
+    def admits(self, join: Join, former: Iterable[int]) -> bool:
+        """Tell whether the run that asks lives, and no ``former`` one; otherwise its join is kept until that is so."""
         run = (join.member, join.incarnation)
-        admitted = run in self._runs and not any(name == join.member and n < run[1] for name, n in self._runs)
+        admitted = run in self._runs and not any(n < run[1] and (join.member, n) in self._runs for n in former)
         if not admitted and len(self._early) < MOST_EARLY:
             self._early[run] = join
         return admitted

@@ -71,6 +71,7 @@ class HostStub:
         self._bus.serve(keys.host("local", "start"), self._start)
         self._bus.serve(keys.host("local", "stop"), self._stop)
         self._bus.serve(keys.host("local", "logs"), self._logs)
+        self._bus.serve(keys.host("local", "runs"), self._say_status)
         self._bus.serve(keys.host("local", "succeed"), self._succeed)
         self._bus.serve(keys.host("local", "speak"), self._speak)
 
@@ -130,7 +131,7 @@ class HostStub:
 
     def _say_status(self, query: MemoryQuery) -> None:
         beside = tuple(self.beside.values())
-        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside)))
+        query.reply(codec.encode(HostStatus("local", 0.0, 1, tuple(self.processes.values()), beside, term=self.term)))
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)

@@ -76,6 +76,30 @@ class Sink(Component):
         return Word(word.text, self.ticks)
 
 
+class Ledger(Component):
+    """Hears numbers; tells how many of the newest one's predecessors it has not heard, or twice."""
+
+    numbers = Input(Number)
+
+    def __init__(self) -> None:
+        self.heard: list[float] = []
+
+    @numbers.handler
+    def hear(self, number: Number) -> None:
+        if not number.ballast:
+            self.heard.append(number.value)
+
+    @service("newest")
+    def tell_newest(self, word: Word) -> Word:
+        return Word(word.text, int(max(self.heard, default=0.0)))
+
+    @service("amiss")
+    def tell_amiss(self, word: Word) -> Word:
+        heard = set(self.heard)
+        first, newest = int(min(heard, default=1.0)), int(max(heard, default=0.0))
+        return Word(word.text, newest - first + 1 - len(heard) + len(self.heard) - len(heard))
+
+
 class Words(Component):
     """Has an input of another type."""
 

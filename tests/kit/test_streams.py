@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bus_schema.envelope import Envelope
 from regraft.bus import Sample
-from regraft.runtime.stream import HOLE_CLOSES_WITHIN, Stream
+from regraft.runtime.stream import HOLE_CLOSES_WITHIN, LONGEST_HOLE, Stream
 
 
 def _arrival(sequence: int, epoch: int = 1) -> tuple[Envelope, Sample]:
@@ -93,3 +93,45 @@ def test_an_older_run_is_not_admitted() -> None:
     assert stream.admit(_arrival(1, epoch=3)[0])
     assert not stream.admit(_arrival(2, epoch=2)[0])
     assert stream.stale == 1
+
+
+def _put_at(stream: Stream, sequence: int, stamp: int, now: int, *, reliable: bool = False) -> list[int]:
+    envelope, sample = Envelope("s", 1, 1, sequence, stamp), Sample("k", b"", b"", "")
+    stream.goes_back(envelope)
+    return [e.sequence for e, _ in stream.accept(envelope, sample, now, reliable=reliable)]
+
+
+@given(st.integers(LONGEST_HOLE + 3, 2**63), st.integers(1, 20))
+def test_a_sensor_stream_goes_on_where_it_was_before_a_false_sequence(false: int, behind: int) -> None:
+    stream = Stream()
+    assert _put_at(stream, 1, stamp=1, now=1) == [1]
+    assert _put_at(stream, false, stamp=2, now=2) == [false]
+    out = [n for real in range(2, behind + 2) for n in _put_at(stream, real, stamp=real + 1, now=real + 1)]
+    assert out == list(range(2, behind + 2))
+
+
+def test_what_was_put_before_a_hole_was_given_up_does_not_come_again() -> None:
+    stream = Stream()
+    _put_at(stream, 1, stamp=1, now=1)
+    _put_at(stream, LONGEST_HOLE + 10, stamp=9, now=10)
+    assert _put_at(stream, 5, stamp=2, now=11) == []
+    assert _put_at(stream, LONGEST_HOLE + 11, stamp=12, now=12) == [LONGEST_HOLE + 11]
+
+
+def test_what_its_writer_has_not_put_is_struck_and_the_rest_waits() -> None:
+    stream = Stream()
+    for sequence in (1, 3, 7, 10**9):
+        _accept(stream, sequence)
+    assert stream.strike(5, {3, 10**9}) == [10**9], "what came after the question may be later"
+    assert sorted(stream.waiting) == [3, 7]
+
+
+def test_a_run_that_there_is_not_leaves_the_stream_as_it_was() -> None:
+    stream = Stream()
+    _accept(stream, 1)
+    envelope, _ = _arrival(1, epoch=9)
+    assert stream.admit(envelope)
+    before = stream.before(newest=1)
+    assert before is not None
+    assert (before.epoch, before.handled) == (1, 1)
+    assert stream.before(newest=9) is None
