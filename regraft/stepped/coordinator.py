@@ -18,6 +18,7 @@ from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.admission import Admission
 from regraft.stepped.errands import STEP_BOUND, Errands, Moment
+from regraft.stepped.gathering import wait_for_members
 from regraft.stepped.living import Living, Run
 from regraft.stepped.member import NOT_COME
 from regraft.stepped.roster import MemberState, Pair, Roster
@@ -384,17 +385,24 @@ class Coordinator:
         self.idle_until(time.monotonic() + seconds)
         self.take_in()
 
-    def wait_for(self, names: Iterable[str], seconds: float) -> tuple[str, ...]:
-        """Wait until all of ``names`` have joined; returns who is missing after ``seconds``."""
-        wanted = set(names)
+    def wait_for(self, names: Iterable[str], seconds: float, without_sign: float) -> None:
+        """Wait at most ``seconds`` until all of ``names`` have joined, ``without_sign`` for those that show no token.
 
-        def missing() -> set[str]:
-            return wanted - set(self._joining) - set(self.roster.members)
-
-        within = Patience(seconds)
-        while missing() and not within.is_over():
-            self._inbox.pump()
-        return tuple(sorted(missing()))
+        Time starts without the others, and that is told.
+        """
+        missing = wait_for_members(
+            set(names),
+            lambda: self._joining.keys() | self.roster.members,
+            self._runtime,
+            self._inbox.pump,
+            Patience(seconds),
+            Patience(without_sign),
+        )
+        if missing:
+            self.report.reproducible = False
+            self.report.dropped += missing
+            text = f"time starts without {', '.join(missing)}: not joined in time; this run is not reproducible"
+            self._runtime.herald.event("clock.incomplete", text)
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""

@@ -15,9 +15,9 @@ from regraft.runtime.runtime import Runtime
 from regraft.stepped.coordinator import Coordinator
 
 MEMBERS_WITHIN = 30.0
-"""Seconds that the first tick waits for the members that the stack names."""
+"""Seconds that the first tick of a run waits for the members that the stack names, after a restart those that live."""
 MEMBERS_BACK_WITHIN = 2.0
-"""The same after a restart of the source: some members may be gone for good."""
+"""The same after a restart of the source for members without a sign of life: they may be gone for good."""
 LATE_AT_MOST = 1.0
 """Seconds that a paced run may fall behind the wall clock before it stops trying to catch up."""
 SPEED_OVER = 1.0
@@ -78,11 +78,9 @@ class SourceLoop:
         self._tick_until_finalized(coordinator)
 
     def _wait_for_members(self, coordinator: Coordinator) -> None:
-        within = MEMBERS_WITHIN if self._runtime.assignment.incarnation == 1 else MEMBERS_BACK_WITHIN
-        missing = coordinator.wait_for(self._runtime.assignment.members, within)
-        if missing:
-            names = ", ".join(missing)
-            self._runtime.herald.event("clock.incomplete", f"time starts without {names}: not joined in time")
+        again = self._runtime.assignment.incarnation > 1
+        without_sign = MEMBERS_BACK_WITHIN if again else MEMBERS_WITHIN
+        coordinator.wait_for(self._runtime.assignment.members, MEMBERS_WITHIN, without_sign)
         coordinator.take_in()
         coordinator.run_tick(lambda: None)
         coordinator.run_slots()

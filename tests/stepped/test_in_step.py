@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from collections import Counter
+
 import pytest
 
+from bus_schema import codec
 from bus_schema.lifecycle import Transition
+from bus_schema.messages.clock import Join
+from regraft.stepped import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
 from tests.waiting import PATIENCE, wait_until
@@ -136,6 +142,36 @@ def test_a_new_source_of_time_takes_the_members_over_and_time_does_not_go_back(s
     wait_until(lambda: steps.component("pusher").kit.now() > before + 2.0, "time going on")
     stamps = [stamp for kind, stamp, _ in steps.component("witness").seen if kind == "position"]
     assert stamps == sorted(stamps)
+
+
+def test_a_new_source_of_time_waits_for_a_member_that_lives_and_is_slow(
+    steps: StepSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(source, "MEMBERS_BACK_WITHIN", 0.1)
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    steps.end("world")
+    last, may_go_on, joins = steps.told(), threading.Event(), Counter[str]()
+    steps.runtimes["pusher"].post(lambda: may_go_on.wait(PATIENCE))
+    steps.listen("steps/clock/join", lambda sample: joins.update([codec.decode(sample.payload, Join).member]))
+    steps.start(TinyWorld, "world", incarnation=2, members=EVERYBODY, parameters={"speed": "max"})
+    wait_until(lambda: joins["adviser"] > 4, "the others to ask again and again")
+    assert not joins["pusher"]
+    may_go_on.set()
+    told = steps.told(lambda t: t.time > last.time + 1e9, "time to go on")
+    assert set(told.members) == {*EVERYBODY, "world"}
+    assert told.dropped == ()
+
+
+def test_a_new_source_of_time_says_whom_it_left_behind(steps: StepSite, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source, "MEMBERS_BACK_WITHIN", 0.1)
+    _start_all(steps, 3600.0)
+    steps.wait_for_time(1.0)
+    steps.end("world")
+    steps.end("pusher")
+    steps.start(TinyWorld, "world", incarnation=2, members=EVERYBODY, parameters={"speed": "max"})
+    told = steps.told(lambda t: "pusher" in t.dropped, "the one left behind to be told")
+    assert not told.reproducible
 
 
 def test_a_deactivated_member_is_silent_and_comes_back(steps: StepSite) -> None:
