@@ -40,6 +40,7 @@ from regraft.parameters import ParameterError
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.runtime.refusal import ControlRefused
 from regraft.runtime.rewiring import Pending, RewiringRefused
+from regraft.runtime.state_size import check_size
 
 if TYPE_CHECKING:
     from regraft.runtime.runtime import Runtime
@@ -292,12 +293,17 @@ class Control:
     def snapshot(self, *, with_state: bool = True) -> Snapshot:
         """Return the component's state, unless it is not wanted, and where its numbering stands."""
         runtime = self._runtime
+        state = runtime.component.snapshot() if with_state else None
+        try:
+            check_size(state)
+        except BadMessage as error:
+            raise ControlRefused(ControlCode.FAILED, f"snapshot: {error}") from None
         return Snapshot(
             runtime.assignment.name,
             runtime.assignment.incarnation,
             runtime.clock.now() / 1e9,
             type(runtime.component).state_version,
-            runtime.component.snapshot() if with_state else None,
+            state,
             runtime.writers.sequences(),
         )
 

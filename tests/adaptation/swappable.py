@@ -75,3 +75,13 @@ class Mute(Totaller):
     def snapshot(self) -> PlainValue:
         """Fail."""
         raise RuntimeError("cannot say how I am")
+
+
+class Hoarder(Totaller):
+    """Goes on from a state, and gives one that is far too large."""
+
+    many = Parameter(True, "whether it is of many small values, or of one large text")
+
+    def snapshot(self) -> PlainValue:
+        """Return 200 MB."""
+        return {"total": self.total, "hoard": list(range(20_000_000)) if self.many else "x" * 200_000_000}

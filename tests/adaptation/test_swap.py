@@ -183,6 +183,15 @@ def test_whoever_cannot_say_its_state_is_swapped_without_it(site: System) -> Non
     assert site.client.call("double", Ask(21), Item, PATIENCE) == Item(42)
 
 
+@pytest.mark.parametrize("many", [True, False])
+def test_a_state_that_is_too_large_to_hand_over_rolls_back_and_nothing_is_lost(site: System, many: bool) -> None:
+    assert site.adapt(Swap("totaller", _cls("Hoarder"), {"many": many})).outcome is Outcome.APPLIED
+    report = site.adapt(Swap("totaller", _cls("Counting")))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "64 MB" in report.error
+    _all_is_well(site)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
