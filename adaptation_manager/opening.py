@@ -16,6 +16,7 @@ from bus_schema.messages.host import HostView, JournalEnd, UpdateSpecs
 
 END_LOST = "the journal had lost its end, the hosts know it"
 HOW_LOST = "the journal has lost how it ended; a later adaptation was applied"
+BEFORE_LOST = "the journal has lost what was before; it began anew with what the hosts run"
 
 Tell = Callable[[str, str], object]
 """Makes an event of a kind and a text."""
@@ -82,6 +83,8 @@ class Opening:
         architecture = self.known or in_force(self.views)
         number = max(self.journal.last_number(), self.end.line) + 1
         if lost:
+            for line in self.journal.open_lines():  # to undo them would lead away from what the hosts run
+                self.journal.end(replace(line.report, outcome=Outcome.STUCK, error=BEFORE_LOST))
             architecture = replace(architecture, revision=self._revision())
             number = max(number, architecture.revision)
             self.tell(

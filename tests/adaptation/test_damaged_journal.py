@@ -137,6 +137,26 @@ def test_one_that_was_undone_is_not_taken_for_the_one_that_was_applied_after_it(
     assert (line.outcome, line.error) == (Outcome.STUCK, HOW_LOST)
 
 
+def test_what_was_open_when_the_journal_begins_anew_is_not_undone(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _set(system, 0.1)
+    copies = []
+
+    async def copying(*_: object) -> None:
+        copies.append(_copy(system))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("adaptation_manager.transaction.verify", copying)
+        _set(system, 0.2)
+    _set(system, 0.3)
+    with closing(_settle(copies[0])) as database:
+        database.execute("DELETE FROM runs")
+    _return(system, copies[0])
+    assert _architecture(system).components["listener"].parameters["gain"] == 0.3
+    assert system.view("listener").parameters["gain"] == 0.3
+
+
 @pytest.mark.parametrize("field", ["report", "following", "reason", "outcome"])
 def test_a_changed_line_of_what_was_applied_is_set_aside_and_the_rest_goes_on(system: System, field: str) -> None:
     _set(system, 0.1)
@@ -241,7 +261,11 @@ def test_a_component_that_is_not_as_the_architecture_says_is_told_of(system: Sys
 
 @pytest.mark.parametrize("seed", range(12))
 def test_wherever_it_is_damaged_what_runs_is_what_the_architecture_says(system: System, seed: int) -> None:
-    chance = random.Random(seed)
+    damage_and_return(system, random.Random(seed))
+
+
+def damage_and_return(system: System, chance: random.Random) -> None:
+    """Adapt, damage the journal, have the next manager take over with it, and check all that must be so."""
     told = [_set(system, 0.1 + chance.random() / 2) for _ in range(8)]
     journal = _copy(system)
     if chance.random() < 0.5:
