@@ -5,7 +5,7 @@ unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 INSTALL = $(BIN)/pip install --disable-pip-version-check -c requirements.lock
 
-.PHONY: help frog test check bench evidence lock clean
+.PHONY: help frog test check bench evidence attack lock clean
 
 help: ## Say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -27,6 +27,9 @@ bench: .venv/ready ## Measure every budget as a ratio
 
 evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
 	$(BIN)/pytest -n 0 -m evidence --timeout 3600
+
+attack: .venv/ready ## Attack everything anew, and say what held (up to half an hour)
+	$(BIN)/pytest -n 2 -m attack tests/attack
 
 lock: .venv/ready ## Write the versions in use to requirements.lock
 	$(BIN)/pip freeze --exclude-editable > requirements.lock

@@ -19,6 +19,7 @@ from bus_schema.adaptation import (
     Outcome,
     Remove,
     SetParameters,
+    Swap,
 )
 from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.lifecycle import State, Transition
@@ -91,7 +92,7 @@ class Stream:
                     raise
 
     def _changes(self, now: Architecture, number: int) -> tuple[tuple[Change, ...], float]:
-        kind = self.random.choice(["both", "both", "confirmed", "process", "state", "wiring"])
+        kind = self.random.choice(["both", "both", "confirmed", "process", "state", "wiring", "swap"])
         step = number % 100 + 1
         both = (SetParameters("ticker", {"step": step}), SetParameters("twin", {"step": step}))
         if kind == "process":
@@ -99,6 +100,8 @@ class Stream:
         if kind == "state":
             active = now.components["twin"].state is State.ACTIVE
             return (*both, ChangeState("twin", Transition.DEACTIVATE if active else Transition.ACTIVATE)), 0.0
+        if kind == "swap":
+            return (*both, Swap("twin")), 0.0
         if kind == "wiring":
             topic = "spare" if now.components["ticker"].connections["ticks"] == "ticks" else "ticks"
             return (*both, Connect("ticker", "ticks", topic)), 0.0
@@ -165,7 +168,7 @@ class Stream:
                 return lines[::-1]
 
 
-def adapt_through_kills(system: System, kills: int, seed: int) -> Stream:
+def adapt_through_kills(system: System, kills: int, seed: int, awake: tuple[float, float] = AWAKE) -> Stream:
     """Adapt while the manager is killed so often, and check all that must be so afterwards."""
     rng, pause = random.Random(seed), threading.Event()
     stream, over = Stream(system, random.Random(seed + 1)), threading.Event()
@@ -174,7 +177,7 @@ def adapt_through_kills(system: System, kills: int, seed: int) -> Stream:
     working.start()
     for incarnation in range(1, kills + 1):
         pid = system.wait_running(MANAGER, incarnation).pid
-        pause.wait(rng.uniform(*AWAKE))
+        pause.wait(rng.uniform(*awake))
         os.kill(pid, signal.SIGKILL)
     system.wait_running(MANAGER, kills + 1)
     count = len(stream.applied)
