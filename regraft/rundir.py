@@ -67,7 +67,10 @@ def folder(system: str) -> Path:
 
 
 def lock(system: str) -> IO[str]:
-    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom."""
+    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom.
+
+    Nothing that a former run has said of itself is left then.
+    """
     place = folder(system)
     try:
         place.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -84,6 +87,7 @@ def lock(system: str) -> IO[str]:
             f"a system named {system!r} is already running{where}: end it with 'regraft down {system}', "
             "or start this one under another name with --system"
         )
+    forget_info(system)  # of a run that was killed: whoever looks would take it for this one
     return held
 
 

@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NoReturn
 
+LONGEST = 500
+"""Characters of a problem that are shown: it may quote anything."""
+
 
 @dataclass(frozen=True, slots=True)
 class Problem:
@@ -19,7 +22,8 @@ class Problem:
     def __str__(self) -> str:
         """Return ``frog/stack.yaml:17: components.navigator.host: there is no host 'arm'``."""
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return ": ".join(part for part in (place, self.field, self.problem) if part)
+        said = self.problem if len(self.problem) <= LONGEST else f"{self.problem[:LONGEST]}…"
+        return ": ".join(part for part in (place, self.field, said) if part)
 
 
 MOST_SHOWN = 100

@@ -257,6 +257,15 @@ def test_a_second_start_is_refused_and_the_first_goes_on(start: Start) -> None:
     assert system.processes()["sink"].incarnation == 1
 
 
+def test_a_start_is_not_taken_for_the_killed_run_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path))
+    rundir.lock("tests").close()
+    rundir.write_info(RunInfo("tests", "run", 1, "tcp/127.0.0.1:1", "stack.yaml", simulated=False))
+    with rundir.lock("tests"):
+        assert rundir.is_running("tests")
+        assert rundir.running() == [], "it has not said yet how to reach it"
+
+
 def test_a_home_that_cannot_be_written_is_said(stack: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = stack(SOURCE)
     (tmp_path / "file").write_text("")
