@@ -54,6 +54,23 @@ class RestartPolicy:
     backoff: Annotated[Seconds, Bounds(0.0, 60.0)] = 0.05
 
 
+@message("regraft/Limits")
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The most that a component may use; None: no limit.
+
+    ``memory`` (MiB) is what its processes may have together. ``files`` are those that each of them may have open.
+    """
+
+    memory: Annotated[float, Bounds(16.0)] | None = None
+    files: Annotated[int, Bounds(32, 1_000_000)] | None = None
+
+    def before(self, general: Limits) -> Limits:
+        """Return these limits, where they say nothing the ``general`` ones."""
+        memory = general.memory if self.memory is None else self.memory
+        return Limits(memory, general.files if self.files is None else self.files)
+
+
 @message("regraft/ComponentSpec")
 @dataclass(frozen=True, slots=True)
 class ComponentSpec:
@@ -61,7 +78,8 @@ class ComponentSpec:
 
     ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
     ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
-    ``name`` may be left out where it stands beside the spec.
+    ``name`` may be left out where it stands beside the spec. Where ``limits`` say nothing, those of the architecture
+    hold.
     """
 
     name: str = ""
@@ -75,6 +93,7 @@ class ComponentSpec:
     restart: RestartPolicy = field(default_factory=RestartPolicy)
     managed: bool = True
     description: Description | None = None
+    limits: Limits = Limits()
 
     def brief(self, known: ComponentSpec | None) -> ComponentSpec:
         """Return the spec without its description, for whoever has ``known`` of the same class and description."""
@@ -141,7 +160,7 @@ class Architecture:
 
     ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
     A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
-    revision, while that is not final; empty once it is.
+    revision, while that is not final; empty once it is. ``limits`` hold for every component without its own.
     """
 
     system: str
@@ -154,6 +173,7 @@ class Architecture:
     modes: dict[str, PlainValue] = field(default_factory=dict)
     host_rules: dict[str, HostRules] = field(default_factory=dict)
     unconfirmed: str = ""
+    limits: Limits = Limits()
 
     def rules(self, host: str) -> HostRules:
         """Return the rules of a host."""

@@ -9,6 +9,7 @@ import io
 import json
 import logging
 import os
+import resource
 import signal
 import sys
 from pathlib import Path
@@ -77,6 +78,14 @@ class _LogFile(io.RawIOBase):
 def _log_stream(descriptor: int) -> TextIO:
     raw: Any = _LogFile(descriptor)
     return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", line_buffering=True)
+
+
+def limit_files(most: int | None) -> None:
+    """Have this process and all that it starts open at most so many files each; no more than it may have anyway."""
+    if most is not None:
+        _, allowed = resource.getrlimit(resource.RLIMIT_NOFILE)
+        wanted = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, wanted))
 
 
 def be_component(plain: dict[str, Any]) -> int:

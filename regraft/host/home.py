@@ -10,11 +10,12 @@ from bus_schema.errors import SchemaError
 from bus_schema.messages.host import LEAVE_OUT, HostStatus
 from bus_schema.messages.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
 from regraft.bus import Bus, Presence, Sample
-from regraft.host.host import END_WITHIN, LOOK_EVERY, Host
+from regraft.host.host import END_WITHIN, Host
 from regraft.host.others import Others
 from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.rescue import Rescue
+from regraft.host.watching import LOOK_EVERY
 from regraft.host.zygote import Zygote
 
 

@@ -27,20 +27,20 @@ from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.questions import Questions
 from regraft.host.restarts import RestartHistory
-from regraft.host.silence import HUNG_AFTER, Silence
+from regraft.host.silence import HUNG_AFTER
 from regraft.host.voice import Voice
 from regraft.host.ward import Ward
+from regraft.host.watching import LOOK_EVERY, Watching
 from regraft.host.zygote import Zygote, how_it_ended
 from regraft.inbox import Inbox
 from regraft.patience import Patience, stretched
 
-LOOK_EVERY = 0.05
 STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0
-SAY_WHERE_WITHIN = 0.1
-"""Seconds that a hung process has to write into its log where it hangs, before it is killed by force."""
 END_WITHIN = 3.0
 SOURCE_WITHIN = 5.0
+MOST_STARTING = 32
+"""Processes that start at a time: more would only wait for a processor, and keep it from this host."""
 MOST_WAITING = 10_000
 """Items that may wait in the inbox, so that a flood of forged heartbeats does not fill the memory."""
 
@@ -64,7 +64,7 @@ class Host:
         self._keys = Keys(plan.architecture.system)
         self._clock = RealClock()
         self._voice = Voice(bus, self._keys, plan.name, self._clock)
-        self._silence = Silence()
+        self._watching = Watching(self._voice, zygote)
         self._log = logging.getLogger("host")
         self._next_status = 0.0
         self._next_look = 0.0
@@ -126,7 +126,7 @@ class Host:
 
     def _until_due(self) -> float:
         now = time.monotonic()
-        starts = [w.start_at - now for w in self._all() if w.start_at is not None]
+        starts = [w.start_at - now for w in self._all() if w.start_at is not None] if self._room() else []
         return max(0.0, min([LOOK_EVERY, *starts]))
 
     def _take(self, item: Any, *, shed: bool = False) -> None:
@@ -154,12 +154,15 @@ class Host:
     def _all(self) -> list[Ward]:
         return [*self.wards.values(), *self.beside.wards.values()]
 
+    def _room(self) -> int:
+        return max(0, MOST_STARTING - sum(ward.is_starting for ward in self._all()))
+
     def _start_due(self) -> None:
-        now = time.monotonic()
+        now, room = time.monotonic(), self._room()
         for ward in self._all():
             self.beside.restart_if_alone(ward, now)
-            if ward.start_at is not None and ward.start_at <= now:
-                ward.start_at = None
+            if ward.start_at is not None and ward.start_at <= now and room:
+                ward.start_at, room = None, room - 1
                 self.spawn(ward)
             if ward.kill_at is not None and ward.kill_at <= now and ward.pid:
                 ward.kill_at = None
@@ -175,8 +178,9 @@ class Host:
         order = ward.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(ward)}
         ward.awaited = False
         ward.succeeds = None  # whoever is restarted succeeds nobody that lives
+        command, files = list(ward.spec.command) or None, self.plan.limits(ward.spec).files
         try:
-            self._zygote.spawn(order, str(self.plan.stack_folder), log, list(ward.spec.command) or None)
+            self._zygote.spawn(order, str(self.plan.stack_folder), log, command, files)
         except OSError:
             self._zygote_gone()
             return
@@ -199,7 +203,7 @@ class Host:
         self.ended = True
         for ward in self._all():
             ward.ordered, ward.pid, ward.start_at, ward.kill_at = False, 0, None, None
-            self._silence.forget(ward.run)
+            self._watching.forget(ward)
 
     def _zygote_reports(self, report: dict[str, Any]) -> None:
         if self.questions.describer.takes(report):
@@ -213,7 +217,7 @@ class Host:
             if ward.stopping:
                 self._zygote.signal(ward.pid, signal.SIGTERM)
             elif ward.spec.managed:
-                self._silence.watch(ward.run, ward.pid, FIRST_BEAT_WITHIN, time.monotonic())
+                self._watching.expect(ward, FIRST_BEAT_WITHIN, time.monotonic())
             else:
                 ward.state = ProcessState.RUNNING
         else:
@@ -222,7 +226,7 @@ class Host:
 
     def _process_ended(self, ward: Ward, code: int) -> None:
         name = ward.spec.name
-        self._silence.forget(ward.run)
+        self._watching.forget(ward)
         ward.pid, ward.kill_at = 0, None
         ward.last_end = ward.why_killed or how_it_ended(code)
         if self.beside.stands(ward):
@@ -271,7 +275,7 @@ class Host:
     def _forget(self, ward: Ward) -> None:
         del self.wards[ward.spec.name]
         self.past.note(ward.spec.name, ward.incarnation, ward.checkpoint)
-        self._silence.forget(ward.run)
+        self._watching.forget(ward)
         self._next_status = 0.0
         self._voice.event("component.removed", ward.spec.name, f"{ward.spec.name} was removed")
 
@@ -285,7 +289,7 @@ class Host:
             elif ward.removed:
                 self._forget(ward)
             return
-        self._silence.forget(ward.run)
+        self._watching.forget(ward)
         ward.kill_at = time.monotonic() + grace
         if ward.pid:
             self._zygote.signal(ward.pid, signal.SIGTERM)
@@ -299,33 +303,12 @@ class Host:
             return
         self._next_look = now + LOOK_EVERY
         self.questions.describer.look(now)
-        self._judge_silence(now)
+        self._watching.judge(now, self._all(), self.wards.get(self.plan.source or ""), self.plan.limits)
         if now >= self._next_status:
             self._next_status = now + STATUS_EVERY
             self._voice.status(self.status())
             for name in self.wards:
                 begin_anew_if_long(log_of(self._logs, name))
-
-    def _judge_silence(self, now: float) -> None:
-        source = self.wards.get(self.plan.source or "")
-        hung = set(self._silence.hung(now, source.run if source else None))
-        stalled = set(self._silence.stalled())
-        for ward in self._all():
-            if ward.run in hung:
-                self._end_hung(ward, now)
-            elif ward.run in stalled:
-                name = ward.spec.name
-                text = f"{name} gives no sign of life: it waits for a disk or a device, and cannot be interrupted"
-                self._voice.event("component.stalled", name, text, incarnation=ward.incarnation)
-
-    def _end_hung(self, ward: Ward, now: float) -> None:
-        name = ward.spec.name
-        ward.why_killed = "its loop hung, so it was killed" if ward.seen else "it never said a word, so it was killed"
-        account = self._silence.account(ward.run)
-        self._silence.forget(ward.run)
-        self._voice.event("component.hung", name, f"{name} gives no sign of life: {ward.why_killed} ({account})")
-        self._zygote.signal(ward.pid, signal.SIGABRT)
-        ward.kill_at = now + SAY_WHERE_WITHIN
 
     def _take_sample(self, sample: Sample) -> None:
         """Take a heartbeat or checkpoint; one of another incarnation speaks for the dead, or is forged."""
@@ -347,14 +330,14 @@ class Host:
     def _beats(self, ward: Ward) -> None:
         now = time.monotonic()
         if ward.seen:
-            self._silence.beat(ward.run, now)
+            self._watching.beat(ward, now)
             return
         ward.seen, ward.state = True, ProcessState.RUNNING
         self._next_status = 0.0
         if ward.stopping:
             return
         longest = ward.spec.description.longest_handler if ward.spec.description else HUNG_AFTER
-        self._silence.watch(ward.run, ward.pid, longest, now)
+        self._watching.expect(ward, longest, now)
         if ward.spec.name == self.plan.source:
             self._start_the_others(now)
 

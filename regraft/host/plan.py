@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.architecture import Architecture, ComponentSpec, Limits
 from bus_schema.messages.host import UpdateSpecs
 from bus_schema.messages.joining import JoinedSystem
 
@@ -67,6 +67,10 @@ class HostPlan:
     def mine(self) -> dict[str, ComponentSpec]:
         """Return the specs of the components on this host."""
         return {name: spec for name, spec in self.architecture.components.items() if spec.host == self.name}
+
+    def limits(self, spec: ComponentSpec) -> Limits:
+        """Return what a component may use: its own limits, else those of the whole system."""
+        return spec.limits.before(self.architecture.limits)
 
     def sensor_streams(self) -> tuple[str, ...]:
         """Return the topics that drop rather than block."""

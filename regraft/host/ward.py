@@ -69,6 +69,11 @@ class Ward:
         """Whether there is a process, or one on its way."""
         return self.ordered or self.pid != 0
 
+    @property
+    def is_starting(self) -> bool:
+        """Whether its process is on its way, or has not given a sign of life yet."""
+        return self.has_process and self.state is ProcessState.STARTING and not self.stopping
+
     def remove(self) -> None:
         """Start it no more, but leave its process alone."""
         self.removed, self.owed = True, self.owed or self.start_at is not None

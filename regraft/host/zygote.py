@@ -37,9 +37,15 @@ class Zygote:
         self.pid = pid
         self._line = line
 
-    def spawn(self, assignment: dict[str, Any], folder: str, log: str, command: list[str] | None) -> None:
-        """Start a component or program in ``folder``; ``started`` and ``ended`` are reported to the reader."""
-        frames.send(self._line, {"assignment": assignment, "folder": folder, "log": log, "command": command})
+    def spawn(
+        self, assignment: dict[str, Any], folder: str, log: str, command: list[str] | None, files: int | None = None
+    ) -> None:
+        """Start a component or program in ``folder``; ``started`` and ``ended`` are reported to the reader.
+
+        Each of its processes may have so many ``files`` open; None leaves it at what this process may have.
+        """
+        order = {"assignment": assignment, "folder": folder, "log": log, "command": command, "files": files}
+        frames.send(self._line, order)
 
     def describe(self, name: str, order: dict[str, Any], folder: str, log: str) -> None:
         """Start a process that answers as ``regraft.host.describing`` says; it is reported as a component's is."""
@@ -156,6 +162,7 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
             os.close(descriptor)
         children.open_log(order["log"])
         os.chdir(order["folder"])
+        children.limit_files(order.get("files"))
         code = _act(order)
     except BaseException:
         traceback.print_exc()

@@ -12,11 +12,12 @@ from bus_schema.description import Description
 from bus_schema.lifecycle import State
 from regraft.process import NoSuchClass
 from regraft.stack.classes import describe_class
+from regraft.stack.limits import read_limits
 from regraft.stack.programs import read_program
 from regraft.stack.restart import read_restart
 from regraft.stack.section import Section
 
-OF_CLASSES = ("class", "parameters", "connect", "services", "state", "restart", "host")
+OF_CLASSES = ("class", "parameters", "connect", "services", "state", "restart", "host", "limits")
 OF_PROGRAMS = (
     "command",
     "managed",
@@ -28,6 +29,7 @@ OF_PROGRAMS = (
     "state",
     "restart",
     "host",
+    "limits",
 )
 
 WANTED_STATES = (State.ACTIVE, State.INACTIVE, State.UNCONFIGURED)
@@ -59,6 +61,7 @@ def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
         restart=read_restart(section),
         managed=section.flag("managed", True) if "command" in section else True,
         description=description,
+        limits=read_limits(section),
     )
 
 

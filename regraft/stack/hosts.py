@@ -6,6 +6,7 @@ from bus_schema import keys
 from bus_schema.architecture import HostRules
 from bus_schema.codec import from_plain, to_plain
 from bus_schema.errors import BadKey, BadMessage
+from regraft.stack.limits import read_memory
 from regraft.stack.nodes import plain
 from regraft.stack.section import Section
 
@@ -49,7 +50,7 @@ def _rules(section: Section, name: str) -> HostRules:
         _move_to(section),
         usual.lost_after if lost_after is None else lost_after,
         section.number("cpu"),
-        section.number("memory"),
+        read_memory(section, "memory"),
         tuple(section.texts("devices")),
     )
     if name == FIRST:

@@ -13,6 +13,7 @@ from regraft.stack.components import read_component, read_connections
 from regraft.stack.constraints import read_constraints
 from regraft.stack.document import read_document
 from regraft.stack.hosts import read_hosts
+from regraft.stack.limits import read_limits
 from regraft.stack.modes import read_modes
 from regraft.stack.section import Section
 from regraft.stack.stack import Stack, time_sources
@@ -26,6 +27,7 @@ FIELDS = (
     "duration",
     "imports",
     "hosts",
+    "limits",
     "topics",
     "components",
     "constraints",
@@ -94,6 +96,7 @@ def _architecture(root: Section, folder: Path) -> Architecture:
         topics=topics,
         hosts=hosts,
         host_rules=rules,
+        limits=read_limits(root),
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import gc
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -285,3 +286,33 @@ class SlowSink(KeepingSink):
     def on_activate(self) -> None:
         print("takes its time", flush=True)
         time.sleep(0.5)
+
+
+class Greedy(Ticker):
+    """Takes memory and files as it is told to, and keeps them."""
+
+    def on_configure(self) -> None:
+        self.kept: list[object] = []
+
+    @service("eat")
+    def eat(self, mebibytes: Tick) -> Tick:
+        self.kept.append(b"x" * (mebibytes.count * 2**20))
+        return mebibytes
+
+    @service("open")
+    def open(self, files: Tick) -> Tick:
+        self.kept += [os.open(os.devnull, os.O_RDONLY) for _ in range(files.count)]
+        return files
+
+    @service("files")
+    def files(self, _: Tick) -> Tick:
+        """Say how many files may be open."""
+        return Tick(resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+
+
+class Swelling(Ticker):
+    """Needs much memory to get ready."""
+
+    def on_configure(self) -> None:
+        self.kept = b"x" * (300 * 2**20)
+        time.sleep(1.0)
