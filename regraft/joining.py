@@ -14,7 +14,7 @@ from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, system_name
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.joining import JoinedSystem, JoinHost
-from regraft import rundir
+from regraft import capacity, rundir
 from regraft.bus import Answer, Bus, BusError
 from regraft.ending import Ending
 from regraft.host.asking import asked_by_a_child
@@ -74,6 +74,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
         NothingThere: nobody answers there.
         CannotJoin: the first host refuses.
         AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
+        TooMany: this machine cannot hold the host's components.
         NoSuchClass: a class of the host's components cannot be had here.
     """
     ending = Ending()
@@ -90,6 +91,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
     held = rundir.lock(folder.name)
     try:
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
+        capacity.check(mine.values())
         with ending.interrupting():
             notices = prepare_process(mine.values())
         if first.architecture.simulated:

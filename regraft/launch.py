@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from bus_schema.architecture import ComponentSpec
-from regraft import rundir
+from regraft import capacity, rundir
 from regraft.bus import Bus
 from regraft.component import Component
 from regraft.ending import Ending
@@ -79,6 +79,7 @@ def run_system(
     Raises:
         KeyboardInterrupt: one of them came before the system was started.
         AlreadyRunning: a system of that name is running.
+        TooMany: this machine cannot hold the components.
         NoSuchClass: a class cannot be prepared.
         NoRoom: the system's folder cannot be written.
         BusError: the hub cannot listen.
@@ -91,8 +92,10 @@ def run_system(
     system = stack.architecture.system
     held = rundir.lock(system)
     try:
+        mine = [spec for spec in stack.architecture.components.values() if spec.host == LOCAL]
+        capacity.check(mine)
         with ending.interrupting():
-            notices = prepare_process(spec for spec in stack.architecture.components.values() if spec.host == LOCAL)
+            notices = prepare_process(mine)
         if stack.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()

@@ -9,6 +9,7 @@ from typer.core import TyperGroup
 
 from bus_schema.errors import SchemaError
 from regraft.bus import BusError
+from regraft.capacity import TooMany
 from regraft.certificates import CannotMake
 from regraft.cli.output import complain
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
@@ -48,7 +49,7 @@ class Failed(Exception):
 
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
-    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, ParameterError, SchemaError)),
+    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError, SchemaError)),
     (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake, BadToken, BadTokens)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),

@@ -80,7 +80,8 @@ class Run:
 
     def end(self) -> None:
         """Show nothing any more."""
-        self._say_ending()
+        if self._watch is not None:
+            self._say_ending()
         self._display.close()
 
     def _say_where(self, running: Running) -> None:
