@@ -18,6 +18,7 @@ from bus_schema.messages.manager import (
     UndoAdaptation,
 )
 from bus_schema.messages.requests import Answer
+from bus_schema.offers import offered_services
 from dashboard_api.body import told
 from dashboard_api.problems import (
     CONFLICT,
@@ -31,7 +32,9 @@ from dashboard_api.problems import (
     unavailable,
 )
 from regraft import CallFailed
-from regraft.client import Client
+from regraft.bus import BusError
+from regraft.client import Client, ClientError
+from regraft.host.plan import LOCAL
 
 A = TypeVar("A")
 
@@ -41,6 +44,8 @@ COME_AGAIN_AFTER = 1.0
 """Seconds after which who finds too many waiting may try again."""
 FRESH_FOR = 1.0
 """Seconds for which an architecture that was read serves overviews."""
+HOST_WITHIN = 1.0
+"""Seconds that the first host may take to say which components there are."""
 OVERVIEW_WITHIN = 1.0
 """Seconds that an overview waits for the manager; it can do without."""
 BACK_OFF = 5.0
@@ -73,8 +78,10 @@ class Services:
 
         Raises:
             Refused: it refused, for good.
-            Problem: it failed, stayed silent, or the request cannot travel.
+            Problem: nobody offers it, it failed, stayed silent, or the request cannot travel.
         """
+        if self._is_offered_by_nobody(service):
+            raise unavailable(f"no component of the system offers the service {service!r}")
         patience = self.answer_within if timeout is None else timeout
         try:
             return self.client.call(service, request, expected, patience)
@@ -88,6 +95,18 @@ class Services:
             raise unavailable(str(error)) from None
         except BadMessage as error:
             raise malformed(told(error)) from None
+
+    def _is_offered_by_nobody(self, service: str) -> bool:
+        """Tell whether nobody hears the service now, and no component is there that may offer it again."""
+        try:
+            return not self.client.reaches(service) and service not in self._offered()
+        except (BusError, ClientError):
+            return False
+
+    def _offered(self) -> set[str]:
+        """Return the services of all components, as the first host knows them; raises ClientError."""
+        components = self.client.host_view(LOCAL, HOST_WITHIN).architecture.components.values()
+        return {name for spec in components for name in offered_services(spec).values()}
 
 
 class Manager:

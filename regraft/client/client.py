@@ -179,6 +179,10 @@ class Client:
             outlives=outlives,
         )
 
+    def reaches(self, service: str) -> bool:
+        """Tell whether somebody hears now what a service or action is asked; raises BusError."""
+        return self._requests.reaches(service)
+
     def adapt(
         self, *changes: Change, reason: str = "", dry_run: bool = False, timeout: float = 60.0
     ) -> AdaptationReport:

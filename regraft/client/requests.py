@@ -13,6 +13,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, topic_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.registry import type_of
 from regraft.bus import BusError, Sample
 from regraft.client.sending import Sender
 from regraft.runtime.calling import CallFailed
@@ -203,6 +204,10 @@ class Requests:
             self._sender.put(self._keys.request(pending.service), request)
         except BusError as error:
             self._end(pending, CallFailed(pending.service, None, str(error)))
+
+    def reaches(self, service: str) -> bool:
+        """Tell whether somebody hears what a service is asked; raises BusError."""
+        return self._sender.reaches(self._keys.request(service), type_of(Request).encoding)
 
     def _give_up(self, pending: Pending) -> None:
         offered = self._sender.matched(self._keys.request(pending.service))

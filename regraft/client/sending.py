@@ -52,6 +52,14 @@ class Sender:
         line = self._lines.get(key)
         return line is not None and line.publisher.matched
 
+    def reaches(self, key: str, encoding: str) -> bool:
+        """Tell whether somebody subscribes to a key; whether it was put at before or not. Raises BusError."""
+        line = self._line(key, encoding)
+        with line.lock:
+            if line.sequence == 0:
+                _wait_for_reader(line.publisher)
+        return line.publisher.matched
+
     def _line(self, key: str, encoding: str) -> _Line:
         with self._lock:
             line = self._lines.get(key)

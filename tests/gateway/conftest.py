@@ -26,6 +26,7 @@ class Running:
     site: Site
     manager: ScriptedManager
     executor: ScriptedExecutor
+    host: HostStub
     url: str
     http: httpx.Client
 
@@ -76,5 +77,5 @@ def running(site: Site) -> Iterator[Running]:
     url = start_gateway(site)
     with httpx.Client(base_url=url, timeout=PATIENCE) as http:
         http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
-        yield Running(site, manager, executor, url, http)
+        yield Running(site, manager, executor, host, url, http)
     host.close()

@@ -25,7 +25,7 @@ from bus_schema.keys import Keys
 from bus_schema.lifecycle import after
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.geometry import Twist
-from bus_schema.messages.host import HostStatus, LogLines, LogRequest, ProcessState, ProcessStatus
+from bus_schema.messages.host import HostStatus, HostView, LogLines, LogRequest, ProcessState, ProcessStatus
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
@@ -245,14 +245,18 @@ class ScriptedExecutor(Component):
 
 
 class HostStub:
-    """Speaks for a host: tells of the navigator's process, and has its log."""
+    """Speaks for a host: tells of the navigator's process, has its log, and knows the ``architecture``."""
 
     def __init__(self, bus: Bus, keys: Keys) -> None:
         self._bus = bus
         self._ended = threading.Event()
+        self.architecture = robot()
         self._status_key = keys.host("local", "status")
         self._token = bus.announce(keys.host("local", "alive"))
-        self._queries = bus.serve(keys.host("local", "logs"), self._answer)
+        self._queries = [
+            bus.serve(keys.host("local", verb), answer)
+            for verb, answer in (("logs", self._answer), ("view", self._show))
+        ]
         self._thread = threading.Thread(target=self._tell, daemon=True)
         self._thread.start()
 
@@ -264,6 +268,11 @@ class HostStub:
             sequence += 1
             status = HostStatus("local", 1.0, 42, (process,))
             publisher.put(codec.encode(status), Envelope("host", 1, 1, sequence, 0).to_bytes())
+
+    def _show(self, item: Any) -> None:
+        query = self._bus.open_query(item)
+        assert query is not None
+        query.reply(codec.encode(HostView("local", "run", 0, self.architecture, ())))
 
     def _answer(self, item: Any) -> None:
         query = self._bus.open_query(item)
@@ -280,5 +289,6 @@ class HostStub:
         """Leave."""
         self._ended.set()
         self._thread.join(PATIENCE)
-        self._queries.close()
+        for queries in self._queries:
+            queries.close()
         self._token.close()

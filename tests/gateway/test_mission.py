@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+from bus_schema.messages.control import ParameterValues
 from tests.gateway.conftest import Running
+from tests.gateway.parts import ScriptedExecutor, spec
 from tests.waiting import wait_until
 
 TREE = '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
@@ -29,9 +31,38 @@ def test_a_malformed_command_is_told_by_field(running: Running) -> None:
     assert running.post("/mission/start", {"tree": TREE}).status_code == 422
 
 
-def test_without_an_executor_the_mission_is_unavailable(running: Running) -> None:
-    running.impatient()
+ROUTES = (
+    ("GET", "/mission", None),
+    ("GET", "/mission/blackboard", None),
+    ("PATCH", "/mission/blackboard", {"rounds": 1}),
+    ("POST", "/mission/load", {"tree": TREE}),
+    ("POST", "/mission/start", None),
+    ("POST", "/mission/halt", None),
+)
+
+
+def _without_executor(running: Running) -> None:
     running.site.stop("bt_executor")
     wait_until(lambda: not running.site.bus.present(running.site.keys.alive("bt_executor", "*"), 1.0))
-    assert running.http.get("/mission").status_code == 503
-    assert running.http.post("/mission/halt").status_code == 503
+
+
+def test_an_executor_that_is_gone_but_may_come_back_is_waited_for(running: Running) -> None:
+    running.impatient()
+    boards = {name: f"mission/{name}" for name in ("blackboard", "write")}
+    executor = spec(ScriptedExecutor, "bt_executor", services=boards)
+    running.host.architecture = running.host.architecture.with_component(executor)
+    _without_executor(running)
+    for method, path, body in ROUTES:
+        response = running.http.request(method, path, json=body)
+        assert response.status_code == 503
+        assert "waited 0.5 s" in response.json()["detail"]
+
+
+def test_without_an_executor_the_mission_is_unavailable_at_once(running: Running) -> None:
+    values = ParameterValues({"answer_within": 60.0})
+    running.site.client.control("gateway", "parameters", values)
+    _without_executor(running)
+    for method, path, body in ROUTES:
+        response = running.http.request(method, path, json=body)
+        assert response.status_code == 503
+        assert response.json()["detail"].startswith("no component of the system offers the service 'mission/")
