@@ -46,7 +46,7 @@ async def run_process(site: Site, action: RunProcess) -> None:
     site.controls.processes |= await site.hosts.start(
         spec.name, spec.host, action.resume, leave_out=action.leave_out, afresh=action.afresh
     )
-    patience = Patience(site.bounds.start)
+    patience = Patience(site.start_within(spec))
     await _until_it_runs(site, spec, patience)
     if not spec.managed:
         return
@@ -121,7 +121,7 @@ async def _until_it_runs(site: Site, spec: ComponentSpec, patience: Patience) ->
         if process.state is ProcessState.RUNNING and await _answers(site, spec):
             return
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: its process has not come up within {site.bounds.start:g} s")
+            raise NoAnswer(f"{spec.name}: its process has not come up within {site.start_within(spec):g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
 
@@ -145,8 +145,7 @@ async def ended_as_it_started(site: Site, spec: ComponentSpec, how: str) -> Cont
 async def _bring(site: Site, spec: ComponentSpec, transition: Transition) -> None:
     """Ask for a transition; a new component may take as long as its class says that a handler of it does."""
     site.touch(spec.name)
-    longest = spec.description.longest_handler if spec.description else 0.0
-    within = max(site.bounds.answer, longest) + 1.0
+    within = max(site.bounds.answer, site.after.handler_timeout(spec)) + 1.0
     try:
         await site.controls.transition(spec.name, transition, site.revision, within).view()
     except NoAnswer as error:
@@ -172,7 +171,7 @@ async def _until_it_is_a_member(site: Site, spec: ComponentSpec, patience: Patie
     run = ClockMember(spec.name, process.incarnation if process else 0)
     while not await _membership(site, "admit", run):
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: it has not joined simulated time within {site.bounds.start:g} s")
+            raise NoAnswer(f"{spec.name}: it has not joined simulated time within {site.start_within(spec):g} s")
         await site.pause(LOOK_AGAIN_AFTER)
     site.touch(spec.name)
 
@@ -186,10 +185,10 @@ async def go_on_in_step(site: Site, name: str) -> None:
     spec = site.after.components.get(name) or site.before.components[name]
     if not _is_in_step(site, spec):
         return
-    patience = Patience(site.bounds.start)
+    patience = Patience(site.start_within(spec))
     while not await _membership(site, "succeed", ClockMember(name, site.controls.processes[name].incarnation)):
         if patience.is_over():
-            raise NoAnswer(f"{name}: simulated time does not go on with it within {site.bounds.start:g} s")
+            raise NoAnswer(f"{name}: simulated time does not go on with it within {site.start_within(spec):g} s")
         await site.pause(LOOK_AGAIN_AFTER)
         await site.refresh()
         if site.controls.living(name) is None:
@@ -201,7 +200,7 @@ async def begin_in_step(site: Site, name: str) -> None:
     """Take a run into simulated time that goes on alone, where another was lost; raises ControlFailed."""
     spec = site.after.components[name]
     if _is_in_step(site, spec):
-        await _until_it_is_a_member(site, spec, Patience(site.bounds.start))
+        await _until_it_is_a_member(site, spec, Patience(site.start_within(spec)))
 
 
 async def _membership(site: Site, verb: str, run: ClockMember) -> bool:

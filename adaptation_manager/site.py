@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from adaptation_manager.controls import BESIDE, Controls
 from adaptation_manager.hosts import Hosts
 from bus_schema.adaptation import Outcome
-from bus_schema.architecture import Architecture
+from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.messages.host import ProcessStatus
 
 if TYPE_CHECKING:
@@ -45,6 +45,10 @@ class Site:
     revision: int
     state_lost: set[str] = field(default_factory=set)
     unfinished: bool = False
+
+    def start_within(self, spec: ComponentSpec) -> float:
+        """Return the seconds that a component's process may take to come up and get ready."""
+        return self.bounds.start + self.after.handler_timeout(spec)
 
     @property
     def loss(self) -> str:

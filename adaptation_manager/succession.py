@@ -39,7 +39,7 @@ WITHOUT_MERCY = 0.0
 async def run_successor(site: Site, action: RunSuccessor) -> None:
     """Start a successor beside a component's run and wait until it is ready; raises ControlFailed."""
     name, spec = action.component, action.spec
-    patience = Patience(site.bounds.start)
+    patience = Patience(site.start_within(spec))
     await site.hosts.succeed(spec, action.incumbent, site.before.components[name].host, action.with_state)
     _note(site, name)
     successor = await _until_ready(site, spec, patience)
@@ -59,7 +59,7 @@ async def _until_ready(site: Site, spec: ComponentSpec, patience: Patience) -> P
         if site.controls.remembered.stands_by(spec.name, successor.begun):
             return successor
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: its successor is not ready within {site.bounds.start:g} s")
+            raise NoAnswer(f"{spec.name}: its successor is not ready within {site.start_within(spec):g} s")
         await site.pause(LOOK_AGAIN_AFTER)
         if time.monotonic() > look_at:
             look_at = time.monotonic() + LOOK_AT_HOST_AFTER
@@ -216,7 +216,7 @@ async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | 
     name = action.component
     await _end_successor(site, action, successor)
     spec = site.before.components[name]
-    patience = Patience(site.bounds.start)
+    patience = Patience(site.start_within(spec))
     if action.successor_host not in ("", action.host):
         await site.hosts.give(UpdateSpecs(site.revision, (spec,)))
     while True:
@@ -228,7 +228,7 @@ async def _begin_again(site: Site, action: GiveBack, successor: ProcessStatus | 
             await site.hosts.start(name, action.host, resume=False)
             _note(site, name)
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: it has not come back within {site.bounds.start:g} s")
+            raise NoAnswer(f"{spec.name}: it has not come back within {site.start_within(spec):g} s")
         await site.pause(LOOK_AGAIN_AFTER)
 
 
@@ -349,11 +349,11 @@ async def _hand_over(site: Site, name: str, begun: int, step: Handover, within: 
 
 def _takes(site: Site, name: str) -> float:
     """Return the seconds within which a step of a hand-over is answered."""
-    specs = (site.before.components.get(name), site.after.components.get(name))
-    both = [spec.description for spec in specs if spec and spec.description]
-    longest = max((description.longest_handler for description in both), default=0.0)
+    specs = [spec for plan in (site.before, site.after) if (spec := plan.components.get(name)) is not None]
+    longest = max((site.after.handler_timeout(spec) for spec in specs), default=0.0)
     # One run after the other lets go and takes hold, each by its own methods.
-    hooks = sum(2 * description.longest_handler for description in both if description.exclusive)
+    exclusive = [spec for spec in specs if spec.description is not None and spec.description.exclusive]
+    hooks = sum(2 * site.after.handler_timeout(spec) for spec in exclusive)
     return max(site.bounds.answer, TAKE_OVER_WITHIN) + longest + hooks
 
 

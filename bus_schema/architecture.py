@@ -60,15 +60,20 @@ class Limits:
     """The most that a component may use; None: no limit.
 
     ``memory`` (MiB) is what its processes may have together. ``files`` are those that each of them may have open.
+    ``handler_timeout`` (seconds) is how long a handler or hook may keep its loop; None: as long as its class says.
     """
 
     memory: Annotated[float, Bounds(16.0)] | None = None
     files: Annotated[int, Bounds(32, 1_000_000)] | None = None
+    handler_timeout: Annotated[Seconds, Bounds(0.1, 600.0)] | None = None
 
     def before(self, general: Limits) -> Limits:
         """Return these limits, where they say nothing the ``general`` ones."""
-        memory = general.memory if self.memory is None else self.memory
-        return Limits(memory, general.files if self.files is None else self.files)
+        return Limits(
+            general.memory if self.memory is None else self.memory,
+            general.files if self.files is None else self.files,
+            general.handler_timeout if self.handler_timeout is None else self.handler_timeout,
+        )
 
 
 @message("regraft/ComponentSpec")
@@ -174,6 +179,13 @@ class Architecture:
     host_rules: dict[str, HostRules] = field(default_factory=dict)
     unconfirmed: str = ""
     limits: Limits = Limits()
+
+    def handler_timeout(self, spec: ComponentSpec) -> float:
+        """Return the seconds for which a handler or hook of a component may keep its loop, 0 if nobody says."""
+        limit = spec.limits.before(self.limits).handler_timeout
+        if limit is not None:
+            return limit
+        return spec.description.longest_handler if spec.description else 0.0
 
     def rules(self, host: str) -> HostRules:
         """Return the rules of a host."""

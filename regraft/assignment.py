@@ -28,6 +28,7 @@ class Assignment:
     the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is told to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
+    ``handler_timeout`` takes the place of what its class says.
     """
 
     system: str
@@ -53,3 +54,4 @@ class Assignment:
     succeeds: Succession | None = None
     secret: str = field(default="", repr=False)
     lease: str = ""
+    handler_timeout: Seconds | None = None

@@ -27,7 +27,6 @@ from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.questions import Questions
 from regraft.host.restarts import RestartHistory
-from regraft.host.silence import HUNG_AFTER
 from regraft.host.voice import Voice
 from regraft.host.ward import Ward
 from regraft.host.watching import LOOK_EVERY, Watching
@@ -217,7 +216,8 @@ class Host:
             if ward.stopping:
                 self._zygote.signal(ward.pid, signal.SIGTERM)
             elif ward.spec.managed:
-                self._watching.expect(ward, FIRST_BEAT_WITHIN, time.monotonic())
+                timeout = self.plan.architecture.handler_timeout(ward.spec)
+                self._watching.expect(ward, FIRST_BEAT_WITHIN + timeout, time.monotonic())
             else:
                 ward.state = ProcessState.RUNNING
         else:
@@ -336,8 +336,7 @@ class Host:
         self._next_status = 0.0
         if ward.stopping:
             return
-        longest = ward.spec.description.longest_handler if ward.spec.description else HUNG_AFTER
-        self._watching.expect(ward, longest, now)
+        self._watching.expect(ward, self.plan.architecture.handler_timeout(ward.spec), now)
         if ward.spec.name == self.plan.source:
             self._start_the_others(now)
 

@@ -124,6 +124,7 @@ class Ward:
             duration=plan.duration if is_source else None,
             succeeds=self.succeeds,
             secret=plan.secret,
+            handler_timeout=plan.limits(self.spec).handler_timeout,
         )
 
     def _checkpoint(self) -> Snapshot | None:

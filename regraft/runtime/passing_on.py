@@ -30,7 +30,7 @@ def offer(runtime: Runtime) -> HandoverOffer:
         runtime.state,
         cls.snapshot is not Component.snapshot,
         cls.state_version,
-        cls.longest_handler * (2 if cls.is_exclusive() else 1),
+        runtime.handler_timeout * (2 if cls.is_exclusive() else 1),
         runtime.parameters.plain(),
         {key: writer.encoding for key, writer in runtime.writers.open_keys.items()},
         runtime.clock.now(),

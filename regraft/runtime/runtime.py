@@ -105,6 +105,12 @@ class Runtime:
         self._seen_as: int | None = None
         self.component.__init__()  # type: ignore[misc]
 
+    @property
+    def handler_timeout(self) -> float:
+        """The seconds for which a handler or hook may keep the loop."""
+        assigned = self.assignment.handler_timeout
+        return type(self.component).longest_handler if assigned is None else assigned
+
     def _input(self, name: str) -> InputPort[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None

@@ -120,7 +120,7 @@ class Successor:
         else:
             self._pull(self._succession.incarnation, asked)
         cls = type(self._runtime.component)
-        longest = self._longest_handler() + (cls.longest_handler if cls.is_exclusive() else 0.0)
+        longest = self._longest_handler() + (self._runtime.handler_timeout if cls.is_exclusive() else 0.0)
         at_most = round(stretched(TAKE_OVER_WITHIN + longest) * 1e9)
         return Pending(lambda: self._outcome is not None, self._tell_outcome, at_most)
 

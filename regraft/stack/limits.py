@@ -20,10 +20,10 @@ def read_limits(section: Section) -> Limits:
     if "limits" not in section:
         return Limits()
     inner = section.section("limits")
-    inner.only("memory", "files")
+    inner.only("memory", "files", "handler_timeout")
     node = inner.node("files")
     files = None if node is None else inner.integer("files", 32, 1, 2**31)
-    limits = Limits(read_memory(inner, "memory"), files)
+    limits = Limits(read_memory(inner, "memory"), files, inner.number("handler_timeout"))
     try:
         # The bounds stand where the limits are defined, and are checked where they are packed.
         return from_plain(to_plain(limits), Limits)

@@ -53,6 +53,18 @@ class Ticker(Component):
         self.count = state["count"]
 
 
+class Plodding(Ticker):
+    """Takes its time for everything, and does not say so."""
+
+    def on_configure(self) -> None:
+        time.sleep(1.0)
+
+    @service("plod")
+    def plod(self, tick: Tick) -> Tick:
+        time.sleep(1.0)
+        return tick
+
+
 class Leaper(Ticker):
     """Another class that goes on from a ticker's state."""
 

@@ -83,6 +83,17 @@ def test_a_component_without_files_left_says_so_and_is_well_again_after_its_rest
     assert system.client.call("open", Tick(10), Tick, PATIENCE).count == 10
 
 
+def test_a_handler_may_take_as_long_as_the_stack_says(site: Site) -> None:
+    plodding = "  plodding: {class: 'tests.host.parts:Plodding', limits: {handler_timeout: 5.0}}\n"
+    system = site.up(plodding, "[edge]")
+    first = site.wait_active("plodding")
+    assert system.client.call("plod", Tick(7), Tick, PATIENCE).count == 7
+    assert site.adapt(Swap("plodding", "", {"step": 2})).outcome is Outcome.APPLIED
+    assert system.client.call("plod", Tick(8), Tick, PATIENCE).count == 8
+    assert site.wait_active("plodding", first) == first + 1
+    assert not system.said("component.hung", "plodding")
+
+
 def test_limits_of_the_whole_stack_hold_for_who_has_none_and_for_what_comes_later(site: Site) -> None:
     greedy = "  greedy: {class: 'tests.host.parts:Greedy', host: edge}\n"
     system = site.up(greedy, "[edge]\nlimits: {memory: 1 GB, files: 100}")
