@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 from bus_schema.errors import SchemaError
 from bus_schema.lifecycle import State
+from bus_schema.registry import TYPE_NAME, known_types
 from bus_schema.suggestions import instead_of
 from regraft.assignment import Assignment
 from regraft.bus import BusError
@@ -44,7 +45,8 @@ def load_class(path: str) -> type[Component]:
     """Return the component class at ``module:Class``; raises NoSuchClass."""
     module_name, separator, class_name = path.partition(":")
     if not separator or not module_name or not class_name:
-        raise NoSuchClass(f"{path!r} must look like 'package.module:Class'")
+        hint = "; message types belong to topics" if TYPE_NAME.fullmatch(path) else ""
+        raise NoSuchClass(f"{path!r} must look like 'package.module:Class'{hint}")
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
@@ -60,9 +62,14 @@ def load_class(path: str) -> type[Component]:
         hint = instead_of(class_name, there, none="it has no component class")
         raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}; {hint}")
     if not _is_component(cls):
-        raise NoSuchClass(f"{path!r} is no subclass of regraft.Component")
+        raise NoSuchClass(f"{path!r} is no subclass of regraft.Component{_what_else(cls)}")
     found: type[Component] = cls
     return found
+
+
+def _what_else(value: object) -> str:
+    kind = next((kind for kind in known_types() if kind.cls is value), None)
+    return f": it is the message type {kind.name!r}, which belongs to topics" if kind else ""
 
 
 def _is_component(value: object) -> bool:

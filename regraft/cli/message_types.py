@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Iterator
 
-import bus_schema
 from bus_schema.annotations import PlainValue
 from bus_schema.described import DescribedType, describe_type, described_type
 from bus_schema.errors import BadMessage, BadType
 from bus_schema.registry import known_types, type_named
 from bus_schema.suggestions import instead_of
+from bus_schema.topic_types import know_schema
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
 from regraft.cli.topology import Topology
 from regraft.client import ClientError
-
-
-def know_schema() -> None:
-    """Make all message types of the schema known."""
-    for module in pkgutil.walk_packages(bus_schema.__path__, f"{bus_schema.__name__}."):
-        importlib.import_module(module.name)
 
 
 def named(name: str) -> DescribedType:

@@ -9,6 +9,7 @@ import typer
 
 from bus_schema.registry import known_types
 from bus_schema.shapes import JsonSchema
+from bus_schema.topic_types import know_schema
 from regraft import rundir
 from regraft.cli import message_types
 from regraft.cli.group import BadInput
@@ -38,7 +39,7 @@ def types(
     if name:
         show_json(_schema(ctx, name, system))
         return
-    message_types.know_schema()
+    know_schema()
     kinds = known_types()
     if as_json:
         show_json(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from bus_schema.architecture import TopicSpec, Writers
-from bus_schema.registry import known_types
-from bus_schema.suggestions import instead_of
+from bus_schema.topic_types import instead_of_type, is_type
 from regraft.stack.section import Section
 
 
@@ -20,11 +19,9 @@ def read_topics(table: Section) -> dict[str, TopicSpec]:
 
 def check_type(section: Section, key: str, name: str) -> bool:
     """Note it if no message type of that name is known here; return whether one is."""
-    known = [kind.name for kind in known_types()]
-    if name in known:
+    if is_type(name):
         return True
-    hint = instead_of(name, known)
-    section.wrong(key, f"no message type {name!r} is known here; {hint}")
+    section.wrong(key, f"no message type {name!r} is known here; {instead_of_type(name)}")
     return False
 
 
