@@ -34,6 +34,7 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
         *_system(architecture),
         *_topics(architecture),
         *(found for name, spec in sorted(architecture.components.items()) for found in _component(name, spec)),
+        *_modes(architecture),
         *host_violations(architecture),
         *_parameters(architecture, architecture.components),
         *wiring_violations(architecture),
@@ -81,6 +82,30 @@ def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
         wanted = ", ".join(state.value for state in PRIMARY)
         yield Violation(None, name, "state", f"{spec.state.value!r} cannot be wanted: must be one of: {wanted}")
 
+    yield from _own_names(name, spec)
+
+
+def _own_names(name: str, spec: ComponentSpec) -> Iterator[Violation]:
+    ports = spec.description.ports if spec.description else ()
+    parameters = spec.description.parameters if spec.description else ()
+    named = (
+        ("parameters", "parameter", {*spec.parameters, *(parameter.name for parameter in parameters)}),
+        ("connections", "port", {*spec.connections, *(port.name for port in ports)}),
+        ("services", "service", set(offered_services(spec))),
+    )
+    for field, kind, names in named:
+        for own in sorted(names):
+            problem = _own_name_problem(own, kind)
+            if problem:
+                yield Violation(None, name, f"{field}.{own}", problem)
+
+
+def _modes(architecture: Architecture) -> Iterator[Violation]:
+    for name in sorted(architecture.modes):
+        problem = _own_name_problem(name, "mode")
+        if problem:
+            yield Violation(None, "", f"modes.{name}", problem)
+
 
 def _parameters(architecture: Architecture, components: Collection[str]) -> Iterator[Violation]:
     for name in sorted(components):
@@ -117,7 +142,7 @@ def _service_problems(spec: ComponentSpec, offered: str, known: list[str], offer
     # A program that is no component class does not describe its services, the stack names them.
     if spec.cls and spec.description and offered not in known:
         yield f"there is no service {offered!r} to offer; {instead_of(offered, known)}"
-    bad_name = _name_problem(keys.topic_name, service)
+    bad_name = _name_problem(keys.service_name, service)
     if bad_name:
         yield bad_name
     same = [other for other, name in offered_services(spec).items() if name == service and other != offered]
@@ -144,6 +169,10 @@ def _devices(architecture: Architecture) -> Iterator[Violation]:
                     "move one to another host, or leave it unconfigured"
                 )
                 yield Violation(None, name, "resources.devices", problem)
+
+
+def _own_name_problem(name: str, kind: str) -> str | None:
+    return _name_problem(lambda own: keys.own_name(own, kind), name)
 
 
 def _name_problem(check: Callable[[str], str], name: str) -> str | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import operator
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -75,6 +76,8 @@ def _walk(node: ast.expr, found: list[str]) -> None:
 def _parts(node: ast.expr) -> list[ast.expr]:
     """Return the parts of a node, in their order; raises BadExpression for a node that has no place here."""
     if isinstance(node, ast.Constant) and isinstance(node.value, bool | int | float | str):
+        if isinstance(node.value, int | float) and abs(node.value) > sys.float_info.max:
+            raise BadExpression("holds a number that is too large: it goes to about 1.8e308")
         return []
     if isinstance(node, ast.BoolOp):
         return node.values

@@ -10,28 +10,44 @@ from dataclasses import dataclass
 
 from bus_schema.errors import BadKey
 
-WORD = r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}"
+LONGEST_WORD = 64
+LONGEST_OWN_NAME = 128
+"""Characters of a name that stands in no key: of a parameter, port or mode, or what a class calls its service."""
+WORD = rf"[A-Za-z0-9_][A-Za-z0-9_-]{{0,{LONGEST_WORD - 1}}}"
 SYSTEM_NAME = re.compile(WORD)
 COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
 CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
 TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
+
+OF_A_WORD = f"letters, digits, _ and -, at most {LONGEST_WORD}"
+LONGEST_SHOWN = 100
 
 CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types")
 
 
 def system_name(name: str) -> str:
     """Return ``name`` if it can name a system; raises BadKey."""
-    return _matched(SYSTEM_NAME, name, "system", "a word of letters, digits, _ and -")
+    return _matched(SYSTEM_NAME, name, "system", f"a word of {OF_A_WORD}")
+
+
+def host_name(name: str) -> str:
+    """Return ``name`` if it can name a host; raises BadKey."""
+    return _matched(SYSTEM_NAME, name, "host", f"a word of {OF_A_WORD}")
 
 
 def component_name(name: str) -> str:
     """Return ``name`` if it can name a component; raises BadKey."""
-    return _matched(COMPONENT_NAME, name, "component", "'word' or 'robot.word' of letters, digits, _ and -")
+    return _matched(COMPONENT_NAME, name, "component", f"'word' or 'robot.word', each of {OF_A_WORD}")
 
 
 def topic_name(name: str) -> str:
-    """Return ``name`` if it can name a topic or a service; raises BadKey."""
-    return _matched(TOPIC_NAME, name, "topic", "words of letters, digits, _ and - joined by '/'")
+    """Return ``name`` if it can name a topic; raises BadKey."""
+    return _matched(TOPIC_NAME, name, "topic", f"at most 8 words joined by '/', each of {OF_A_WORD}")
+
+
+def service_name(name: str) -> str:
+    """Return ``name`` if a service can be offered under it; raises BadKey."""
+    return _matched(TOPIC_NAME, name, "service", f"at most 8 words joined by '/', each of {OF_A_WORD}")
 
 
 def client_name(name: str) -> str:
@@ -39,10 +55,23 @@ def client_name(name: str) -> str:
     return _matched(CLIENT_NAME, name, "client", "letters, digits, '_', '-' and '.', at most 160")
 
 
+def own_name(name: str, kind: str) -> str:
+    """Return ``name`` if it can name a ``kind`` of thing that stands in no key, such as a parameter; raises BadKey."""
+    if not 0 < len(name) <= LONGEST_OWN_NAME:
+        raise BadKey(f"{_shown(name)} cannot name a {kind}: must be 1 to {LONGEST_OWN_NAME} characters")
+    return name
+
+
 def _matched(pattern: re.Pattern[str], name: str, kind: str, right: str) -> str:
     if not isinstance(name, str) or not pattern.fullmatch(name):
-        raise BadKey(f"{name!r} cannot name a {kind}: must be {right}")
+        raise BadKey(f"{_shown(name)} cannot name a {kind}: must be {right}")
     return name
+
+
+def _shown(name: object) -> str:
+    if isinstance(name, str) and len(name) > LONGEST_SHOWN:
+        return f"{name[:LONGEST_SHOWN]!r}... ({len(name)} characters)"
+    return repr(name)
 
 
 @dataclass(frozen=True, slots=True)

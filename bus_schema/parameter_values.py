@@ -21,6 +21,8 @@ def parameter_problem(parameter: ParameterDescription, value: PlainValue) -> str
     wanted = schema.get("type")
     items = schema.get("items")
     item = items.get("type") if isinstance(items, dict) else None
+    if wanted == "integer" and isinstance(value, float) and abs(value) >= INT64:
+        return f"{_shown(value)}: must be finite and fit into 64 bits"
     if not _has_type(value, wanted):
         return f"{_shown(value)}: must be {_a(str(wanted))}"
     if wanted == "array" and not all(_has_type(part, item) for part in value):

@@ -20,6 +20,9 @@ JSON_TYPES = ("application/json", "application/merge-patch+json")
 SMALL = 16 * 1024
 """Bytes that are read at once: what is longer would keep others waiting, and is read by a thread."""
 
+LONGEST_WHOLE = 309
+"""Digits of the largest number that JSON's readers commonly take, about 1.8e308."""
+
 
 class _NotStrict(ValueError):
     """Something that JSON proper does not have, or that has no one meaning."""
@@ -41,7 +44,13 @@ async def optional_json_object(request: Request) -> dict[str, Any]:
 
 def _parsed(raw: bytes) -> dict[str, Any]:
     try:
-        value = json.loads(raw, parse_constant=_refuse_constant, parse_float=_finite, object_pairs_hook=_object)
+        value = json.loads(
+            raw,
+            parse_constant=_refuse_constant,
+            parse_float=_finite,
+            parse_int=_whole,
+            object_pairs_hook=_object,
+        )
         json.dumps(value, ensure_ascii=False).encode()
     except UnicodeError:
         raise malformed(violation("", "the body is not valid Unicode text in UTF-8")) from None
@@ -65,6 +74,12 @@ def _finite(digits: str) -> float:
     if math.isinf(number):
         raise _NotStrict(f"holds {digits[:40]}: a JSON number goes to about 1.8e308 here")
     return number
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > LONGEST_WHOLE:
+        raise _NotStrict(f"holds {digits[:40]}... ({len(digits)} digits), which is too large: it must fit into 64 bits")
+    return int(digits)
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from dashboard_api.problems import CROSS_ORIGIN, TOO_LARGE, WRONG_HOST, Problem
 
 LARGEST_BODY = 1024 * 1024
+MOST_DIGITS = 18
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 
@@ -87,7 +88,7 @@ def _origin_host(origin: str) -> str | None:
 
 def _check_announced_length(headers: Headers) -> None:
     length = headers.get("content-length", "0")
-    if length.isdecimal() and int(length) > LARGEST_BODY:
+    if length.isdecimal() and (len(length) > MOST_DIGITS or int(length) > LARGEST_BODY):
         raise _too_large()
 
 

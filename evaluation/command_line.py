@@ -18,6 +18,8 @@ from evaluation.finding import NoSuchStudy, find_study
 from evaluation.run_directory import BadRun
 from evaluation.study import Configuration, Study
 from regraft.cli.group import FAILED, BadInput, Failed
+from regraft.cli.numbers import seconds as parse_seconds
+from regraft.cli.numbers import whole
 from regraft.cli.output import say
 
 REPORT = "report.md"
@@ -25,16 +27,22 @@ REPORT = "report.md"
 
 def evaluate(
     study: Annotated[str, typer.Argument(metavar="STUDY", help="A study's name, or MODULE:NAME.")],
-    runs: Annotated[int | None, typer.Option("--runs", min=1, max=10_000, help="Runs of each configuration.")] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="The first run's seed; others have the next.")] = 1,
+    runs: Annotated[
+        int | None, typer.Option("--runs", metavar="N", parser=whole(1, 10_000), help="Runs of each configuration.")
+    ] = None,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", parser=whole(0), help="The first run's seed; others have the next.")
+    ] = 1,
     configurations: Annotated[
         str, typer.Option("--configurations", metavar="A,B", help="Only these; * stands for anything.")
     ] = "*",
     definitions: Annotated[
         str | None, typer.Option("--definitions", metavar="NAME", help="By which definitions, if there are several.")
     ] = None,
-    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", min=1.0, help="Length of a run.")] = None,
-    parallel: Annotated[int, typer.Option("--parallel", min=1, max=64, help="Runs at a time.")] = 1,
+    seconds: Annotated[
+        float | None, typer.Option("--for", metavar="SECONDS", parser=parse_seconds(1.0), help="Length of a run.")
+    ] = None,
+    parallel: Annotated[int, typer.Option("--parallel", metavar="N", parser=whole(1, 64), help="Runs at a time.")] = 1,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign that is there.")] = False,
     one_seed: Annotated[
         bool, typer.Option("--one-seed", help="The same seed for all runs, which differ by timing only.")

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from bus_schema.keys import system_name
+from bus_schema.keys import host_name
 from regraft import system_secret
 from regraft.system_secret import BadSecret
 
@@ -39,7 +39,7 @@ def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> l
         BadKey: a name cannot name a host.
     """
     for name in names:
-        system_name(name)
+        host_name(name)
     if "ca" in names:
         raise CannotMake("'ca' is the authority itself: choose another name for the host")
     if shutil.which("openssl") is None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from bus_schema.annotations import PlainValue
 from bus_schema.description import Description, Resources
 from bus_schema.errors import BadType
+from bus_schema.keys import own_name
 from regraft.parameters import Parameter, ParameterError, ParameterSet
 from regraft.ports import Input, Output
 from regraft.requests import Period, Service, period_of, service_of
@@ -147,6 +148,7 @@ def declared(cls: type[Component]) -> Declared:
 
     Raises:
         BadType: a service is ill-typed, or two services share a name.
+        BadKey: the name of a port or parameter is too long.
     """
     known = _declared.get(cls)
     if known is not None:
@@ -163,6 +165,10 @@ def declared(cls: type[Component]) -> Declared:
             found.parameters[name] = attribute
         elif inspect.isfunction(attribute):
             _take_function(found, name, attribute)
+    for name in (*found.inputs, *found.outputs):
+        own_name(name, "port")
+    for name in found.parameters:
+        own_name(name, "parameter")
     _declared[cls] = found
     return found
 

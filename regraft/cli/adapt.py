@@ -17,6 +17,7 @@ from bus_schema.messages.manager import (
 )
 from regraft.cli import managing
 from regraft.cli.group import BadInput
+from regraft.cli.numbers import seconds, whole
 from regraft.cli.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.reach import reached, user
 from regraft.cli.topology import topology
@@ -33,11 +34,15 @@ def adapt(
     reason: ReasonOption = "",
     revision: Annotated[
         int | None,
-        typer.Option("--if-revision", metavar="N", min=0, help="Refuse if the revision is another."),
+        typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
     ] = None,
     confirm: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", min=0.0, help="Watch it for so long before it is final; undo it if it fails."),
+        typer.Option(
+            metavar="SECONDS",
+            parser=seconds(0.0, 86_400.0),
+            help="Watch it for so long before it is final; undo it if it fails.",
+        ),
     ] = None,
     watch: Annotated[
         list[str] | None,

@@ -15,6 +15,7 @@ from bus_schema.messages.manager import ArchitectureRequest, JournalPage, Journa
 from regraft.cli import managing
 from regraft.cli.adapt import undo
 from regraft.cli.group import BadInput
+from regraft.cli.numbers import whole
 from regraft.cli.options import JsonOption, SystemOption
 from regraft.cli.output import say, seconds, show_json, show_table
 from regraft.cli.reach import Reached, reached
@@ -29,7 +30,9 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The adaptation's 
 @journal.callback(invoke_without_command=True)
 def list_lines(
     ctx: typer.Context,
-    limit: Annotated[int, typer.Option("--limit", metavar="N", min=1, max=500, help="How many, newest first.")] = 20,
+    limit: Annotated[
+        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="How many, newest first.")
+    ] = 20,
     before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -72,8 +75,8 @@ def show(ctx: typer.Context, adaptation: IdArgument, system: SystemOption = None
 @journal.command("diff")
 def show_diff(
     ctx: typer.Context,
-    before: Annotated[int, typer.Argument(metavar="REVISION", min=0, help="The earlier one.")],
-    after: Annotated[int, typer.Argument(metavar="REVISION", min=0, help="The later one.")],
+    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier one.")],
+    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later one.")],
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:

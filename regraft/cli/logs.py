@@ -16,6 +16,7 @@ from regraft import rundir
 from regraft.bus import BusError
 from regraft.cli.display import event_line
 from regraft.cli.group import BadInput, Unreachable
+from regraft.cli.numbers import seconds, whole
 from regraft.cli.options import ComponentArgument, JsonOption, SystemOption, chosen_system
 from regraft.cli.output import pass_on, say, show_json
 from regraft.cli.reach import reached
@@ -29,7 +30,7 @@ def logs(
     ctx: typer.Context,
     component: ComponentArgument,
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")] = False,
-    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", min=1, max=10_000, help="How many.")] = 100,
+    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", parser=whole(1, 10_000), help="How many.")] = 100,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -122,9 +123,11 @@ def grown(path: Path, position: int) -> tuple[list[str], int]:
 def events(
     ctx: typer.Context,
     kind: Annotated[str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")] = "",
-    count: Annotated[int | None, typer.Option("--count", metavar="N", min=1, help="End after so many.")] = None,
+    count: Annotated[
+        int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many.")
+    ] = None,
     duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")
+        float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
     ] = None,
     system: SystemOption = None,
     as_json: JsonOption = False,

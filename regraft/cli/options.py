@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from regraft.cli.numbers import seconds
+
 SystemOption = Annotated[
     str | None,
     typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
@@ -32,7 +34,9 @@ SecretOption = Annotated[
 ]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
-TimeoutOption = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait.")]
+TimeoutOption = Annotated[
+    float, typer.Option("--timeout", metavar="SECONDS", parser=seconds(0.1), help="How long to wait.")
+]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]
 
 

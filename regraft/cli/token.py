@@ -21,7 +21,8 @@ token = typer.Typer(
 )
 
 SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
-DURATION = re.compile(r"([0-9]{1,9})([smhd])")
+LONGEST_NUMBER = 30
+DURATION = re.compile(r"([0-9]+)([smhd])")
 
 SystemOfTokens = Annotated[
     str | None,
@@ -91,6 +92,8 @@ def seconds_of(text: str) -> float:
     match = DURATION.fullmatch(text.strip())
     if match is None:
         raise BadInput(f"--for {text!r} is no duration: must be a whole number and s, m, h or d, such as 30m, 8h or 7d")
+    if len(match[1]) > LONGEST_NUMBER:
+        raise BadInput(f"--for {text[:40]}... is too large: a token is valid for at most 366 days")
     return float(int(match[1]) * SECONDS[match[2]])
 
 

@@ -14,6 +14,7 @@ from bus_schema.keys import topic_name
 from bus_schema.suggestions import instead_of
 from regraft.cli import message_types
 from regraft.cli.group import BadInput, Failed
+from regraft.cli.numbers import seconds, whole
 from regraft.cli.options import JsonOption, SystemOption
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.rates import Rates
@@ -31,8 +32,12 @@ REPORT_EVERY = 1.0
 LONGEST_SHOWN = 400
 
 TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
-CountOption = Annotated[int | None, typer.Option("--count", metavar="N", min=1, help="End after so many messages.")]
-ForOption = Annotated[float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="End after so long.")]
+CountOption = Annotated[
+    int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many messages.")
+]
+ForOption = Annotated[
+    float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
+]
 
 
 @topic.command("list")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +13,7 @@ from regraft.bus import BusError
 from regraft.cli.display import display
 from regraft.cli.group import FAILED, BadInput
 from regraft.cli.host_log import log_to_file
+from regraft.cli.numbers import seconds, whole
 from regraft.cli.one_of import one_of
 from regraft.cli.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
 from regraft.cli.output import say, show_json
@@ -55,11 +55,13 @@ def up(
         typer.Option(
             "--for",
             metavar="SECONDS",
-            min=0.001,
+            parser=seconds(0.001),
             help="End after so many seconds: of simulated time, or under the real clock once all is up.",
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="The seed of everything random.")] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", parser=whole(0), help="The seed of everything random.")
+    ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live display, plain lines only.")] = False,
     system: Annotated[
         str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
@@ -79,8 +81,6 @@ def up(
     Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
     quarantined or was never up within its time. A --secret FILE that is not there is made.
     """
-    if duration is not None and not math.isfinite(duration):
-        raise BadInput(f"--for: is {duration}, must be a number of seconds; without it the system runs until Ctrl-C")
     if secret is not None:
         system_secret.make(secret)
     guard = Guard(tls, insecure, secret)

@@ -9,7 +9,7 @@ from bus_schema.annotations import PlainValue
 from regraft.cli.group import BadInput
 from regraft.stack import StackError
 from regraft.stack.document import parse
-from regraft.stack.nodes import plain, scalar
+from regraft.stack.nodes import NumberTooLarge, plain, scalar
 
 LARGEST = 1024 * 1024
 
@@ -17,9 +17,12 @@ LARGEST = 1024 * 1024
 def value_of(text: str) -> PlainValue:
     """Return what a typed value means: a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
     text = text.strip()
-    if text[:1] not in ("[", "{", "'", '"'):
+    if text[:1] in ("[", "{", "'", '"'):
+        return document(text, "value")
+    try:
         return scalar(text)
-    return document(text, "value")
+    except NumberTooLarge as error:
+        raise BadInput(str(error)) from None
 
 
 def assignment(text: str) -> tuple[str, PlainValue]:

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys, topic_name
+from bus_schema.keys import Keys, service_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft.bus import BusError, Sample
@@ -181,7 +181,7 @@ class Requests:
         on_feedback: Callable[[Any], object] | None = None,
         outlives: bool = False,
     ) -> Pending:
-        topic_name(service)
+        service_name(service)
         with self._lock:
             if self._closed:
                 raise CallFailed(service, None, "the client is closed")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from bus_schema.architecture import Architecture
-from bus_schema.keys import system_name
+from bus_schema.keys import host_name
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import HostState, HostStatus, OtherHost, ProcessState, ProcessStatus
 from bus_schema.messages.joining import PROTOCOL, JoinHost, Lease, RenewLease
@@ -61,7 +61,7 @@ class Others:
         if asked.protocol != PROTOCOL:
             problem = f"speaks version {asked.protocol} of the protocol, this system {PROTOCOL}"
             raise Refused(f"host {asked.host!r} {problem}: install the same version of Regraft on both")
-        system_name(asked.host)
+        host_name(asked.host)
         if asked.host == LOCAL:
             raise Refused(f"{LOCAL!r} is the name of a system's first host: choose another --name")
         other = self._others.get(asked.host)

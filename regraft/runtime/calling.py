@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys, topic_name
+from bus_schema.keys import Keys, service_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft.bus import Sample
@@ -163,7 +163,7 @@ class Caller:
     def _begin(
         self, service: str, verb: Verb, body: object, reply: type, timeout: float, *, outlives: bool = False
     ) -> Pending:
-        topic_name(service)
+        service_name(service)
         self._number += 1
         plain = codec.to_plain(body)
         request = Request(self.client, self._number, verb, plain, timeout, outlives)

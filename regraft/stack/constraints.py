@@ -47,12 +47,12 @@ def _constraint(section: Section, components: Collection[str]) -> Constraint | N
         return _expression(section, because, components)
     if kind is ConstraintKind.PROVIDED:
         section.only(given[0], "because")
-        services = section.texts(given[0])
+        services = section.distinct(given[0])
         if not services:
             section.wrong(given[0], "must list services")
         return Constraint(kind, services=services, because=because)
     section.only(given[0], "because")
-    names_given = section.texts(given[0])
+    names_given = section.distinct(given[0])
     if not names_given:
         section.wrong(given[0], "must list components")
         return None

@@ -8,12 +8,15 @@ from pathlib import Path
 import yaml
 
 from regraft.paths import instead_of_path
-from regraft.stack.nodes import Node, lines_of, scalar
+from regraft.stack.nodes import Node, NumberTooLarge, Scalar, lines_of, scalar
 from regraft.stack.problems import Problem, Report, fail
 
 LARGEST_FILE = 256 * 1024
 MOST_NODES = 20_000
 DEEPEST = 32
+LONGEST_KEY = 1024
+"""Characters of a key on one line, as YAML has it."""
+LONGEST_SHOWN = 40
 
 PLAIN_TAGS = frozenset(f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map"))
 
@@ -78,10 +81,26 @@ def _fail_at(error: yaml.MarkedYAMLError, text: str, file: str) -> None:
     mark = error.problem_mark or error.context_mark
     if mark is None:
         fail(file, None, f"is not YAML: {error.problem or error.context}")
-    if text[mark.index : mark.index + 1] == "\t":
-        fail(file, mark.line + 1, "is not YAML: a tab in the indentation, must be spaces")
+    cause = _known_cause(text, mark)
+    if cause:
+        fail(file, mark.line + 1, f"is not YAML: {cause}")
     context = f"{error.context}: " if error.context else ""
     fail(file, mark.line + 1, f"is not YAML: {context}{error.problem} (column {mark.column + 1})")
+
+
+def _known_cause(text: str, mark: yaml.Mark) -> str | None:
+    """Say what is wrong where YAML's own words mislead, None elsewhere."""
+    line = text[: mark.index].rpartition("\n")[2]
+    if text[mark.index : mark.index + 1] == "\t":
+        before = line.split()
+        if not before:
+            return f"a tab in the indentation (column {mark.column + 1}): must be spaces"
+        return f"a tab after {before[-1][-LONGEST_SHOWN:]!r} (column {mark.column + 1}): must be a space"
+    key = line.split(" ")[-1].lstrip("{[,")
+    if text[mark.index : mark.index + 1] == ":" and len(key) > LONGEST_KEY:
+        column = mark.column + 1 - len(key)
+        return f"a key of {len(key)} characters (column {column}): must be at most {LONGEST_KEY}"
+    return None
 
 
 @dataclass(slots=True)
@@ -110,7 +129,14 @@ class _Conversion:
             parts = (self.node(part, f"{path}.{index}", depth + 1) for index, part in enumerate(raw.value))
             return Node(tuple(parts), line)
         quoted = isinstance(raw, yaml.ScalarNode) and raw.style
-        return Node(raw.value if quoted else scalar(raw.value), line)
+        return Node(raw.value if quoted else self._scalar(raw.value, path, line), line)
+
+    def _scalar(self, text: str, path: str, line: int) -> Scalar:
+        try:
+            return scalar(text)
+        except NumberTooLarge as error:
+            self._note(line, path, str(error))
+            return None
 
     def _map(self, raw: yaml.MappingNode, path: str, depth: int) -> dict[str, Node]:
         found: dict[str, Node] = {}

@@ -24,9 +24,11 @@ def read_hosts(root: Section) -> tuple[tuple[str, ...], dict[str, HostRules]]:
     if node is None:
         return (FIRST,), {}
     if not isinstance(node.value, dict):
-        names = root.texts("hosts")
+        names = root.distinct("hosts")
         for index, name in enumerate(names):
             _check_name(root, f"hosts.{index}", name)
+            if name == FIRST:
+                root.wrong(f"hosts.{index}", f"{FIRST!r} is the first host, which is there without being named")
         return tuple(dict.fromkeys((FIRST, *names))), {}
     section = root.section("hosts")
     for name in section.names():
@@ -37,9 +39,9 @@ def read_hosts(root: Section) -> tuple[tuple[str, ...], dict[str, HostRules]]:
 
 def _check_name(root: Section, place: str, name: str) -> None:
     try:
-        keys.system_name(name)
+        keys.host_name(name)
     except BadKey as error:
-        root.wrong(place, str(error).replace("a system", "a host"))
+        root.wrong(place, str(error))
 
 
 def _rules(section: Section, name: str) -> HostRules:
@@ -51,7 +53,7 @@ def _rules(section: Section, name: str) -> HostRules:
         usual.lost_after if lost_after is None else lost_after,
         section.number("cpu"),
         read_memory(section, "memory"),
-        tuple(section.texts("devices")),
+        section.distinct("devices"),
     )
     if name == FIRST:
         for field in ("when_lost", "lost_after"):

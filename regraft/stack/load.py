@@ -7,6 +7,7 @@ from enum import Enum
 from pathlib import Path
 
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.requests import LONGEST
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in
 from regraft.stack.components import read_component, read_connections
@@ -65,7 +66,7 @@ def load(file: Path | str) -> Stack:
         file=path,
         architecture=architecture,
         seed=root.integer("seed", 0, 0, MOST_SEED),
-        duration=root.number("duration", minimum=0.001),
+        duration=root.number("duration", minimum=0.001, maximum=LONGEST),
         imports=imports,
         lines=report.lines,
     )
@@ -74,7 +75,7 @@ def load(file: Path | str) -> Stack:
 
 
 def _imports(root: Section) -> tuple[str, ...]:
-    modules = root.texts("imports")
+    modules = root.distinct("imports")
     for index, module in enumerate(modules):
         problem = import_problem(module)
         if problem:

@@ -6,6 +6,7 @@ number.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -14,13 +15,26 @@ from bus_schema.annotations import PlainValue
 
 Scalar: TypeAlias = bool | int | float | str | None
 
-INTEGER = re.compile(r"[-+]?[0-9]{1,30}")
-BASED = re.compile(r"0o[0-7]{1,30}|0x[0-9a-fA-F]{1,30}")
-FLOAT = re.compile(r"[-+]?(\.[0-9]{1,400}|[0-9]{1,400}(\.[0-9]{0,400})?)([eE][-+]?[0-9]{1,9})?")
+INTEGER = re.compile(r"[-+]?[0-9]+")
+BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 NULL = ("", "~", "null", "Null", "NULL")
 TRUE = ("true", "True", "TRUE")
 FALSE = ("false", "False", "FALSE")
+
+
+LONGEST_WHOLE = 30
+"""Characters of a whole number that is read exactly: a longer one fits into no field, and is read as a float."""
+LONGEST_SHOWN = 40
+
+
+class NumberTooLarge(ValueError):
+    """A scalar is a number beyond what a float can be; the text says so."""
+
+    def __init__(self, text: str) -> None:
+        shown = text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}... ({len(text)} characters)"
+        super().__init__(f"{shown} is too large for a number: it goes to about 1.8e308; a text stands in quotes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +52,33 @@ class Node:
 
 
 def scalar(text: str) -> Scalar:
-    """Return what an unquoted scalar means."""
+    """Return what an unquoted scalar means; raises NumberTooLarge."""
     if text in NULL:
         return None
     if text in TRUE or text in FALSE:
         return text in TRUE
-    if INTEGER.fullmatch(text):
+    if len(text) <= LONGEST_WHOLE and INTEGER.fullmatch(text):
         return int(text)
+    if SPECIAL.fullmatch(text):
+        return float(text.replace(".", ""))
     if BASED.fullmatch(text):
-        return int(text, 0)
-    number = text.replace(".", "") if SPECIAL.fullmatch(text) else text
-    return float(number) if FLOAT.fullmatch(text) or SPECIAL.fullmatch(text) else text
+        return _based(text)
+    if not FLOAT.fullmatch(text):
+        return text
+    number = float(text)
+    if math.isinf(number):
+        raise NumberTooLarge(text)
+    return number
+
+
+def _based(text: str) -> int | float:
+    number = int(text, 0)
+    if len(text) <= LONGEST_WHOLE:
+        return number
+    try:
+        return float(number)
+    except OverflowError:
+        raise NumberTooLarge(text) from None
 
 
 def plain(node: Node) -> PlainValue:

@@ -16,7 +16,7 @@ from regraft.stack.checks import stack_problems
 from regraft.stack.classes import describe_class
 from regraft.stack.components import connections, with_absolute_paths
 from regraft.stack.document import parse
-from regraft.stack.nodes import plain, scalar
+from regraft.stack.nodes import NumberTooLarge, plain, scalar
 from regraft.stack.problems import Problem, StackError, fail
 from regraft.stack.stack import Stack, time_source
 
@@ -102,7 +102,10 @@ def _read(stack: Stack, text: str) -> _Override:
 
 
 def _value(text: str, value: str) -> PlainValue:
-    return plain(parse(value, _shown(text))) if value[:1] in ("[", "'", '"') else scalar(value)
+    try:
+        return plain(parse(value, _shown(text))) if value[:1] in ("[", "'", '"') else scalar(value)
+    except NumberTooLarge as error:
+        fail(_shown(text), None, str(error))
 
 
 def _set(architecture: Architecture, override: _Override) -> Architecture:

@@ -42,7 +42,7 @@ def _problem(stack: Stack, component: str, host: str) -> str:
     if component not in components:
         return f"there is no component {component!r}; {instead_of(component, components)}"
     try:
-        keys.system_name(host)
+        keys.host_name(host)
     except BadKey as error:
-        return str(error).replace("a system", "a host")
+        return str(error)
     return ""

@@ -74,7 +74,7 @@ class Section:
         self.wrong(key, f"must be true or false, is {plain(node)!r}")
         return default
 
-    def number(self, key: str, minimum: float | None = None) -> float | None:
+    def number(self, key: str, minimum: float | None = None, maximum: float | None = None) -> float | None:
         """Return a finite number, None by default."""
         node = self._parts.get(key)
         if node is None:
@@ -86,6 +86,8 @@ class Section:
             self.wrong(key, "must be finite")
         elif minimum is not None and value < minimum:
             self.wrong(key, f"{value}: must be at least {minimum:g}")
+        elif maximum is not None and value > maximum:
+            self.wrong(key, f"{value}: must be at most {maximum:g}")
         else:
             return float(value)
         return None
@@ -96,7 +98,10 @@ class Section:
         if node is None:
             return default
         value = node.value
-        if isinstance(value, bool) or not isinstance(value, int):
+        # What is too long to be read exactly is a float: that it is too large says more.
+        if isinstance(value, float) and abs(value) > max(abs(minimum), maximum):
+            self.wrong(key, f"{value:g}: must be from {minimum} to {maximum}")
+        elif isinstance(value, bool) or not isinstance(value, int):
             self.wrong(key, f"must be a whole number, is {plain(node)!r}")
         elif not minimum <= value <= maximum:
             self.wrong(key, f"{value}: must be from {minimum} to {maximum}")
@@ -129,6 +134,14 @@ class Section:
             return ()
         items = Section(Node({str(i): part for i, part in enumerate(node.value)}, 0), self.at(key), self.report)
         return tuple(filter(None, (items.text(item) for item in items.names())))
+
+    def distinct(self, key: str) -> tuple[str, ...]:
+        """Return a list of texts of which none is given twice, empty by default."""
+        found = self.texts(key)
+        for index, text in enumerate(found):
+            if text in found[:index]:
+                self.wrong(f"{key}.{index}", f"{text!r} is given twice: leave one out")
+        return found
 
     def text_map(self, key: str) -> dict[str, str]:
         """Return a map of texts, empty by default."""

@@ -79,7 +79,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "TRANSITION": [("activat", "did you mean 'activate'?")],
     "PLANNER": [("bandit", "did you mean 'bandits'?")],
     "BODY": [("{vale: 1}", "has no field 'vale'"), ("{value: high}", "value"), ("{", "")],
-    "REVISION": [("999", "there is no revision 999"), ("first", "integer")],
+    "REVISION": [("999", "there is no revision 999"), ("first", "must be a whole number")],
     "ID": [("999", "'999'")],
     "MODE": [("lod", "loud")],
     "SERVICE": [("last_numbr", "did you mean 'last_number'?")],

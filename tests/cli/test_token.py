@@ -92,7 +92,7 @@ def test_the_running_system_is_meant_unless_another_is_named(regraft: Regraft, h
         assert json.loads(regraft("--system", "frog", "token", "list", "--json").stdout)["system"] == "frog"
 
 
-@pytest.mark.parametrize("duration", ["8", "h", "8 hours", "-8h", "1.5h", "8H", "", "٨h", "9" * 30 + "d"])
+@pytest.mark.parametrize("duration", ["8", "h", "8 hours", "-8h", "1.5h", "8H", "", "٨h"])
 def test_a_duration_that_is_none_is_bad_input(regraft: Regraft, home: Path, duration: str) -> None:
     found = regraft("token", "create", "--role", "operate", f"--for={duration}", "--system", "frog")
     assert found.exit_code == BAD_INPUT

@@ -45,6 +45,14 @@ def test_what_is_no_json_object_is_a_problem(running: Running, body: bytes) -> N
     assert response.json()["violations"]
 
 
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_a_number_of_many_digits_is_refused_as_too_large(running: Running, digits: int) -> None:
+    body = b'{"revision": ' + b"9" * digits + b', "changes": []}'
+    answer = running.http.post("/adaptations", content=body, headers=JSON).json()
+    (violation,) = answer["violations"]
+    assert f"({digits} digits), which is too large" in violation["problem"]
+
+
 @pytest.mark.parametrize("name", ["{}", "twice{}"], ids=["others", "twice"])
 def test_an_object_of_60000_names_is_refused_and_keeps_nobody_waiting(running: Running, name: str) -> None:
     names = [name.format(number if name == "{}" else number % 30_000) for number in range(60_000)]

@@ -94,7 +94,7 @@ def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     ("arguments", "code", "text"),
     [
         (("--join", "ENDPOINT", "--name", "local"), 2, "is the name of a system's first host"),
-        (("--join", "ENDPOINT", "--name", "two words"), 2, "cannot name a system"),
+        (("--join", "ENDPOINT", "--name", "two words"), 2, "cannot name a host"),
         (("--join", "ENDPOINT", "--name", "edge"), 2, "a host 'edge' has joined already"),
         (("--join", "ENDPOINT", "--name", "arm", "--system", "other"), 3, "no system named 'other'"),
         (("--join", "tcp/127.0.0.1:9", "--name", "arm"), 3, "cannot reach tcp/127.0.0.1:9"),

@@ -64,7 +64,21 @@ def test_control_character_is_refused_with_its_line(tmp_path: Path) -> None:
 
 def test_tab_in_the_indentation_is_named(tmp_path: Path) -> None:
     (problem,) = problems(tmp_path, "system: frog\ncomponents:\n\tworld: {}\n")
-    assert (problem.line, problem.problem) == (3, "is not YAML: a tab in the indentation, must be spaces")
+    assert (problem.line, problem.problem) == (3, "is not YAML: a tab in the indentation (column 1): must be spaces")
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "place"),
+    [
+        ("system:\tfrog\n", 1, "after 'system:' (column 8)"),
+        ("system: frog\ncomponents:\n  a:\t{class: b}\n", 3, "after 'a:' (column 5)"),
+        ("system: frog\nhosts:\n-\tedge\n", 3, "after '-' (column 2)"),
+        ("system: frog\nclock: real\t\n  x\n", 2, "after 'real' (column 12)"),
+    ],
+)
+def test_a_tab_within_a_line_is_no_indentation(tmp_path: Path, text: str, line: int, place: str) -> None:
+    (problem,) = problems(tmp_path, text)
+    assert (problem.line, problem.problem) == (line, f"is not YAML: a tab {place}: must be a space")
 
 
 @pytest.mark.parametrize(

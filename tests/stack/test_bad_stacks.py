@@ -146,7 +146,7 @@ CASES = [
         f"{N}.connect.odometry",
         "input 'odometry' is required, but no component writes topic 'truth'",
     ),
-    ("rescuer/navigate_to}", "'a b'}", "'a b'", f"{N}.services.navigate_to", "'a b' cannot name a topic"),
+    ("rescuer/navigate_to}", "'a b'}", "'a b'", f"{N}.services.navigate_to", "'a b' cannot name a service"),
     (
         "{navigate_to:",
         "{navigat_to:",
