@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bus_schema.suggestions import instead_of
 from evaluation.study import Study
-from regraft.modules import instead_of_module
+from regraft.modules import after_failure
 
 ENTRY_POINTS: Final = "regraft.studies"
 """The entry point group of studies from other packages: each is a `Study`."""
@@ -65,7 +65,7 @@ def _study_at(place: str) -> Study:
     try:
         study: Any = getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        hint = instead_of_module(module, error) if isinstance(error, ImportError) else ""
+        hint = after_failure(module, error)
         raise NoSuchStudy(f"no study at {place!r} (must be module:NAME): {error}{hint}") from None
     if not isinstance(study, Study):
         raise NoSuchStudy(f"{place!r} is {type(study).__name__}, must be a Study")

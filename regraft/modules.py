@@ -5,6 +5,7 @@ from __future__ import annotations
 import pkgutil
 import sys
 from pathlib import Path
+from types import ModuleType
 
 from bus_schema.suggestions import near
 
@@ -32,3 +33,46 @@ def _children(package: str) -> list[str]:
         entry.name for place in sys.path if Path(place or ".").is_dir() for entry in Path(place or ".").iterdir()
     ]
     return [module.name for module in pkgutil.iter_modules()] + [name for name in folders if name.isidentifier()]
+
+
+def after_failure(name: str, error: BaseException) -> str:
+    """Say why importing ``name`` may have failed, as the end of a sentence; empty if nothing is known.
+
+    A module that is found first may hide the one that is meant: ``name`` itself, or one that it imports.
+    """
+    obj = getattr(error, "obj", None)
+    missing = error.name if isinstance(error, ImportError) else getattr(obj, "__name__", "")
+    hidden = hidden_by_another(name) or hidden_by_another(missing or "")
+    if hidden:
+        return f"; {hidden}"
+    return instead_of_module(name, error) if isinstance(error, ImportError) else ""
+
+
+def hidden_by_another(name: str) -> str:
+    """Say that a module which is found first hides a file on the path that may be meant; empty if none does."""
+    package = name.partition(".")[0]
+    return next(filter(None, (_hiding(package, hidden) for hidden in dict.fromkeys((name, package)))), "")
+
+
+def hidden_file(name: str) -> str:
+    """Say that ``name`` was found in one place and hides another of exactly that name; empty if it does not."""
+    return _hiding(name.partition(".")[0], name)
+
+
+def _hiding(package: str, name: str) -> str:
+    found = sys.modules.get(package)
+    file = _other_file(found, name) if found is not None and name else None
+    of = "of the standard library " if package in sys.stdlib_module_names else ""
+    return f"the module {package!r} {of}hides {file}: rename that" if file else ""
+
+
+def _other_file(found: ModuleType, name: str) -> Path | None:
+    """Return the first file on the path that a module's name stands for, and that is not of the package ``found``."""
+    known = [getattr(found, "__file__", None), *getattr(found, "__path__", ())]
+    places = {Path(place).resolve() for place in known if place}
+    for folder in map(Path, dict.fromkeys(place or "." for place in sys.path)):
+        module = folder.joinpath(*name.split("."))
+        for file in (module.with_suffix(".py"), module / "__init__.py"):
+            if file.is_file() and not places & {file.resolve(), *file.resolve().parents}:
+                return file
+    return None

@@ -21,7 +21,7 @@ from regraft.component import Component
 from regraft.ending import Ending
 from regraft.lease import HeldLease
 from regraft.memory import keep_freed_memory
-from regraft.modules import instead_of_module
+from regraft.modules import after_failure, hidden_by_another
 from regraft.network_threads import have_one_thread_read
 from regraft.parameters import ParameterError
 from regraft.runtime import loop
@@ -50,26 +50,30 @@ def load_class(path: str) -> type[Component]:
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
-        hint = instead_of_module(module_name, error)
+        hint = after_failure(module_name, error)
         raise NoSuchClass(f"{path!r}: cannot import {module_name!r}: {error}{hint}") from None
     except Exception as error:
-        raise NoSuchClass(f"{path!r}: importing {module_name!r} failed: {type(error).__name__}: {error}") from error
+        why = f"{type(error).__name__}: {error}{after_failure(module_name, error)}"
+        raise NoSuchClass(f"{path!r}: importing {module_name!r} failed: {why}") from error
     cls = getattr(module, class_name, None)
     if cls is None:
         there = [
             name for name, value in vars(module).items() if _is_component(value) and value.__module__ == module_name
         ]
-        hint = instead_of(class_name, there, none="it has no component class")
+        hint = hidden_by_another(module_name) or instead_of(class_name, there, none="it has no component class")
         raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}; {hint}")
     if not _is_component(cls):
-        raise NoSuchClass(f"{path!r} is no subclass of regraft.Component{_what_else(cls)}")
+        raise NoSuchClass(f"{path!r} is no subclass of regraft.Component{_what_else(module_name, cls)}")
     found: type[Component] = cls
     return found
 
 
-def _what_else(value: object) -> str:
+def _what_else(module_name: str, value: object) -> str:
     kind = next((kind for kind in known_types() if kind.cls is value), None)
-    return f": it is the message type {kind.name!r}, which belongs to topics" if kind else ""
+    if kind is not None:
+        return f": it is the message type {kind.name!r}, which belongs to topics"
+    hidden = hidden_by_another(module_name)
+    return f"; {hidden}" if hidden else ""
 
 
 def _is_component(value: object) -> bool:

@@ -11,7 +11,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.description import Description
 from bus_schema.parameter_values import parameter_problem
 from regraft.component import describe
-from regraft.modules import instead_of_module
+from regraft.modules import after_failure, hidden_file
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass, load_class
 
@@ -28,9 +28,8 @@ def import_problem(module: str) -> str | None:
         importlib.import_module(module)
     # An author's module may do anything while it is imported, leaving included.
     except (Exception, SystemExit) as error:
-        hint = instead_of_module(module, error) if isinstance(error, ImportError) else ""
-        return f"cannot import {module!r}: {type(error).__name__}: {error}{hint}"
-    return None
+        return f"cannot import {module!r}: {type(error).__name__}: {error}{after_failure(module, error)}"
+    return hidden_file(module) or None
 
 
 def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Description, tuple[tuple[str, str], ...]]:

@@ -10,7 +10,7 @@ from importlib.metadata import entry_points
 from typing import Any, Final
 
 from bus_schema.suggestions import near
-from regraft.modules import instead_of_module
+from regraft.modules import after_failure
 from services.bt_executor.adapting import ADAPT_DECORATORS
 from services.bt_executor.engine import Node, Registry, RegistryError
 from services.bt_executor.engine.nav2 import register_nav2
@@ -84,7 +84,7 @@ def _found_at(place: str) -> list[type[Node]]:
     try:
         found = getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        hint = instead_of_module(module, error) if isinstance(error, ImportError) else _instead_of(name, module)
+        hint = after_failure(module, error) or _instead_of(name, module)
         raise RegistryError(f"node types at '{place}' (must be module:name): {error}{hint}") from error
     classes = list(found) if isinstance(found, list | tuple) else [found]
     for node_class in classes:

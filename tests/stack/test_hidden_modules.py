@@ -1,0 +1,70 @@
+"""A module of an author's that another one of its name hides is told, with what to do."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from regraft.process import NoSuchClass, load_class
+from regraft.stack.classes import look_in
+from tests.stack.files import problems
+
+COMPONENT = "from regraft import Component\n\n\nclass Siren(Component):\n    'Howls.'\n"
+STACK = "system: tests\nimports: [{imported}]\ncomponents:\n  siren: {{class: '{path}'}}\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a stack's folder, which modules are looked for in last."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    look_in(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["types", "queue", "statistics"])
+@pytest.mark.parametrize("called", ["Siren", "Queue"])
+def test_a_class_in_a_file_that_the_standard_library_hides(folder: Path, name: str, called: str) -> None:
+    file = folder / f"{name}.py"
+    file.write_text(COMPONENT)
+    (problem,) = problems(folder, STACK.format(imported="bus_schema", path=f"{name}:{called}"))
+    assert (problem.line, problem.field) == (4, "components.siren.class")
+    assert problem.problem.endswith(f"the module {name!r} of the standard library hides {file}: rename that")
+    assert "did you mean" not in problem.problem
+
+
+def test_a_module_in_a_package_that_the_standard_library_hides(folder: Path) -> None:
+    (folder / "types").mkdir()
+    file = folder / "types" / "sirens.py"
+    file.write_text(COMPONENT)
+    with pytest.raises(NoSuchClass, match=f"of the standard library hides {file}: rename that"):
+        load_class("types.sirens:Siren")
+
+
+def test_an_import_of_a_file_that_the_standard_library_hides(folder: Path) -> None:
+    (folder / "queue.py").write_text(COMPONENT)
+    (problem,) = problems(folder, STACK.format(imported="queue", path="services.lighting:Lighting"))[:1]
+    assert (problem.line, problem.field) == (2, "imports.0")
+    assert problem.problem == f"the module 'queue' of the standard library hides {folder}/queue.py: rename that"
+
+
+@pytest.mark.parametrize("line", ["from types import SIREN", "import types\ntypes.SIREN"])
+def test_what_an_authors_module_takes_from_a_hidden_one(folder: Path, line: str) -> None:
+    (folder / "types.py").write_text("SIREN = 1\n")
+    name = f"hidden_user_{len(line)}"
+    (folder / f"{name}.py").write_text(f"{line}\n{COMPONENT}")
+    with pytest.raises(NoSuchClass, match=f"'types' of the standard library hides {folder}/types.py: rename that"):
+        load_class(f"{name}:Siren")
+
+
+def test_a_file_that_one_of_our_packages_hides(folder: Path) -> None:
+    (folder / "evaluation.py").write_text(COMPONENT)
+    with pytest.raises(NoSuchClass, match=f"the module 'evaluation' hides {folder}/evaluation.py: rename that"):
+        load_class("evaluation:Siren")
+
+
+def test_where_nothing_is_hidden_nothing_is_said_of_it(folder: Path) -> None:
+    with pytest.raises(NoSuchClass) as refused:
+        load_class("types:Siren")
+    assert "hides" not in str(refused.value)
