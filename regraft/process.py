@@ -28,6 +28,7 @@ from regraft.runtime import loop
 from regraft.runtime.runtime import Runtime
 from regraft.stepped.member import Member
 from regraft.stepped.source import SourceLoop, TimeSource
+from regraft.unrepeatable import Unrepeatable
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 
@@ -107,6 +108,8 @@ def run_component(
         print(f"{assignment.name}: {error}", file=sys.stderr)
         bus.close()
         return EXIT_BAD_ASSIGNMENT
+    if in_step:
+        _watch_for_what_is_not_repeatable(runtime)
     if assignment.lease:
         runtime.writers.lease = HeldLease(assignment.name, assignment.lease)
     if ending is None:
@@ -118,6 +121,17 @@ def run_component(
         return _run(runtime, clock)
     finally:
         _leave(runtime)
+
+
+def _watch_for_what_is_not_repeatable(runtime: Runtime) -> None:
+    """Tell, as an event and in the log, where a component in step reads clocks and chance that are not the kit's."""
+
+    def tell(file: str, line: int, name: str, instead: str) -> None:
+        text = f"{file}:{line}: {name} gives something else in each run: use {instead}"
+        print(text, file=sys.stderr)
+        runtime.post(lambda: runtime.herald.event("component.unrepeatable", text, file=file, line=line, call=name))
+
+    Unrepeatable(runtime.assignment.cls.partition(".")[0].partition(":")[0], tell).watch()
 
 
 def _prepared(path: str) -> type[Component]:

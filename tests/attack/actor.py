@@ -1,23 +1,19 @@
-"""Hosts frozen or cut off at random instants: two runs of a component never act at once."""
+"""A component that acts on a host which is frozen or cut off, and what it wrote down."""
 
 from __future__ import annotations
 
 import random
 from pathlib import Path
 
-import pytest
-
 from bus_schema.adaptation import Move, Outcome
 from bus_schema.messages.host import HostState
-from tests.attack.tally import Tally
 from tests.host.guests import Guest, go_on, stop, wait_state
 from tests.host.several import MOVE, Site
 from tests.host.system import children_of
 from tests.waiting import wait_until
 
-pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]
-
 TIMES = 13
+"""Attacks of one test."""
 ACTOR = "  actor: {class: 'tests.attack.parts:Actor', host: edge, connect: {ticks: ticks}, parameters: {acts: FILE}}\n"
 LATEST = 0.3
 """Seconds after which an attack begins at the latest, once all is well."""
@@ -37,7 +33,7 @@ def _overlaps(acts: Path) -> list[str]:
     return mixed
 
 
-class _Attacked:
+class Attacked:
     """A component that acts on a host which is frozen or cut off, and starts elsewhere."""
 
     def __init__(self, site: Site, folder: Path, chance: random.Random) -> None:
@@ -87,24 +83,3 @@ class _Attacked:
         wait_until(lambda: self.site.host_of("actor") == "edge", "it to be back")
         self.run = self.site.wait_active("actor", self.run)
         assert _overlaps(self.acts) == []
-
-
-@pytest.mark.parametrize("part", range(2))
-def test_two_runs_never_act_when_a_host_is_frozen(
-    part: int, site: Site, tmp_path: Path, chance: random.Random, tally: Tally
-) -> None:
-    attacked = _Attacked(site, tmp_path, chance)
-    for number in range(TIMES):
-        everything = bool(number % 2)
-        with tally.one(f"host frozen, {'with all that it runs' if everything else 'alone'}", f"number {number}"):
-            attacked.freeze(everything)
-
-
-@pytest.mark.parametrize("part", range(2))
-def test_two_runs_never_act_when_a_host_is_cut_off(
-    part: int, site: Site, tmp_path: Path, chance: random.Random, tally: Tally
-) -> None:
-    attacked = _Attacked(site, tmp_path, chance)
-    for number in range(TIMES):
-        with tally.one("host cut off", f"number {number}"):
-            attacked.cut()
