@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated, ClassVar
 
-from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Tagged, Text
+from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Tagged, Text, ToldBriefly
 from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.errors import BadMessage
 from bus_schema.estimates import Estimate
@@ -14,7 +14,9 @@ from bus_schema.lifecycle import Transition
 from bus_schema.registry import message
 
 LARGEST_CONTEXT = 16_384
-"""What a request's context may measure, as ``context_size`` does."""
+"""What a request's context may measure, as ``plain_size`` does."""
+LARGEST_PARAMETERS = 500_000
+"""What the parameters of one change may measure; those of any stack file do, so that each change can be undone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,8 @@ class AdaptationRequest:
 
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
     the request is queued. ``context`` says what was so when it was asked for: a map of plain data for the journal's
-    readers, at most 16,384 in size, where a text counts its characters and any other value 8.
+    readers, at most 16,384 in size, where a text counts its characters and any other value 8. The parameters of a
+    change may have the size 500,000.
 
     ``confirm`` seconds of the components' clock, if any, it is watched before it is final: it is undone if one of the
     components that it touches does not stay well, or one of the quality requirements in ``watch`` does not hold.
@@ -156,16 +159,31 @@ class AdaptationRequest:
     watch: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a context that would swell the journal."""
-        size = context_size(self.context)
-        if size > LARGEST_CONTEXT:
-            raise BadMessage(f"has the size {size}, must be at most {LARGEST_CONTEXT}", ("context",))
+        """Refuse a context or parameters that would swell the journal."""
+        _check_size(self.context, LARGEST_CONTEXT, "context")
+        for index, change in enumerate(self.changes):
+            _check_size(_parameters(change), LARGEST_PARAMETERS, "changes", str(index), "parameters")
 
 
-def context_size(plain: PlainValue) -> int:
-    """Return how large plain data is: the characters of its texts, the bytes of its bytes, 8 for any other value."""
+def _parameters(change: Change) -> dict[str, PlainValue]:
+    if isinstance(change, Add):
+        return change.spec.parameters
+    return change.parameters if isinstance(change, SetParameters | Swap) else {}
+
+
+def _check_size(plain: PlainValue, largest: int, *where: str) -> None:
+    size = plain_size(plain, largest)
+    if size > largest:
+        raise BadMessage(f"has the size {size}, must be at most {largest}", where)
+
+
+def plain_size(plain: PlainValue, largest: int) -> int:
+    """Return how large plain data is: the characters of its texts, the bytes of its bytes, 8 for any other value.
+
+    It is counted until it is larger than ``largest``.
+    """
     size, left = 0, [plain]
-    while left and size <= LARGEST_CONTEXT:
+    while left and size <= largest:
         value = left.pop()
         if isinstance(value, str | bytes):
             size += len(value)
@@ -186,8 +204,8 @@ class Violation:
 
     change: int | None
     component: str
-    field: str
-    problem: str
+    field: ToldBriefly
+    problem: ToldBriefly
 
 
 class StepState(Enum):
@@ -208,10 +226,10 @@ class StepReport:
 
     number: Count
     component: str
-    action: str
+    action: ToldBriefly
     state: StepState
     duration: Seconds = 0.0
-    error: str = ""
+    error: ToldBriefly = ""
 
 
 class Phase(Enum):
@@ -252,7 +270,7 @@ class AdaptationReport:
     tick: Count | None = None
     violations: tuple[Violation, ...] = ()
     steps: tuple[StepReport, ...] = ()
-    error: str = ""
+    error: ToldBriefly = ""
     architecture: Architecture | None = None
     phases: tuple[PhaseReport, ...] = ()
     estimate: Estimate | None = None

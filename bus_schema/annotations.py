@@ -34,9 +34,13 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The longest text that a field takes, in characters."""
+    """The longest text that a field takes, in characters; ``cut`` has a longer one cut when it is packed.
+
+    To cut is for what is told to people, which may quote anything: what happened is told all the same.
+    """
 
     longest: int
+    cut: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +78,8 @@ Watts = Annotated[float, Unit("W")]
 Joules = Annotated[float, Unit("J")]
 Ratio = Annotated[float, Unit("1"), Bounds(0.0, 1.0)]
 Count = Annotated[int, Bounds(minimum=0)]
+Told = Annotated[str, Text(65_536, cut=True)]
+ToldBriefly = Annotated[str, Text(4096, cut=True)]
 
 FloatArray = NDArray[np.float32]
 ByteArray = NDArray[np.uint8]

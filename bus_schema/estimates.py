@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from bus_schema.annotations import Count, Seconds
+from bus_schema.annotations import Count, Seconds, ToldBriefly
 from bus_schema.registry import message
 
 
@@ -27,7 +27,7 @@ class StepEstimate:
 
     number: Count
     component: str
-    action: str
+    action: ToldBriefly
     median: Seconds
     p95: Seconds
     samples: Count

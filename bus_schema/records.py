@@ -193,7 +193,8 @@ def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
     if hint is bool:
         return shapes.BoolShape()
     if hint is str:
-        return next((shapes.TextShape(note.longest) for note in notes if isinstance(note, Text)), shapes.TextShape())
+        text = next((note for note in notes if isinstance(note, Text)), None)
+        return shapes.TextShape() if text is None else shapes.TextShape(text.longest, text.cut)
     if hint is bytes:
         return shapes.BytesShape()
     if isinstance(hint, type) and issubclass(hint, Enum):

@@ -139,13 +139,24 @@ class BoolShape:
         return {"type": "boolean"}
 
 
+CUT = " ..."
+"""How a text ends that was cut."""
+
+
 @dataclass(frozen=True, slots=True)
 class TextShape:
-    """Text of a bounded length."""
+    """Text of a bounded length; ``cut`` has a longer one cut when it is packed."""
 
     longest: int = 65_536
+    cut: bool = False
 
     def pack(self, value: Any) -> str:
+        """Return the text."""
+        if self.cut and isinstance(value, str) and len(value) > self.longest:
+            value = value[: self.longest - len(CUT)] + CUT
+        return self.unpack(value)
+
+    def unpack(self, value: Any) -> str:
         """Return the text."""
         if not isinstance(value, str):
             raise BadMessage(f"is {_name(value)}, must be text")
@@ -153,8 +164,6 @@ class TextShape:
             raise BadMessage(f"is {len(value)} characters long, must be at most {self.longest}")
         _check_unicode(value)
         return str(value)
-
-    unpack = pack
 
     def json_schema(self) -> JsonSchema:
         """Return ``string``."""

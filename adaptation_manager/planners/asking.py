@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationReport, AdaptationRequest, Change, Outcome, context_size
+from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationReport, AdaptationRequest, Change, Outcome, plain_size
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
@@ -33,7 +33,7 @@ class Errand:
 
     def request(self, changes: tuple[Change, ...], revision: int) -> AdaptationRequest:
         """Return the request; a context that is too large is left out."""
-        context = self.context if context_size(self.context) <= LARGEST_CONTEXT else {}
+        context = self.context if plain_size(self.context, LARGEST_CONTEXT) <= LARGEST_CONTEXT else {}
         who, reason = self.who[:LONGEST_WHO], self.reason[:LONGEST_REASON]
         return AdaptationRequest(changes, reason, who, revision, context=context)
 

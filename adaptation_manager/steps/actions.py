@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from bus_schema.annotations import Count, PlainValue, Tagged
+from bus_schema.annotations import Count, PlainValue, Tagged, ToldBriefly
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
@@ -177,6 +177,6 @@ class PlannedStep:
     """A step of a plan: what it does in words, the end it reaches, and the end that undoes it."""
 
     component: str
-    text: str
+    text: ToldBriefly
     do: Action
     undo: Action

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated
 
-from bus_schema.annotations import Count, PlainValue, Seconds, Text
+from bus_schema.annotations import Count, PlainValue, Seconds, Text, Told
 from bus_schema.lifecycle import State, Transition
 from bus_schema.registry import message
 
@@ -27,7 +27,7 @@ class ControlError:
     """Why a control query did not do what it was asked."""
 
     code: ControlCode
-    problems: tuple[str, ...]
+    problems: tuple[Told, ...]
 
 
 @message("regraft/SetTransition")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from bus_schema.annotations import Count, PlainValue, Ratio, Seconds
+from bus_schema.annotations import Count, PlainValue, Ratio, Seconds, Told
 from bus_schema.lifecycle import State
 from bus_schema.registry import message
 
@@ -48,7 +48,7 @@ class Diagnostic:
     source: str
     subject: str
     level: Level
-    text: str
+    text: Told
     values: dict[str, PlainValue] = field(default_factory=dict)
 
 
@@ -63,7 +63,7 @@ class Event:
     stamp: Seconds
     kind: str
     subject: str
-    text: str
+    text: Told
     details: dict[str, PlainValue] = field(default_factory=dict)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated
 
-from bus_schema.annotations import Bounds, Count, PlainValue, Seconds
+from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Told
 from bus_schema.keys import client_name
 from bus_schema.registry import message
 
@@ -68,6 +68,6 @@ class Reply:
     number: Count
     answer: Answer
     body: PlainValue = None
-    error: str = ""
+    error: Told = ""
     retry_after: Annotated[Seconds, Bounds(minimum=0.0)] | None = None
     bad_request: bool = False

@@ -39,6 +39,7 @@ class Listener(Component):
     hint = Input(Twist, topic="hints", required=False)
     gain = Parameter(0.5, minimum=0.0, maximum=1.0)
     label = Parameter("plain", choices=("plain", "fancy"))
+    note = Parameter("")
     fixed = Parameter(1, read_only=True)
 
     def on_configure(self) -> None:

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import pytest
+
 from bus_schema.adaptation import (
     AdaptationReport,
+    AdaptationRequest,
+    Add,
     ChangeState,
     Connect,
     Outcome,
     SetParameters,
     StepState,
+    Swap,
 )
+from bus_schema.architecture import ComponentSpec
+from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import Transition
 from bus_schema.messages.host import ProcessState
+from bus_schema.shapes import CUT
 from tests.adaptation.system import System
 
 
@@ -101,3 +109,26 @@ def test_a_host_that_does_not_answer_is_named(impatient: System) -> None:
     report = system.adapt(SetParameters("listener", {"gain": 0.2}))
     assert _fields(report) == {(0, "listener", "status")}
     assert "its host 'local' does not answer" in report.violations[0].problem
+
+
+def test_parameters_that_would_swell_the_journal_are_refused_with_their_limit() -> None:
+    for change in (
+        SetParameters("listener", {"note": "x" * 900_000}),
+        SetParameters("listener", {"x" * 900_000: 1}),
+        Swap("listener", "", {"notes": ["x" * 60_000] * 9}),
+        Add("other", ComponentSpec(parameters={"note": {"deep": ["x" * 900_000]}})),
+    ):
+        with pytest.raises(BadMessage, match=r"^changes\.1\.parameters: has the size \d+, must be at most 500000$"):
+            AdaptationRequest((SetParameters("listener", {}), change))
+
+
+def test_what_quotes_a_long_text_is_told_all_the_same(system: System) -> None:
+    long = "x" * 400_000
+    applied = system.adapt(SetParameters("listener", {"note": long}))
+    assert not applied.violations, applied.violations[0].problem[:2000]
+    assert (applied.outcome, system.view("listener").parameters["note"]) == (Outcome.APPLIED, long)
+    assert system.lines().entries[0].steps[0].action.endswith(CUT)
+    for change in (SetParameters("listener", {long: 1}), SetParameters("x" * 60_000, {long: 1})):
+        report = system.adapt(change)
+        assert report.outcome is Outcome.REJECTED
+        assert max(len(violation.problem) for violation in report.violations) <= 4096

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bus_schema import codec
-from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationRequest, context_size
+from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationRequest, plain_size
 from bus_schema.errors import BadMessage
 from bus_schema.messages.quality import Quality
 from tests.adapting.helpers import FakeContext, bench
@@ -39,14 +39,14 @@ def test_more_requirements_than_there_is_room_for_do_no_harm() -> None:
     at.tick()
     (request,) = at.context.adaptations
     assert "Requirement0" in request.context["qualities"]
-    assert context_size(request.context) <= LARGEST_CONTEXT
+    assert plain_size(request.context, LARGEST_CONTEXT) <= LARGEST_CONTEXT
 
 
 @given(st.integers(0, 2 * LARGEST_CONTEXT))
 def test_a_context_is_bounded_for_who_sends_it_and_for_who_receives_it(length: int) -> None:
     context = {"text": "x" * length}
     plain = codec.to_plain(AdaptationRequest(())) | {"context": context}
-    if context_size(context) <= LARGEST_CONTEXT:
+    if plain_size(context, LARGEST_CONTEXT) <= LARGEST_CONTEXT:
         assert AdaptationRequest((), context=context) == codec.from_plain(plain, AdaptationRequest)
         return
     with pytest.raises(BadMessage, match=r"context.*must be at most 16384"):

@@ -95,7 +95,7 @@ BUILDERS: dict[type, Callable[[Any], list[Any]]] = {
     FloatShape: _not_floats,
     IntShape: _not_ints,
     BoolShape: lambda _: [0, 1, "true", None],
-    TextShape: lambda shape: [1, None, b"text", ["a"], "x" * (shape.longest + 1)],
+    TextShape: lambda shape: [1, None, b"text", ["a"], *([] if shape.cut else ["x" * (shape.longest + 1)])],
     BytesShape: lambda _: ["text", None, 1],
     EnumShape: lambda _: ["no such member", 1, None, []],
     TupleShape: _not_lists,

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from bus_schema import codec
+from bus_schema.adaptation import Violation
 from bus_schema.errors import BadMessage
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Event, SystemStatus
@@ -22,7 +23,7 @@ from bus_schema.messages.maps import OccupancyGrid
 from bus_schema.messages.sensors import Image
 from bus_schema.records import RecordShape, UnionShape
 from bus_schema.registry import MessageType
-from bus_schema.shapes import ArrayShape
+from bus_schema.shapes import CUT, ArrayShape
 
 from .comparing import json_view, same
 from .misfits import misfits, places, wrong_arrays
@@ -269,3 +270,12 @@ def test_an_error_names_the_path_of_the_field_at_fault() -> None:
     with pytest.raises(BadMessage) as refused:
         codec.from_plain({"linear": {"x": "fast"}}, Twist)
     assert refused.value.where == ("linear", "x")
+
+
+def test_what_is_told_to_people_is_cut_rather_than_lost() -> None:
+    violation = Violation(0, "navigator", "parameters.speed", "x" * 900_000)
+    arrived = codec.decode(codec.encode(violation), Violation)
+    assert arrived.problem == "x" * (4096 - len(CUT)) + CUT
+    plain = {**codec.to_plain(violation), "problem": "x" * 4097}
+    with pytest.raises(BadMessage, match="must be at most 4096"):
+        codec.from_plain(plain, Violation)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.adaptation import LARGEST_CONTEXT, context_size
+from bus_schema.adaptation import LARGEST_CONTEXT, plain_size
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.quality import Quality
 from services.bt_executor.engine import Node
@@ -20,10 +20,10 @@ def decision_context(context: LeafContext, node: Node, rule: str) -> dict[str, P
     if rule:
         told["rule"] = rule[:ROOM_FOR_THE_REST]
     qualities: dict[str, PlainValue] = {}
-    size = context_size(told)
+    size = plain_size(told, LARGEST_CONTEXT)
     for quality in context.qualities.current():
         plain = _plain(quality)
-        size += context_size([quality.requirement, plain])
+        size += plain_size([quality.requirement, plain], LARGEST_CONTEXT)
         if size > LARGEST_CONTEXT - ROOM_FOR_THE_REST:
             break
         if quality.active:
