@@ -59,7 +59,11 @@ def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> l
 
 
 def _has_authority(folder: Path) -> bool:
-    there = [(folder / file).is_file() for file in ("ca.pem", "ca.key")]
+    files = [folder / file for file in ("ca.pem", "ca.key")]
+    for file in files:
+        if file.exists() and not file.is_file():
+            raise CannotMake(f"{file} is not an ordinary file: remove it")
+    there = [file.exists() for file in files]
     if any(there) and not all(there):
         raise CannotMake(f"{folder} has one of ca.pem and ca.key, but not both: remove it, or bring the other")
     return all(there)

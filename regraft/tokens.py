@@ -32,6 +32,8 @@ NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 SHORTEST: Final = 1.0
 LONGEST: Final = 366 * 86_400.0
+LARGEST_FILE: Final = 4 * 1024 * 1024
+"""Bytes of the file: some 20,000 tokens."""
 Stamp = Annotated[float, Bounds(0.0, 1e11)]
 """Seconds since 1970, as a date that a calendar has."""
 
@@ -133,7 +135,7 @@ class Tokens:
                 seen = (status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size)
                 read = self._read
                 if read is None or read[0] != seen:
-                    read = seen, _parsed(self.path, status.st_mode, file.read())
+                    read = seen, _parsed(self.path, status.st_mode, file.read(LARGEST_FILE + 1))
                     self._read = read
         except FileNotFoundError:
             return ()
@@ -193,6 +195,8 @@ def _write(path: Path, tokens: Sequence[Token]) -> None:
 def _parsed(path: Path, mode: int, text: bytes) -> tuple[Token, ...]:
     if mode & 0o077:
         raise BadTokens(f"{path}: is open to other users (mode {mode & 0o777:o}). No token is admitted: chmod 600 it")
+    if len(text) > LARGEST_FILE:
+        raise BadTokens(f"{path}: is larger than {LARGEST_FILE // 1024} KiB. No token is admitted: remove the file")
     try:
         plain: Any = json.loads(text)
         listed = plain["tokens"] if isinstance(plain, dict) and plain.keys() == {"tokens"} else None

@@ -35,6 +35,8 @@ from services.bt_executor.nodes.registry import NODE_TYPES, node_types
 from services.bt_executor.source import LIMITS, check_size
 
 MOST_ERRORS: Final = 20
+LARGEST_MODELS: Final = 1_000_000
+"""Characters of a file with models of nodes."""
 UNKNOWN_TYPE: Final = re.compile(r"unknown node type '[^']*'")
 HARMLESS: Final = "AlwaysSuccess"
 
@@ -98,9 +100,12 @@ def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
 
 def _models(file: str) -> Collection[NodeManifest]:
     try:
-        text = Path(file).read_text(encoding="utf-8-sig")
+        with Path(file).open(encoding="utf-8-sig") as stream:
+            text = stream.read(LARGEST_MODELS + 1)
     except (OSError, UnicodeDecodeError) as error:
         raise TreeError(f"cannot read '{file}': {error}", file=file) from error
+    if len(text) > LARGEST_MODELS:
+        raise TreeError(f"'{file}' is too large: must have at most {LARGEST_MODELS} characters", file=file)
     manifests = read_manifests(text, file)
     if not manifests:
         raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
