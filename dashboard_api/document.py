@@ -37,6 +37,10 @@ def openapi_document(routes: Sequence[BaseRoute], prefix: str) -> dict[str, Any]
         "schemas": {**schemas(), "ProblemDetails": problems.schema()},
         "securitySchemes": SCHEME,
     }
+    for operations in document["paths"].values():
+        for operation in operations.values():
+            for parameter in operation.get("parameters", ()):
+                parameter["schema"] = _as_sent(parameter["schema"])
     for (method, path), role in ROLES.items():
         operation = document["paths"].get(prefix + path, {}).get(method.lower())
         if operation is None or role is None:
@@ -49,3 +53,12 @@ def openapi_document(routes: Sequence[BaseRoute], prefix: str) -> dict[str, Any]
         challenge = {"WWW-Authenticate": {"description": "`Bearer`", "schema": {"type": "string"}}}
         operation["responses"]["401"] = problems.declared(401)[401] | {"headers": challenge}
     return document
+
+
+def _as_sent(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a header or query parameter: one that is optional is left out, and never null."""
+    choices = [choice for choice in schema.get("anyOf", ()) if choice != {"type": "null"}]
+    if len(choices) != 1:
+        return schema
+    sent: dict[str, Any] = choices[0]
+    return {key: value for key, value in schema.items() if key != "anyOf"} | sent

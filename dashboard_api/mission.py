@@ -27,7 +27,13 @@ from dashboard_api.problems import CONFLICT, Problem, declared, malformed, not_f
 A = TypeVar("A")
 
 TEXTS = {name: shape.json_schema() for name, shape in record_shape(MissionCommand).fields if name != "command"}
-LOAD_SCHEMA = {"type": "object", "properties": TEXTS, "required": ["tree"], "additionalProperties": False}
+TREE = {**TEXTS["tree"], "minLength": 1}
+LOAD_SCHEMA = {
+    "type": "object",
+    "properties": {**TEXTS, "tree": TREE},
+    "required": ["tree"],
+    "additionalProperties": False,
+}
 NOTHING_SCHEMA = {"type": "object", "properties": {}, "additionalProperties": False}
 TREE_EXAMPLE = (
     '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'

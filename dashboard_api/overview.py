@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from bus_schema.architecture import Architecture
+from bus_schema.errors import BadKey
 from bus_schema.lifecycle import State
 from bus_schema.messages.control import AskQualities, ControlCode, Qualities
 from bus_schema.messages.host import ProcessState
@@ -81,7 +82,7 @@ class Overview:
         """Return what quality a component gives and would give; raises Problem."""
         try:
             return self._client.qualities(name, asked, LIVE_WITHIN)
-        except NoSuchComponent:
+        except (NoSuchComponent, BadKey):
             raise not_found(f"there is no living component {name!r}; {self._instead_of(name)}") from None
         except ControlRefused as error:
             if error.code is ControlCode.FAILED:

@@ -17,6 +17,7 @@ ActorHeader = Annotated[
     str | None, Header(description="A name for the journal, which has it behind what is proven of the caller")
 ]
 DryRun = Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")]
+ENTITY_TAGS = r'^(\*|"[0-9]{1,18}")$'
 ENTITY_TAG = re.compile(r'"(\d{1,18})"')
 
 
@@ -36,7 +37,12 @@ def terms(
     request: Request,
     dry_run: DryRun = False,
     if_match: Annotated[
-        str | None, Header(description="The ETag of the architecture that the caller saw", examples=['"12"'])
+        str | None,
+        Header(
+            description="The ETag of the architecture that the caller saw, or *",
+            examples=['"12"'],
+            json_schema_extra={"anyOf": [{"type": "string", "pattern": ENTITY_TAGS}]},
+        ),
     ] = None,
     idempotency_key: Annotated[
         str | None,
