@@ -23,8 +23,8 @@ from regraft.host.plan import HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.launch import PUMP, free_endpoint, prepare_process
 from regraft.scheduling import work_in_batches
-from regraft.security import explained
 from regraft.stack.classes import look_in
+from regraft.unreachable import explained
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
 

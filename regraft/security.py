@@ -1,24 +1,23 @@
 """Keeps strangers off a system's bus: sessions prove that they belong to it, links beyond loopback are encrypted.
 
 Mutual TLS: both ends show a certificate that the lab's own authority (``ca.pem``) has signed. A folder holds them:
-``ca.pem``, the secret that all hosts share (``bus.secret``), and for each host ``NAME.pem`` and ``NAME.key``;
-``regraft certificates`` makes one.
+``ca.pem``, the secret that all hosts share (``bus.secret``), and for each host ``NAME.pem``, a certificate of NAME, and
+``NAME.key``; ``regraft certificates`` makes one.
 """
 
 from __future__ import annotations
 
-import contextlib
 import socket
-import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
 from regraft import system_secret
 from regraft.bus import BusError
+from regraft.credentials import BadCertificate, check_own
+from regraft.host.plan import LOCAL
 from regraft.system_secret import BadSecret
-from regraft.zenoh_config import Endpoints, Tls, address_of, on_loopback
+from regraft.zenoh_config import Tls, address_of, on_loopback
 
-LOOK_WITHIN = 2.0
 PROTOCOLS = ("tcp", "tls", "unixsock-stream")
 
 
@@ -51,7 +50,7 @@ class Guard:
         return f"; 'regraft certificates {self.folder} NAME' makes it: copy it to every host"
 
     def tls(self, name: str) -> Tls | None:
-        """Return the certificates of a host; raises NotSecure if the folder has none for it."""
+        """Return the certificates of a host; raises NotSecure if the folder has none of it that holds now."""
         if self.folder is None:
             return None
         files = [self.folder / file for file in ("ca.pem", f"{name}.pem", f"{name}.key")]
@@ -59,7 +58,12 @@ class Guard:
         if missing:
             made = f"regraft certificates {self.folder} {name}"
             raise NotSecure(f"{self.folder} has no {missing}, which host {name!r} needs: make it with '{made}'")
-        return Tls(*(str(file.resolve()) for file in files))
+        tls = Tls(*(str(file.resolve()) for file in files))
+        try:
+            check_own(tls, name, server=name == LOCAL)
+        except BadCertificate as error:
+            raise NotSecure(str(error)) from None
+        return tls
 
     def check(self, endpoint: str) -> None:
         """Raise NotSecure if a link by an endpoint would not be safe, or if it is no endpoint."""
@@ -88,50 +92,3 @@ def as_reached(endpoint: str) -> str:
     protocol, _, address = endpoint.partition("/")
     host, _, port = address.rpartition(":")
     return f"{protocol}/{socket.gethostname()}:{port}" if host in ("0.0.0.0", "[::]") else endpoint
-
-
-def why_unreachable(endpoint: str, tls: Tls | None) -> str:
-    """Return in words why there is no link to an endpoint, as far as can be told from here; empty if it cannot."""
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.rpartition(":")
-    if protocol not in ("tcp", "tls") or not port.isdecimal():
-        return ""
-    try:
-        link = socket.create_connection((host.strip("[]"), int(port)), LOOK_WITHIN)
-    except OSError as error:
-        return f"nobody listens there ({error.strerror or error})"
-    with link:
-        if protocol == "tcp":
-            return (
-                "a program listens there, but does not admit this one: it is of a system with another secret, "
-                "a tls/ endpoint, or no hub at all"
-            )
-        return _why_no_handshake(link, host, tls) if tls else ""
-
-
-def _why_no_handshake(link: socket.socket, host: str, tls: Tls) -> str:
-    try:
-        context = ssl.create_default_context(cafile=tls.authority)
-        context.load_cert_chain(tls.certificate, tls.key)
-    except (OSError, ssl.SSLError) as error:
-        return f"our own certificate {tls.certificate} cannot be used: {error}"
-    try:
-        with context.wrap_socket(link, server_hostname=host.strip("[]")) as safe, contextlib.suppress(TimeoutError):
-            safe.settimeout(LOOK_WITHIN)
-            safe.recv(1)
-    except ssl.SSLCertVerificationError as error:
-        return f"its certificate is not one that {tls.authority} vouches for: {error.verify_message}"
-    except ssl.SSLError as error:
-        if "ALERT" in (error.reason or ""):
-            return f"it does not accept our certificate {tls.certificate}: is it of the same authority?"
-        return "somebody listens there, but does not speak TLS: is it a tcp/ endpoint?"
-    except OSError:
-        return f"it does not accept our certificate {tls.certificate}: is it of the same authority?"
-    return f"its secret is another one than ours: all hosts need the same {system_secret.FILE}"
-
-
-def explained(error: BusError, endpoints: Endpoints) -> BusError:
-    """Return an error of the bus with the reason, where it can be told."""
-    endpoint = endpoints.connect[0]
-    why = why_unreachable(endpoint, endpoints.tls)
-    return BusError(f"cannot reach {endpoint}: {why}") if why else error
