@@ -8,7 +8,7 @@ import os
 import random
 import secrets
 import socket
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from bus_schema.architecture import ComponentSpec
@@ -16,6 +16,7 @@ from regraft import capacity, rundir
 from regraft.bus import Bus
 from regraft.component import Component
 from regraft.ending import Ending
+from regraft.gatekeeper import Gatekeeper
 from regraft.host.home import Home
 from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.zygote import Zygote, start_zygote
@@ -26,7 +27,7 @@ from regraft.stack import Stack, time_source
 from regraft.stack.components import in_run_folder
 from regraft.system_secret import fresh
 from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
+from regraft.zenoh_config import Endpoints, Tls
 
 PUMP = 0.05
 OPEN_TO_NOBODY = Guard()
@@ -101,7 +102,8 @@ def run_system(
         zygote = start_zygote()
         try:
             plan = _plan(stack, duration, guard.secret() or fresh())
-            _run(plan, _outside(listen, guard), stack, zygote, ending, notices, step)
+            with _gate(listen, guard.tls(LOCAL) if listen else None, plan) as gate:
+                _run(plan, listen, gate, stack, zygote, ending, notices, step)
         finally:
             zygote.close()
     finally:
@@ -153,14 +155,23 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
     )
 
 
-def _outside(listen: str, guard: Guard) -> Endpoints:
-    """Return where other hosts may join, beside the hub's own endpoint on loopback."""
-    return Endpoints((listen,), tls=guard.tls(LOCAL)) if listen else Endpoints()
+@contextlib.contextmanager
+def _gate(listen: str, tls: Tls | None, plan: HostPlan) -> Iterator[Gatekeeper | None]:
+    """Keep the gate by which other hosts come over TLS, if there is to be one."""
+    if tls is None or not listen.startswith("tls/"):
+        yield None
+        return
+    gate = Gatekeeper(listen, plan.endpoint, tls)
+    try:
+        yield gate
+    finally:
+        gate.close()
 
 
 def _run(
     plan: HostPlan,
-    outside: Endpoints,
+    listen: str,
+    gate: Gatekeeper | None,
     stack: Stack,
     zygote: Zygote,
     ending: Ending,
@@ -168,7 +179,8 @@ def _run(
     step: Callable[[Running], None],
 ) -> None:
     connect = (plan.source_endpoint,) if plan.source else ()
-    endpoints = Endpoints((plan.endpoint, *outside.listen), connect, router=True, tls=outside.tls, secret=plan.secret)
+    doors = (plan.endpoint, listen) if listen and gate is None else (plan.endpoint,)
+    endpoints = Endpoints(doors, connect, router=True, secret=plan.secret)
     bus = open_bus(endpoints, in_step=plan.architecture.simulated)
     try:
         ending.check()
@@ -180,7 +192,7 @@ def _run(
             plan.endpoint,
             str(stack.file),
             plan.architecture.simulated,
-            join=as_reached(next(iter(outside.listen), plan.endpoint)),
+            join=as_reached(listen or plan.endpoint),
             secret=plan.secret,
         )
         running = Running(host, bus, info, ending, notices)
@@ -188,6 +200,8 @@ def _run(
         try:
             rundir.write_info(info)
             while not ending.wanted and not host.ended:
+                if gate is not None:
+                    gate.keep()
                 host.pump(PUMP)
                 step(running)
         finally:

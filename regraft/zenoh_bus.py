@@ -15,6 +15,7 @@ import zenoh
 from regraft.bus import Answer, BusError, Presence, Sample, Sink
 from regraft.zenoh_config import SHARED_MEMORY_FROM, Endpoints, admitted, config
 from regraft.zenoh_leftovers import remove_at_exit
+from regraft.zenoh_listening import await_data
 from regraft.zenoh_session import Declared, LastingSession
 from regraft.zenoh_shared import SharedMemory
 
@@ -31,7 +32,9 @@ def open_bus(endpoints: Endpoints, *, in_step: bool = False) -> ZenohBus:
 
     def opened() -> zenoh.Session:
         with admitted(endpoints) as file:
-            return zenoh.open(config(endpoints, in_step=in_step, admitted=file))
+            session = zenoh.open(config(endpoints, in_step=in_step, admitted=file))
+        await_data(endpoints.listen)
+        return session
 
     try:
         return ZenohBus(LastingSession(opened(), opened if endpoints.needs_hub else None), in_step=in_step)

@@ -21,6 +21,8 @@ LEASE = 10_000
 A process that a busy machine keeps from running must not lose its link. Dead processes are seen by their closed
 sockets, hung ones by their heartbeat, lost hosts by their own leases: this one is for pulled cables alone.
 """
+MOST_PENDING = 512
+"""Connections to a hub that have not proved themselves yet; further ones are closed. Each takes a file."""
 BLOCKED_PUT = 0.2
 """Seconds that a reliable put may block under the real clock before the link at fault is closed."""
 BLOCKED_PUT_IN_STEP = 15.0
@@ -44,8 +46,9 @@ class Tls:
 class Endpoints:
     """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
 
-    ``tls`` is what ``tls/...`` endpoints need. ``secret`` proves that a session belongs to the system: a hub admits
-    nobody without it, over any kind of link; with an empty one it admits everybody.
+    ``tls`` is what it needs to connect to ``tls/...`` endpoints; a hub listens at none, ``regraft.gate`` does.
+    ``secret`` proves that a session belongs to the system: a hub admits nobody without it, over any kind of link; with
+    an empty one it admits everybody.
     """
 
     listen: tuple[str, ...] = ()
@@ -93,6 +96,7 @@ def config(endpoints: Endpoints, *, in_step: bool, admitted: str = "") -> zenoh.
         "scouting/gossip/enabled": False,
         "scouting/delay": 0,
         "adminspace/enabled": False,
+        "transport/unicast/accept_pending": MOST_PENDING,
         "transport/link/tx/lease": LEASE,
         "transport/link/tx/queue/size/data": 16,
         "transport/link/rx/buffer_size": 4 * MEGABYTE,
@@ -120,8 +124,6 @@ def _tls_settings(tls: Tls) -> dict[str, object]:
         f"{link}/root_ca_certificate": tls.authority,
         f"{link}/enable_mtls": True,
         f"{link}/verify_name_on_connect": True,
-        f"{link}/listen_certificate": tls.certificate,
-        f"{link}/listen_private_key": tls.key,
         f"{link}/connect_certificate": tls.certificate,
         f"{link}/connect_private_key": tls.key,
     }
