@@ -8,20 +8,22 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from bus_schema import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, system_name
 from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.joining import JoinedSystem, JoinHost
+from bus_schema.messages.joining import HostProof, JoinedSystem, JoinHost
 from regraft import capacity, rundir
 from regraft.bus import Answer, Bus, BusError
 from regraft.ending import Ending
 from regraft.host.asking import asked_by_a_child
 from regraft.host.guest import Guest
-from regraft.host.plan import HostPlan
+from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.launch import PUMP, free_endpoint, prepare_process
+from regraft.proof import NotProved, Seal, prove
 from regraft.scheduling import work_in_batches
 from regraft.stack.classes import look_in
 from regraft.unreachable import explained
@@ -34,6 +36,8 @@ LINK_WITHIN = 10.0
 WAIT_FOR_LOSS = 30.0
 """Seconds that a name is waited for whose last host may still run."""
 TRY_AGAIN_AFTER = 0.1
+
+Told = TypeVar("Told", JoinedSystem, HostProof)
 
 
 class CannotJoin(Exception):
@@ -125,19 +129,28 @@ def _look(wanted: Wanted) -> JoinedSystem:
             where = ", ".join(wanted.endpoints.connect)
             named = f" named {wanted.system!r}" if wanted.system else ""
             raise NothingThere(f"no system{named} that can be joined answers at {where}")
-        joined = _read(answer)
+        joined = _read(answer, JoinedSystem)
         if isinstance(joined, JoinedSystem):
-            return joined
+            return _checked(joined, wanted)
         if time.monotonic() > deadline:
             raise CannotJoin(joined)
         time.sleep(TRY_AGAIN_AFTER)
 
 
-def _read(answer: Answer) -> JoinedSystem | str:
+def _checked(first: JoinedSystem, wanted: Wanted) -> JoinedSystem:
+    if first.by_certificate and wanted.endpoints.tls is None:
+        named = first.architecture.system
+        raise CannotJoin(
+            f"system {named!r} takes in hosts by their certificates: join its tls/ endpoint, with --tls FOLDER"
+        )
+    return first
+
+
+def _read(answer: Answer, kind: type[Told]) -> Told | str:
     """Return what the first host says, or why one has to wait; raises CannotJoin."""
     try:
         if not answer.error:
-            return codec.decode(answer.payload, JoinedSystem)
+            return codec.decode(answer.payload, kind)
         refusal = codec.decode(answer.payload, ControlError)
     except BadMessage as error:
         raise CannotJoin(f"its answer cannot be read, it may be of another version of Regraft: {error}") from None
@@ -165,8 +178,9 @@ def _run(
     try:
         instance = secrets.token_hex(8)
         with ending.interrupting():
-            first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()))
-        host = Guest(plan.as_joined(first), bus, zygote, first, instance)
+            seal = _proved(bus, wanted, architecture.system, instance)
+            first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()), seal)
+        host = Guest(plan.as_joined(first), bus, zygote, first, instance, seal)
         joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
         host.start()
         try:
@@ -182,14 +196,34 @@ def _run(
         bus.close()
 
 
-def _join(bus: Bus, system: str, asked: JoinHost) -> JoinedSystem:
-    """Join for good, as soon as the link between the hubs is there."""
-    key, deadline = Keys(system).host("local", "join"), time.monotonic() + LINK_WITHIN
+def _proved(bus: Bus, wanted: Wanted, system: str, instance: str) -> Seal:
+    """Prove who this host is, if it has a certificate."""
+    if wanted.endpoints.tls is None:
+        return Seal()
+    try:
+        return prove(
+            wanted.endpoints.tls,
+            wanted.name,
+            instance,
+            lambda flight: _asked(bus, system, "prove", lambda: flight, HostProof),
+        )
+    except NotProved as error:
+        raise CannotJoin(str(error)) from None
+
+
+def _join(bus: Bus, system: str, asked: JoinHost, seal: Seal) -> JoinedSystem:
+    """Join for good."""
+    return _asked(bus, system, "join", lambda: seal.on(asked), JoinedSystem)
+
+
+def _asked(bus: Bus, system: str, verb: str, question: Callable[[], object], kind: type[Told]) -> Told:
+    """Return what the first host answers, as soon as the link between the hubs is there."""
+    key, deadline = Keys(system).host(LOCAL, verb), time.monotonic() + LINK_WITHIN
     while True:
-        answers = bus.query(key, codec.encode(asked), ANSWER_WITHIN)
-        joined = _read(answers[0]) if answers else "the first host does not answer any more"
-        if isinstance(joined, JoinedSystem):
-            return joined
+        answers = bus.query(key, codec.encode(question()), ANSWER_WITHIN)
+        told = _read(answers[0], kind) if answers else "the first host does not answer any more"
+        if not isinstance(told, str):
+            return told
         if time.monotonic() > deadline:
-            raise NothingThere(joined)
+            raise NothingThere(told)
         time.sleep(TRY_AGAIN_AFTER)

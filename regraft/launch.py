@@ -19,6 +19,7 @@ from regraft.ending import Ending
 from regraft.gatekeeper import Gatekeeper
 from regraft.host.home import Home
 from regraft.host.plan import LOCAL, HostPlan
+from regraft.host.witness import Witness
 from regraft.host.zygote import Zygote, start_zygote
 from regraft.process import NoSuchClass, load_class
 from regraft.scheduling import work_in_batches
@@ -184,7 +185,7 @@ def _run(
     bus = open_bus(endpoints, in_step=plan.architecture.simulated)
     try:
         ending.check()
-        host = Home(plan, bus, zygote)
+        host = Home(plan, bus, zygote, Witness(gate.tls if gate else None))
         info = rundir.RunInfo(
             plan.architecture.system,
             plan.run,

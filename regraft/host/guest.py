@@ -21,6 +21,7 @@ from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.ward import Ward
 from regraft.host.zygote import Zygote
 from regraft.lease import GRACE, GrantedLease, now
+from regraft.proof import Seal
 
 RENEW_EVERY = 0.2
 ANSWER_WITHIN = 0.6
@@ -32,13 +33,16 @@ PATIENCE = 60.0
 class Guest(Host):
     """A joined host. ``over`` says why it has to end, empty while it has not to."""
 
-    def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str) -> None:
+    def __init__(
+        self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str, seal: Seal
+    ) -> None:
         """It has just joined; nothing runs yet."""
         super().__init__(plan, bus, zygote)
         self.over = ""
         self.orderly = False
         self.term, self.revision = joined.term, joined.revision
         self._instance = instance
+        self._seal = seal
         self._lease = joined.lease
         self._held_until = now() + joined.lease
         self._lapsed = self._outside = False
@@ -91,7 +95,7 @@ class Guest(Host):
             lease.extend(self._until(name))
 
     def _sign(self, *, leaving: bool = False) -> RenewLease:
-        return RenewLease(self.plan.name, self._instance, leaving)
+        return self._seal.on(RenewLease(self.plan.name, self._instance, leaving))
 
     def _see_to_lease(self) -> None:
         present = now()
@@ -107,7 +111,7 @@ class Guest(Host):
     def _ask(self, sent: float) -> None:
         # A lease that has run out is not renewed: much may have been decided meanwhile.
         outside = self._outside or self._lapsed
-        asked = JoinHost(self.plan.name, self._instance) if outside else self._sign()
+        asked = self._seal.on(JoinHost(self.plan.name, self._instance)) if outside else self._sign()
         verb = "join" if outside else "renew"
 
         def done(answers: list[Answer]) -> None:

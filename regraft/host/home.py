@@ -8,7 +8,7 @@ from dataclasses import replace
 from bus_schema import codec
 from bus_schema.errors import SchemaError
 from bus_schema.messages.host import LEAVE_OUT, HostStatus
-from bus_schema.messages.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
+from bus_schema.messages.joining import HostProof, JoinedSystem, JoinHost, Lease, PastRun, ProveHost, RenewLease
 from regraft.bus import Bus, Presence, Sample
 from regraft.host.host import END_WITHIN, Host
 from regraft.host.others import Others
@@ -16,18 +16,20 @@ from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan
 from regraft.host.rescue import Rescue
 from regraft.host.watching import LOOK_EVERY
+from regraft.host.witness import Witness
 from regraft.host.zygote import Zygote
 
 
 class Home(Host):
     """A host that knows of the others."""
 
-    def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote) -> None:
+    def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote, witness: Witness) -> None:
         """Nothing runs yet, and nobody has joined."""
         super().__init__(plan, bus, zygote)
         self._rescue = Rescue(bus, plan.architecture.system, self._voice.event)
         self.others = Others(lambda: self.plan.architecture, self._tell, self._lost)
-        self.questions.verbs |= {"join": self._join, "renew": self._renew}
+        self._witness = witness
+        self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
         self._ending = False
 
     def start(self) -> None:
@@ -81,12 +83,15 @@ class Home(Host):
 
     # --- what other hosts ask ---
 
+    def _prove(self, payload: bytes) -> HostProof:
+        return self._witness.prove(codec.decode(payload, ProveHost))
+
     def _join(self, payload: bytes) -> JoinedSystem:
         asked = codec.decode(payload, JoinHost)
+        self.others.check(asked)
         if asked.instance:
+            self._witness.check(asked)
             self.others.join(asked)
-        else:
-            self.others.check(asked)
         plan = self.plan
         return JoinedSystem(
             plan.run,
@@ -99,10 +104,14 @@ class Home(Host):
             str(plan.stack_folder.resolve()),
             plan.architecture.rules(asked.host).lost_after,
             tuple(_further(self.past, name) for name in self.others.placed(asked.host)),
+            by_certificate=self._witness.wanted,
         )
 
     def _renew(self, payload: bytes) -> Lease:
-        return self.others.renew(codec.decode(payload, RenewLease), self._ending)
+        asked = codec.decode(payload, RenewLease)
+        if self.others.knows(asked):
+            self._witness.check(asked)
+        return self.others.renew(asked, self._ending)
 
 
 def _further(past: PastRuns, component: str) -> PastRun:

@@ -74,8 +74,7 @@ class Others:
         raise Refused(f"a host {asked.host!r} has joined already (process {other.pid}): choose another --name")
 
     def join(self, asked: JoinHost) -> None:
-        """Take a host in; raises Refused, BadKey."""
-        self.check(asked)
+        """Take a host in that has been checked."""
         other = self._others.setdefault(asked.host, _Other())
         back = other.instance == asked.instance
         other.state, other.instance, other.pid = HostState.JOINED, asked.instance, asked.pid
@@ -85,11 +84,16 @@ class Others:
         else:
             self._tell("host.joined", asked.host, f"host {asked.host} has joined (process {asked.pid})")
 
-    def renew(self, asked: RenewLease, ending: bool) -> Lease:
-        """Take a sign of life; who is not known, or was taken for lost, has to join again."""
+    def knows(self, asked: RenewLease) -> bool:
+        """Tell whether a sign of life is one of a host that is part of the system."""
         other = self._others.get(asked.host)
-        if other is None or other.instance != asked.instance or other.state not in PRESENT:
+        return other is not None and other.instance == asked.instance and other.state in PRESENT
+
+    def renew(self, asked: RenewLease, ending: bool) -> Lease:
+        """Take a sign of life; a host that is not known, or was taken for lost, has to join again."""
+        if not self.knows(asked):
             return Lease(held=False, ending=ending)
+        other = self._others[asked.host]
         other.renewed = now()
         if asked.leaving:
             other.state, other.status = HostState.LEFT, None
