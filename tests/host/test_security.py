@@ -5,6 +5,7 @@ from __future__ import annotations
 import stat
 import subprocess
 import sys
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -12,10 +13,13 @@ import pytest
 from regraft.certificates import CannotMake, make
 from regraft.security import Guard, NotSecure
 from regraft.system_secret import make as make_secret
+from tests.host.labs import certify
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of
 from tests.ports import free_port
 from tests.waiting import PATIENCE
+
+YEAR = timedelta(days=365)
 
 
 def _host(*arguments: str) -> tuple[int, str]:
@@ -119,3 +123,43 @@ def test_a_host_without_a_certificate_in_the_folder_is_told_how_to_make_one(tmp_
     make(tmp_path, ["local"])
     with pytest.raises(NotSecure, match=f"edge.pem, edge.key.*regraft certificates {tmp_path} edge"):
         Guard(tmp_path).tls("edge")
+
+
+# --- certificates that do not hold now ---
+
+
+@pytest.mark.parametrize(
+    ("begins", "ends", "text"),
+    [(-2 * YEAR, -YEAR, "local.pem has expired on "), (YEAR, 2 * YEAR, "local.pem is not valid before ")],
+)
+def test_a_system_does_not_start_with_a_certificate_that_does_not_hold_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begins: timedelta, ends: timedelta, text: str
+) -> None:
+    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
+    make(tmp_path, ["local"])
+    certify(tmp_path, "local", begins, ends)
+    options = ["--headless", "--listen", f"tls/127.0.0.1:{free_port()}", "--tls", str(tmp_path)]
+    command = [sys.executable, "-m", "regraft.cli", "up", "stacks/frog", *options]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert done.returncode == 2
+    assert text in done.stderr
+    assert done.stderr.endswith(f"'regraft certificates {tmp_path} local' makes a new one\n")
+    assert not (tmp_path / "home").exists(), "nothing was begun"
+
+
+def test_a_host_does_not_start_with_a_certificate_that_does_not_hold_now(tmp_path: Path) -> None:
+    make(tmp_path, ["edge"])
+    certify(tmp_path, "edge", -2 * YEAR, -YEAR)
+    code, said = _host("--join", "tls/127.0.0.1:9", "--name", "edge", "--tls", str(tmp_path))
+    assert code == 2
+    assert "edge.pem has expired on " in said
+
+
+def test_files_that_are_no_certificate_and_its_key_are_told_as_that(tmp_path: Path) -> None:
+    make(tmp_path, ["edge", "desk"])
+    (tmp_path / "edge.key").write_bytes((tmp_path / "desk.key").read_bytes())
+    with pytest.raises(NotSecure, match=r"edge.pem and .*edge.key must be a certificate and its key.*mismatch"):
+        Guard(tmp_path).tls("edge")
+    (tmp_path / "ca.pem").write_text("nothing")
+    with pytest.raises(NotSecure, match=r"ca.pem must be certificates of authorities"):
+        Guard(tmp_path).tls("desk")
