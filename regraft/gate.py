@@ -11,6 +11,7 @@ import contextlib
 import errno
 import ipaddress
 import json
+import resource
 import selectors
 import signal
 import socket
@@ -286,6 +287,8 @@ def main(order: str) -> None:
     """Be the gate until the standard input ends; ``order`` is JSON."""
     for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
     told = json.loads(order)
     listening = socket.socket(fileno=told["listening"])
     host, _, port = told["hub"].rpartition(":")

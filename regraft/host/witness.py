@@ -1,4 +1,4 @@
-"""Tells for the first host whether who asks to be a host is that host: ``regraft.proof`` has the other side of it."""
+"""Checks for the first host that other hosts are those they name: ``regraft.proof`` has the other side of it."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class _Proved:
 
 
 class Witness:
-    """Knows which processes have shown the certificate of their host. Without ``tls`` it asks nobody for any."""
+    """Knows which processes have shown the certificate of their host. Without ``tls`` none is asked for."""
 
     def __init__(self, tls: Tls | None) -> None:
-        """Nobody has proved anything; raises OSError, ssl.SSLError for files of no use."""
+        """No host has proved anything yet; raises OSError, ssl.SSLError for files of no use."""
         self._context = context(tls, server=True) if tls else None
         self._exchanges: dict[str, _Handshake] = {}
         self._proved: dict[str, dict[str, _Proved]] = {}

@@ -1,4 +1,4 @@
-"""Connections of strangers keep no host and no component out, however many they are and whatever they say."""
+"""Connections of strangers keep no host and no component out, whatever they say."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ def test_a_flood_from_one_address_displaces_no_handshake_of_another(
         flood.end()
 
 
-def test_what_is_said_arrives_whole_and_in_order_whoever_is_slow(served: tuple[int, socket.socket], lab: Path) -> None:
+def test_bytes_arrive_whole_and_in_order_through_the_gate(served: tuple[int, socket.socket], lab: Path) -> None:
     port, arriving = served
     said = os.urandom(20_000_000)
     with _certified(lab).wrap_socket(

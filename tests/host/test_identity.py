@@ -99,7 +99,7 @@ def test_a_host_looks_at_its_own_certificate_first(lab: Lab, tmp_path: Path) -> 
         Guard(mistaken).tls("edge")
 
 
-def test_who_has_no_certificate_is_told_how_to_join(lab: Lab) -> None:
+def test_a_host_without_a_certificate_is_told_how_to_join(lab: Lab) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "regraft.cli", "host", "--join", lab.site.system.info.endpoint, "--name", "desk"],
         cwd=ROOT,
