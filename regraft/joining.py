@@ -26,6 +26,7 @@ from regraft.launch import PUMP, free_endpoint, prepare_process
 from regraft.proof import NotProved, Seal, prove
 from regraft.scheduling import work_in_batches
 from regraft.stack.classes import look_in
+from regraft.trial_import import Notice
 from regraft.unreachable import explained
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints
@@ -69,8 +70,12 @@ class Joined:
     notices: tuple[str, ...] = ()
 
 
-def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -> Guest:
+def run_guest(
+    wanted: Wanted, step: Callable[[Joined], None] = lambda _: None, notice: Notice = lambda _: None
+) -> Guest:
     """Join, and run until SIGINT, SIGTERM, SIGHUP or the system's end; returns the host, whose processes have ended.
+
+    ``notice`` gets a line about a module whose import takes long.
 
     Raises:
         KeyboardInterrupt: one of the signals came before it had joined.
@@ -97,7 +102,7 @@ def run_guest(wanted: Wanted, step: Callable[[Joined], None] = lambda _: None) -
         mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
         capacity.check(mine.values())
         with ending.interrupting():
-            notices = prepare_process(mine.values())
+            notices = prepare_process(mine.values(), notice)
         if first.architecture.simulated:
             work_in_batches()
         zygote = start_zygote()

@@ -21,12 +21,14 @@ from regraft.host.home import Home
 from regraft.host.plan import LOCAL, HostPlan
 from regraft.host.witness import Witness
 from regraft.host.zygote import Zygote, start_zygote
+from regraft.modules import text_of
 from regraft.process import NoSuchClass, load_class
 from regraft.scheduling import work_in_batches
 from regraft.security import Guard, as_reached
 from regraft.stack import Stack, time_source
 from regraft.stack.components import in_run_folder
 from regraft.system_secret import fresh
+from regraft.trial_import import Notice, check_classes
 from regraft.zenoh_bus import open_bus
 from regraft.zenoh_config import Endpoints, Tls
 
@@ -112,28 +114,32 @@ def run_system(
         held.close()
 
 
-def prepare_process(specs: Iterable[ComponentSpec]) -> tuple[str, ...]:
+def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: None) -> tuple[str, ...]:
     """Import and prepare what the components' processes share, before the first is forked; raises NoSuchClass.
 
-    Returns what the classes have to say about this machine, each line once.
+    Returns what the classes have to say about this machine, each line once. ``notice`` gets a line about a module
+    whose import takes long.
 
     It is left out of every collection of garbage from then on: to look at it all takes a tenth of a second, in which no
     thread of the process runs, and would write to pages of memory that the processes share.
     """
     said: dict[str, None] = {}
-    for path, cls in _classes(specs).items():
+    for path, cls in _classes(specs, notice).items():
         try:
-            notice = cls.preload()
-        except Exception as error:
-            raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {error}") from error
-        if notice:
-            said[notice] = None
+            told = cls.preload()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {text_of(error)}") from error
+        if told:
+            said[told] = None
     gc.freeze()
     return tuple(said)
 
 
-def _classes(specs: Iterable[ComponentSpec]) -> dict[str, type[Component]]:
+def _classes(specs: Iterable[ComponentSpec], notice: Notice) -> dict[str, type[Component]]:
     paths = sorted({spec.cls for spec in specs if spec.cls})
+    check_classes(paths, notice)
     return {path: load_class(path) for path in paths}
 
 

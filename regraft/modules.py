@@ -1,13 +1,57 @@
-"""Hints for modules that do not exist."""
+"""Imports authors' modules, whatever they do meanwhile, with hints for those that do not exist."""
 
 from __future__ import annotations
 
+import importlib
+import os
 import pkgutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
 from bus_schema.suggestions import near
+
+EXIT_OF_COPIES = 1
+
+
+class CannotImport(Exception):
+    """A module cannot be imported; the text says why."""
+
+
+def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleType:
+    """Return a module, imported if it is not yet.
+
+    A module may fork this process. A copy that comes back from the import would run the whole program a second time:
+    it calls ``in_copy`` and ends here.
+
+    Raises:
+        CannotImport: it raised anything, leaving included.
+    """
+    process = os.getpid()
+    try:
+        return importlib.import_module(name)
+    except KeyboardInterrupt:
+        raise
+    except ImportError as error:
+        raise CannotImport(f"cannot import {name!r}: {text_of(error)}{after_failure(name, error)}") from error
+    except BaseException as error:
+        why = f"{type(error).__name__}: {text_of(error)}{after_failure(name, error)}"
+        raise CannotImport(f"importing {name!r} failed: {why}") from error
+    finally:
+        if os.getpid() != process:
+            try:
+                in_copy()
+            finally:
+                os._exit(EXIT_OF_COPIES)
+
+
+def text_of(error: BaseException) -> str:
+    """Return an exception's text on one line; empty if asking for it fails."""
+    try:
+        return " ".join(str(error).split())
+    except Exception:
+        return ""
 
 
 def instead_of_module(name: str, error: ImportError) -> str:

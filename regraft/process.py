@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import gc
-import importlib
 import logging
 import os
+import signal
 import sys
 import threading
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from regraft.component import Component
 from regraft.ending import Ending
 from regraft.lease import HeldLease
 from regraft.memory import keep_freed_memory
-from regraft.modules import after_failure, hidden_by_another
+from regraft.modules import CannotImport, hidden_by_another, imported
 from regraft.network_threads import have_one_thread_read
 from regraft.parameters import ParameterError
 from regraft.runtime import loop
@@ -38,6 +38,16 @@ LEAVE_WITHIN = 3.0
 EXIT_WELL, EXIT_FAULT, EXIT_BAD_ASSIGNMENT = 0, 1, 2
 
 
+def how_it_ended(code: int) -> str:
+    """Return an exit code in words: ``exit code 2`` or ``killed by SIGKILL``."""
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        return f"killed by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"killed by signal {-code}"
+
+
 class NoSuchClass(Exception):
     """``module:Class`` does not name a component class; the text says what is wrong."""
 
@@ -49,13 +59,9 @@ def load_class(path: str) -> type[Component]:
         hint = "; message types belong to topics" if TYPE_NAME.fullmatch(path) else ""
         raise NoSuchClass(f"{path!r} must look like 'package.module:Class'{hint}")
     try:
-        module = importlib.import_module(module_name)
-    except ImportError as error:
-        hint = after_failure(module_name, error)
-        raise NoSuchClass(f"{path!r}: cannot import {module_name!r}: {error}{hint}") from None
-    except Exception as error:
-        why = f"{type(error).__name__}: {error}{after_failure(module_name, error)}"
-        raise NoSuchClass(f"{path!r}: importing {module_name!r} failed: {why}") from error
+        module = imported(module_name)
+    except CannotImport as error:
+        raise NoSuchClass(f"{path!r}: {error}") from error
     cls = getattr(module, class_name, None)
     if cls is None:
         there = [

@@ -12,7 +12,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.messages.control import AskQualities
 from regraft.cli.mistakes import refuse_values
 from regraft.cli.options import JsonOption, SystemOption
-from regraft.cli.output import show_json, show_table
+from regraft.cli.output import complain, show_json, show_table
 from regraft.cli.reach import reached
 from regraft.cli.topology import topology
 from regraft.cli.values import assignment
@@ -20,6 +20,7 @@ from regraft.component import declared
 from regraft.parameters import ParameterSet
 from regraft.process import load_class
 from regraft.stack.classes import look_in
+from regraft.trial_import import check_classes
 
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="PARAMETER=VALUE", help="As if it had this value; may be repeated.")
@@ -53,6 +54,7 @@ def estimate(
 
 def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
     look_in(Path.cwd())
+    check_classes([path], complain)
     cls = load_class(path)
     parameters = ParameterSet(declared(cls).parameters)
     parameters.set(asked.parameters, starting=True)

@@ -127,7 +127,7 @@ def _be_host(wanted: Wanted, as_json: bool) -> None:
                 complain(notice)
 
     with nothing_left_behind():
-        ended = run_guest(wanted, step)
+        ended = run_guest(wanted, step, complain)
     if ended.orderly:
         say(f"host {wanted.name} has ended: {ended.over}")
     elif ended.over:

@@ -38,6 +38,7 @@ from regraft.stack.components import with_absolute_paths
 from regraft.stack.files import file_problems
 from regraft.stepped.source import TimeSource
 from regraft.system_secret import fresh
+from regraft.trial_import import check_classes
 
 LOOK_EVERY = 0.25
 
@@ -72,6 +73,7 @@ def run(
     ending = Ending()
     ending.hear_signals()
     with ending.interrupting():
+        check_classes([component], complain)
         cls = load_class(component)
         called = component_name(name or name_of(cls))
         there = rundir.find(join) if join is not None else None

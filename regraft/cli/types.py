@@ -14,10 +14,11 @@ from regraft import rundir
 from regraft.cli import message_types
 from regraft.cli.group import BadInput
 from regraft.cli.options import JsonOption, SystemOption, chosen_system
-from regraft.cli.output import show_json, show_table
+from regraft.cli.output import complain, show_json, show_table
 from regraft.cli.reach import reached
 from regraft.cli.topology import topology
 from regraft.stack.classes import import_problem, look_in
+from regraft.trial_import import try_imports
 
 
 def types(
@@ -32,6 +33,8 @@ def types(
 ) -> None:
     """List message types, or print the JSON Schema of one: also one that only a running system knows."""
     look_in(Path.cwd())
+    for refused in try_imports(modules or [], complain).problems.values():
+        raise BadInput(refused)
     for module in modules or []:
         problem = import_problem(module)
         if problem:

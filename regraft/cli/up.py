@@ -16,7 +16,7 @@ from regraft.cli.host_log import log_to_file
 from regraft.cli.numbers import seconds, whole
 from regraft.cli.one_of import one_of
 from regraft.cli.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
-from regraft.cli.output import say, show_json
+from regraft.cli.output import complain, say, show_json
 from regraft.cli.ports_free import check_ports
 from regraft.cli.running import Run
 from regraft.host.descendants import nothing_left_behind
@@ -88,7 +88,9 @@ def up(
     if listen is not None:
         guard.check(listen)
         guard.tls(LOCAL)
-    wanted = with_places(_wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system)), places or [])
+    wanted = with_places(
+        _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system), silent=quiet), places or []
+    )
     # That it runs already is the better reason than that its gateway's port is in use.
     rundir.lock(wanted.name).close()
     check_ports(wanted.architecture)
@@ -110,9 +112,12 @@ def up(
         raise typer.Exit(FAILED)
 
 
-def _wanted(path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None) -> Stack:
+def _wanted(
+    path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None, *, silent: bool
+) -> Stack:
     """Return the stack as file and options want it; raises StackError."""
-    wanted = load(path / STACK_FILE if path.is_dir() else path)
+    file = path / STACK_FILE if path.is_dir() else path
+    wanted = load(file) if silent else load(file, complain)
     if system is not None:
         wanted = with_system(wanted, system)
     if speed is not None:

@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-PR_SET_CHILD_SUBREAPER = 36
+PR_SET_CHILD_SUBREAPER, PR_GET_CHILD_SUBREAPER = 36, 37
 END_WITHIN = 5.0
 """Seconds that killed processes may take to be gone."""
 LOOK_EVERY = 0.01
@@ -28,6 +28,12 @@ _libc = ctypes.CDLL(None, use_errno=True)
 def adopt_orphans(wanted: bool = True) -> None:
     """Become the parent of all that loses its parent below this process, or no longer."""
     _libc.prctl(PR_SET_CHILD_SUBREAPER, int(wanted))
+
+
+def _adopts_orphans() -> bool:
+    adopts = ctypes.c_int()
+    _libc.prctl(PR_GET_CHILD_SUBREAPER, ctypes.byref(adopts))
+    return bool(adopts.value)
 
 
 def children_by_parent() -> dict[int, list[int]]:
@@ -57,13 +63,23 @@ def descendants(*of: int) -> set[int]:
 def end_descendants(but: frozenset[int] = frozenset()) -> bool:
     """Kill all that is below this process, but for some and what is below those; returns whether all are gone."""
     until = time.monotonic() + END_WITHIN
+    killed: set[int] = set()
     while True:
         living = descendants(os.getpid()) - but - descendants(*but)
         if not living or time.monotonic() > until:
+            _reap(killed)
             return not living
         for pid in living:
             kill(pid)
+        killed |= living
         time.sleep(LOOK_EVERY)
+
+
+def _reap(ended: set[int]) -> None:
+    """Take note of the ends of those that have become children of this process, or no number would be free again."""
+    for pid in ended:
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(pid, os.WNOHANG)
 
 
 def end_run(run: str, below: int) -> None:
@@ -83,11 +99,12 @@ def kill(pid: int) -> None:
 
 @contextlib.contextmanager
 def nothing_left_behind() -> Iterator[None]:
-    """In the end of the block, kill whatever came below this process within it."""
+    """In the end of the block, kill whatever came below this process within it; blocks may stand within others."""
     before = frozenset(descendants(os.getpid()))
+    adopted = _adopts_orphans()
     adopt_orphans()
     try:
         yield
     finally:
         end_descendants(but=before)
-        adopt_orphans(wanted=False)
+        adopt_orphans(wanted=adopted)

@@ -30,9 +30,10 @@ from regraft.host.restarts import RestartHistory
 from regraft.host.voice import Voice
 from regraft.host.ward import Ward
 from regraft.host.watching import LOOK_EVERY, Watching
-from regraft.host.zygote import Zygote, how_it_ended
+from regraft.host.zygote import Zygote
 from regraft.inbox import Inbox
 from regraft.patience import Patience, stretched
+from regraft.process import how_it_ended
 
 STATUS_EVERY = 1.0
 FIRST_BEAT_WITHIN = 15.0

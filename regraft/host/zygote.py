@@ -218,13 +218,3 @@ def _has_adopted(alive: dict[int, tuple[str, int]]) -> bool:
     except OSError:
         return True
     return not alive.keys() >= set(map(int, found))
-
-
-def how_it_ended(code: int) -> str:
-    """Return an exit code in words: ``exit code 2`` or ``killed by SIGKILL``."""
-    if code >= 0:
-        return f"exit code {code}"
-    try:
-        return f"killed by {signal.Signals(-code).name}"
-    except ValueError:
-        return f"killed by signal {-code}"

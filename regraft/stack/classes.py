@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +10,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.description import Description
 from bus_schema.parameter_values import parameter_problem
 from regraft.component import describe
-from regraft.modules import after_failure, hidden_file
+from regraft.modules import CannotImport, hidden_file, imported, text_of
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass, load_class
 
@@ -25,10 +24,9 @@ def look_in(folder: Path) -> None:
 def import_problem(module: str) -> str | None:
     """Import a module; return why it cannot be, None if it was."""
     try:
-        importlib.import_module(module)
-    # An author's module may do anything while it is imported, leaving included.
-    except (Exception, SystemExit) as error:
-        return f"cannot import {module!r}: {type(error).__name__}: {error}{after_failure(module, error)}"
+        imported(module)
+    except CannotImport as error:
+        return str(error)
     return hidden_file(module) or None
 
 
@@ -52,7 +50,8 @@ def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Des
         except ParameterError as error:
             parts = (problem.partition(": ") for problem in error.problems)
             return plain, tuple((place, why) for place, _, why in parts)
-    except NoSuchClass:
+    except (NoSuchClass, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:
-        raise NoSuchClass(f"{path!r} cannot be described: {type(error).__name__}: {error}") from None
+    # An author's class may raise anything, leaving included.
+    except BaseException as error:
+        raise NoSuchClass(f"{path!r} cannot be described: {type(error).__name__}: {text_of(error)}") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,8 +39,11 @@ RUN_FOLDER = "$RUN"
 """In a path parameter: the folder of the running system (``regraft.rundir``)."""
 
 
-def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
-    """Return one component, without its connections; where its class cannot be had, without description."""
+def read_component(table: Section, name: str, folder: Path, refused: Collection[str] = ()) -> ComponentSpec:
+    """Return one component, without its connections; where its class cannot be had, without description.
+
+    Modules that are ``refused`` are not imported; why is noted already.
+    """
     section = table.section(name)
     parameters = section.plain_map("parameters")
     description: Description | None
@@ -49,7 +52,7 @@ def read_component(table: Section, name: str, folder: Path) -> ComponentSpec:
         description = read_program(section)
     else:
         section.only(*OF_CLASSES)
-        description = _class_description(section, parameters)
+        description = _class_description(section, parameters, refused)
     return ComponentSpec(
         name=name,
         cls=section.text("class") if "command" not in section else "",
@@ -113,11 +116,13 @@ def in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
     return replace(spec, parameters=parameters)
 
 
-def _class_description(section: Section, parameters: Mapping[str, PlainValue]) -> Description | None:
+def _class_description(
+    section: Section, parameters: Mapping[str, PlainValue], refused: Collection[str]
+) -> Description | None:
     path = section.text("class")
     if "class" not in section:
         section.report.add(section.path, "must have 'class' (module:Class) or 'command', has neither")
-    if not path:
+    if not path or path.partition(":")[0] in refused:
         return None
     try:
         description, problems = describe_class(path, parameters)

@@ -14,11 +14,13 @@ from regraft.stack.components import read_component, read_connections
 from regraft.stack.constraints import read_constraints
 from regraft.stack.document import read_document
 from regraft.stack.hosts import read_hosts
+from regraft.stack.imports import try_modules
 from regraft.stack.limits import read_limits
 from regraft.stack.modes import read_modes
 from regraft.stack.section import Section
 from regraft.stack.stack import Stack, time_sources
 from regraft.stack.topics import read_topics
+from regraft.trial_import import Notice
 
 FIELDS = (
     "system",
@@ -47,19 +49,23 @@ class _Speed(Enum):
     MAX = "max"
 
 
-def load(file: Path | str) -> Stack:
+def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
     """Read and check a stack file; the stack's folder becomes importable in this process.
+
+    Authors' modules are tried before this process imports them; ``notice`` gets a line about one that takes long.
 
     Raises:
         StackError: with everything that is wrong, each with file, line and field.
+        KeyboardInterrupt: a signal that asks for an end came while modules were tried.
     """
     path = Path(file)
     document, report = read_document(path)
     root = Section(document, "", report)
     root.only(*FIELDS)
     look_in(path.resolve().parent)
-    imports = _imports(root)
-    architecture = _with_speed(root, _architecture(root, path.resolve().parent))
+    refused = try_modules(root, notice)
+    imports = _imports(root, refused)
+    architecture = _with_speed(root, _architecture(root, path.resolve().parent, refused))
     for place, problem in stack_problems(architecture):
         report.add(place, problem)
     stack = Stack(
@@ -74,18 +80,18 @@ def load(file: Path | str) -> Stack:
     return stack
 
 
-def _imports(root: Section) -> tuple[str, ...]:
+def _imports(root: Section, refused: frozenset[str]) -> tuple[str, ...]:
     modules = root.distinct("imports")
     for index, module in enumerate(modules):
-        problem = import_problem(module)
+        problem = import_problem(module) if module not in refused else None
         if problem:
             root.wrong(f"imports.{index}", problem)
     return modules
 
 
-def _architecture(root: Section, folder: Path) -> Architecture:
+def _architecture(root: Section, folder: Path, refused: frozenset[str]) -> Architecture:
     table = root.section("components")
-    specs = {name: read_component(table, name, folder) for name in table.names()}
+    specs = {name: read_component(table, name, folder, refused) for name in table.names()}
     # Topics come after the components: importing a class may make new message types known.
     topics = read_topics(root.section("topics"))
     hosts, rules = read_hosts(root)

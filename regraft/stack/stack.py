@@ -56,8 +56,12 @@ class Stack:
 
 
 def time_sources(architecture: Architecture) -> tuple[str, ...]:
-    """Return the components that make simulated time go on, by name."""
-    return tuple(name for name, spec in sorted(architecture.components.items()) if _is_time_source(spec.cls))
+    """Return the components that make simulated time go on, by name; a class without description is none.
+
+    Such a class cannot be had, and is not imported here.
+    """
+    specs = sorted(architecture.components.items())
+    return tuple(name for name, spec in specs if spec.description and _is_time_source(spec.cls))
 
 
 def time_source(stack: Stack) -> str | None:
