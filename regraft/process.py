@@ -13,7 +13,7 @@ from collections.abc import Callable
 from bus_schema.errors import SchemaError
 from bus_schema.lifecycle import State
 from bus_schema.registry import TYPE_NAME, known_types
-from bus_schema.suggestions import instead_of
+from bus_schema.suggestions import instead_of, near
 from regraft.assignment import Assignment
 from regraft.bus import BusError
 from regraft.clock import RealClock, SteppedClock
@@ -67,7 +67,8 @@ def load_class(path: str) -> type[Component]:
         there = [
             name for name, value in vars(module).items() if _is_component(value) and value.__module__ == module_name
         ]
-        hint = hidden_by_another(module_name) or instead_of(class_name, there, none="it has no component class")
+        hidden = "" if near(class_name, there) else hidden_by_another(module_name)
+        hint = hidden or instead_of(class_name, there, none="it has no component class")
         raise NoSuchClass(f"{path!r}: {module_name!r} has no class {class_name!r}; {hint}")
     if not _is_component(cls):
         raise NoSuchClass(f"{path!r} is no subclass of regraft.Component{_what_else(module_name, cls)}")
