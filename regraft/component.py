@@ -14,6 +14,7 @@ from bus_schema.keys import own_name
 from regraft.parameters import Parameter, ParameterError, ParameterSet
 from regraft.ports import Input, Output
 from regraft.requests import Period, Service, period_of, service_of
+from regraft.reserved import check_attributes
 
 if TYPE_CHECKING:
     from regraft.runtime.kit import Kit
@@ -52,6 +53,11 @@ class Component:
     """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device,
     a port, a lock. A run that is succeeded lets go of it first. Who names devices in ``resources`` is exclusive too.
     """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Refuse a class that uses a name of this one for something else; raises BadType."""
+        super().__init_subclass__(**more)
+        check_attributes(cls, Component)
 
     @classmethod
     def is_exclusive(cls) -> bool:

@@ -145,6 +145,11 @@ def service_of(method: str, function: Callable[..., Any]) -> Service | None:
     return Service(offer.name, method, request, reply, offer.action, offer.feedback, text.split("\n")[0])
 
 
+def is_offered_or_timed(function: Callable[..., Any]) -> bool:
+    """Tell whether a method is marked with ``@service``, ``@action`` or ``@every``."""
+    return hasattr(function, "__regraft_offer__") or hasattr(function, "__regraft_period__")
+
+
 def period_of(function: Callable[..., Any]) -> Period | None:
     """Return the period of a method marked with ``@every``, None for others."""
     period: Period | None = getattr(function, "__regraft_period__", None)
