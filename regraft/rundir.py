@@ -132,9 +132,11 @@ def forget_info(system: str) -> None:
 def read_info(system: str) -> RunInfo | None:
     """Return how to reach a system, None if it says nothing."""
     try:
-        return RunInfo(**json.loads((folder(system) / "run.json").read_text()))
+        info = RunInfo(**json.loads((folder(system) / "run.json").read_text()))
     except (OSError, ValueError, TypeError, RecursionError):
         return None
+    # A signal to process 0 would reach whoever sends it, and one to -1 everybody.
+    return info if isinstance(info.pid, int) and info.pid > 0 else None
 
 
 def is_running(system: str) -> bool:

@@ -70,7 +70,7 @@ def set_state(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Have a component configure, activate, deactivate, cleanup or shutdown."""
+    """Have a component configure, activate, deactivate or cleanup; one without an adaptation manager shutdown too."""
     with reached(ctx, system) as there:
         known = topology(there)
         known.component(component)

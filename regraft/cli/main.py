@@ -54,7 +54,7 @@ def common(
             "--system",
             metavar="NAME",
             envvar="REGRAFT_SYSTEM",
-            help="The system that commands are about; may be given after the command too.",
+            help="The system to talk to; a command about a running system takes it behind its name too.",
         ),
     ] = None,
 ) -> None:

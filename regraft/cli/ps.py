@@ -11,7 +11,7 @@ import typer
 
 from regraft import rundir
 from regraft.bus import BusError
-from regraft.cli.group import Failed, Unreachable
+from regraft.cli.group import BadInput, Failed, Unreachable
 from regraft.cli.options import JsonOption, SystemOption, chosen_system
 from regraft.cli.output import complain, say, show_json, show_table
 from regraft.cli.reach import joined, plain_info
@@ -111,11 +111,14 @@ def remark(component: dict[str, Any]) -> str:
 
 def down(
     ctx: typer.Context,
-    system: Annotated[str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")] = None,
+    named: Annotated[str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")] = None,
+    system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """End a running system, and wait until all its processes have ended."""
-    info = rundir.find(chosen_system(ctx, system))
+    if named is not None and system is not None and named != system:
+        raise BadInput(f"SYSTEM is {named!r}, but --system says {system!r}: leave one out")
+    info = rundir.find(chosen_system(ctx, named or system))
     began = time.monotonic()
     try:
         os.kill(info.pid, signal.SIGTERM)

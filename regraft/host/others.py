@@ -38,6 +38,11 @@ class _Other:
     ending: bool = False
 
 
+def _process(pid: int) -> str:
+    """Say which process a host is, if it has told: one of another implementation need not."""
+    return f" (process {pid})" if pid else ""
+
+
 class Others:
     """All hosts but the first. ``tell(kind, host, text)`` makes events; ``lost(host)`` is called once for each loss."""
 
@@ -71,7 +76,7 @@ class Others:
             left = max(0.0, other.renewed + self._lease(asked.host) + MARGIN - now())
             problem = f"a host {asked.host!r} is silent since a moment, and may still run: it counts as lost"
             raise Refused(f"{problem} in {left:.1f} s", ControlCode.TIMED_OUT)
-        raise Refused(f"a host {asked.host!r} has joined already (process {other.pid}): choose another --name")
+        raise Refused(f"a host {asked.host!r} has joined already{_process(other.pid)}: choose another --name")
 
     def join(self, asked: JoinHost) -> None:
         """Take a host in that has been checked."""
@@ -82,7 +87,7 @@ class Others:
         if back:
             self._tell("host.returned", asked.host, f"host {asked.host} is back")
         else:
-            self._tell("host.joined", asked.host, f"host {asked.host} has joined (process {asked.pid})")
+            self._tell("host.joined", asked.host, f"host {asked.host} has joined{_process(asked.pid)}")
 
     def knows(self, asked: RenewLease) -> bool:
         """Tell whether a sign of life is one of a host that is part of the system."""

@@ -46,7 +46,8 @@ def test_without_a_running_system_a_command_exits_with_3(regraft: Regraft, comma
 
 
 def test_an_unknown_system_exits_with_3_and_is_named(regraft: Regraft) -> None:
-    for arguments in (("ps", "--system", "nope"), ("--system", "nope", "ps"), ("down", "nope")):
+    before, after = ("--system", "nope", "ps"), ("ps", "--system", "nope")
+    for arguments in (before, after, ("down", "nope"), ("down", "--system", "nope")):
         found = regraft(*arguments)
         assert found.exit_code == NOT_REACHABLE
         assert "'nope'" in found.stderr

@@ -58,3 +58,25 @@ def test_help_lists_the_exit_codes(regraft: Regraft) -> None:
     shown = regraft("--help").output
     for code in ("0", "1", "2", "3", "130"):
         assert f"\n    {code} " in shown or f"\n  {code} " in shown
+
+
+ABOUT_NO_SYSTEM = {
+    "regraft certificates FOLDER NAME...",
+    "regraft doctor",
+    "regraft evaluate STUDY",
+    "regraft mission check FILE",
+}
+
+
+def test_every_command_about_a_system_takes_its_name_as_the_help_says() -> None:
+    commands = list(surface(typer.main.get_command(whole()), "regraft"))
+    groups = {line for line in commands if any(other.startswith(f"{line} ") for other in commands)}
+    without = {line.partition(" --")[0] for line in commands if "--system" not in line and line not in groups}
+    assert without == ABOUT_NO_SYSTEM
+
+
+@pytest.mark.parametrize("before", [(), ("--system", "one")])
+def test_a_system_is_not_named_twice_differently(regraft: Regraft, before: tuple[str, ...]) -> None:
+    found = regraft(*before, "down", "one", "--system", "two")
+    assert found.exit_code == 2
+    assert found.stderr == "regraft: SYSTEM is 'one', but --system says 'two': leave one out\n"
