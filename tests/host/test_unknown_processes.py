@@ -11,7 +11,7 @@ from bus_schema.architecture import Architecture
 from bus_schema.messages.joining import JoinHost
 from regraft import rundir
 from regraft.host.others import Others
-from regraft.host.questions import Refused
+from regraft.host.voice import Refused
 from regraft.rundir import AlreadyRunning, NotRunning, RunInfo
 
 ARCHITECTURE = Architecture("tests", 1, False, {}, {}, ("local", "edge"))
