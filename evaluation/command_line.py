@@ -20,7 +20,8 @@ from evaluation.study import Configuration, Study
 from regraft.cli.group import FAILED, BadInput, Failed
 from regraft.cli.numbers import seconds as parse_seconds
 from regraft.cli.numbers import whole
-from regraft.cli.output import say
+from regraft.cli.output import complain, say
+from regraft.trial_import import check_imports
 
 REPORT = "report.md"
 
@@ -56,6 +57,7 @@ def evaluate(
     """
     # Whatever ends the campaign also ends the runs that are under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    check_imports([study.partition(":")[0]] if ":" in study else [], complain)
     try:
         found = find_study(study)
         wanted = _wanted(found, definitions, configurations, runs, seed, seconds, one_seed)

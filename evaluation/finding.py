@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bus_schema.suggestions import instead_of
 from evaluation.study import Study
-from regraft.modules import after_failure
+from regraft.modules import CannotImport, after_failure, imported
 
 ENTRY_POINTS: Final = "regraft.studies"
 """The entry point group of studies from other packages: each is a `Study`."""
@@ -63,9 +63,9 @@ def _modules() -> list[str]:
 def _study_at(place: str) -> Study:
     module, _, name = place.partition(":")
     try:
-        study: Any = getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        hint = after_failure(module, error)
+        study: Any = getattr(imported(module), name)
+    except (CannotImport, AttributeError) as error:
+        hint = after_failure(module, error) if isinstance(error, AttributeError) else ""
         raise NoSuchStudy(f"no study at {place!r} (must be module:NAME): {error}{hint}") from None
     if not isinstance(study, Study):
         raise NoSuchStudy(f"{place!r} is {type(study).__name__}, must be a Study")

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 
 from regraft.ending import ASKING, Ending
 from regraft.host.descendants import LOOK_EVERY, kill, nothing_left_behind
+from regraft.modules import CannotImport
 from regraft.patience import Patience
 from regraft.process import NoSuchClass, how_it_ended
 from regraft.trial_notes import Notes
@@ -49,6 +50,12 @@ def check_classes(paths: Iterable[str], notice: Notice = lambda _: None) -> None
     modules = {path.partition(":")[0]: path for path in paths}
     for module, problem in try_imports(modules, notice).problems.items():
         raise NoSuchClass(f"{modules[module]!r}: {problem}")
+
+
+def check_imports(modules: Iterable[str], notice: Notice = lambda _: None) -> None:
+    """Try modules; raises CannotImport."""
+    for problem in try_imports(modules, notice).problems.values():
+        raise CannotImport(problem)
 
 
 def try_imports(modules: Iterable[str], notice: Notice = lambda _: None) -> Tried:

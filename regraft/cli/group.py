@@ -14,6 +14,7 @@ from regraft.certificates import CannotMake
 from regraft.cli.output import complain
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.joining import CannotJoin, NothingThere
+from regraft.modules import CannotImport
 from regraft.parameters import ParameterError
 from regraft.process import NoSuchClass
 from regraft.rundir import AlreadyRunning, NoRoom, NotRunning
@@ -49,8 +50,9 @@ class Failed(Exception):
 
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
-    (BAD_INPUT, (BadInput, StackError, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError, SchemaError)),
-    (BAD_INPUT, (NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake, BadToken, BadTokens)),
+    (BAD_INPUT, (BadInput, StackError, CannotImport, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError)),
+    (BAD_INPUT, (SchemaError, NoSuchComponent, NoSuchHost, CannotJoin, NotSecure, BadSecret, CannotMake)),
+    (BAD_INPUT, (BadToken, BadTokens)),
     (NOT_REACHABLE, (Unreachable, NotRunning, NothingThere, BusError, NoAnswer)),
     (FAILED, (Failed, ClientError, CallFailed)),
 )

@@ -18,7 +18,7 @@ from regraft.cli.output import complain, show_json, show_table
 from regraft.cli.reach import reached
 from regraft.cli.topology import topology
 from regraft.stack.classes import import_problem, look_in
-from regraft.trial_import import try_imports
+from regraft.trial_import import check_imports
 
 
 def types(
@@ -33,8 +33,7 @@ def types(
 ) -> None:
     """List message types, or print the JSON Schema of one: also one that only a running system knows."""
     look_in(Path.cwd())
-    for refused in try_imports(modules or [], complain).problems.values():
-        raise BadInput(refused)
+    check_imports(modules or [], complain)
     for module in modules or []:
         problem = import_problem(module)
         if problem:

@@ -160,11 +160,13 @@ def check(
     """Load a tree without a system, and say what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for what stands at the top.
     from regraft.stack.classes import look_in
+    from regraft.trial_import import check_imports
     from services.bt_executor import checking
     from services.bt_executor.engine import TreeError
 
     look_in(file.resolve().parent)
     look_in(Path.cwd())
+    check_imports((place.partition(":")[0] for place in nodes or [] if ":" in place), complain)
     try:
         registry = checking.known_types(nodes or [])
     except TreeError as error:

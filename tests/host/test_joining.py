@@ -127,6 +127,17 @@ def test_a_class_that_the_other_machine_has_not_got_is_said_when_it_joins(site: 
     assert "cannot import 'here_only'" in guest.log.read_text()
 
 
+def test_a_class_whose_import_ends_the_process_is_said_when_its_host_joins(site: Site) -> None:
+    (site.folder / "here.py").write_text(HERE)
+    site.up("  here: {class: 'here:Here', host: edge}\n")
+    elsewhere = site.folder / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "here.py").write_text("import os; os._exit(0)")
+    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
+    assert guest.process.wait(PATIENCE) == 2
+    assert "'here:Here': importing 'here' ends the process: exit code 0" in guest.log.read_text()
+
+
 HERE = """
 import os, signal
 from regraft import Component

@@ -196,15 +196,22 @@ def _at_least_two(pid: int) -> list[int] | None:
 
 @pytest.mark.parametrize(
     "words",
-    [("run", "hostile_part:Part"), ("estimate", "hostile_part:Part"), ("types", "--import", "hostile_part")],
+    [
+        ("run", "hostile_part:Part"),
+        ("estimate", "hostile_part:Part"),
+        ("types", "--import", "hostile_part"),
+        ("mission", "check", "hostile_part.py", "--nodes", "hostile_part:Part"),
+        ("evaluate", "hostile_part:STUDY"),
+    ],
     ids=lambda words: words[0],
 )
-@pytest.mark.parametrize("what", ["ends the process", "crashes", "leaves a thread"])
+@pytest.mark.parametrize("what", ["ends the process", "leaves a thread"])
 def test_commands_without_a_stack_refuse_such_a_module_too(
     part: Callable[[str], Path], words: tuple[str, ...], what: str
 ) -> None:
     text, said = HOSTILE[what]
-    refused(command(part(text), *words), IMPORTING + said)
+    program = ("-c", "import sys; sys.path.append('.'); from regraft.cli.main import main; main()")
+    refused(command(part(text), *words, program=program), IMPORTING + said)
 
 
 def test_the_module_is_imported_by_its_trial_alone_when_it_is_refused(part: Callable[[str], Path]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from inspect import getdoc
 from typing import Any, Final
@@ -20,6 +19,7 @@ from bus_schema.errors import BadMessage, BadType
 from bus_schema.messages.planning import StrategyDescription
 from bus_schema.records import RecordShape, record_shape
 from bus_schema.suggestions import instead_of
+from regraft.modules import CannotImport, imported
 
 ENTRY_POINTS: Final = "regraft.strategies"
 """The entry point group of strategies from other packages: each is a class."""
@@ -99,8 +99,8 @@ class Strategies:
 def _found_at(place: str) -> Any:
     module, _, name = place.partition(":")
     try:
-        return getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
+        return getattr(imported(module), name)
+    except (CannotImport, AttributeError) as error:
         raise BadStrategy(f"a strategy at {place!r} (must be module:Class): {error}") from error
 
 

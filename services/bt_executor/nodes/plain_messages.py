@@ -11,6 +11,7 @@ from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage, BadType
 from bus_schema.registry import MessageType, type_named, type_of
+from regraft.modules import CannotImport, imported
 from services.bt_executor.engine import Blackboard
 
 _PREFIX: Final = "json:"
@@ -30,8 +31,8 @@ def message_type(name: str) -> MessageType:
                 import_module(f"bus_schema.messages.{module}")
             return type_named(name)
         module_name, _, class_name = name.partition(":")
-        return type_of(getattr(import_module(module_name), class_name))
-    except (BadType, ImportError, AttributeError) as error:
+        return type_of(getattr(imported(module_name), class_name))
+    except (BadType, CannotImport, AttributeError) as error:
         raise ValueError(f"'{name}' is no message type: {error}") from error
 
 

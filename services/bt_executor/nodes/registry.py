@@ -5,12 +5,11 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Collection, Iterable
-from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Final
 
 from bus_schema.suggestions import near
-from regraft.modules import after_failure
+from regraft.modules import CannotImport, after_failure, imported
 from services.bt_executor.adapting import ADAPT_DECORATORS
 from services.bt_executor.engine import Node, Registry, RegistryError
 from services.bt_executor.engine.nav2 import register_nav2
@@ -82,9 +81,9 @@ def _register(registry: Registry, node_class: type[Node], context: LeafContext, 
 def _found_at(place: str) -> list[type[Node]]:
     module, _, name = place.partition(":")
     try:
-        found = getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        hint = after_failure(module, error) or _instead_of(name, module)
+        found = getattr(imported(module), name)
+    except (CannotImport, AttributeError) as error:
+        hint = after_failure(module, error) or _instead_of(name, module) if isinstance(error, AttributeError) else ""
         raise RegistryError(f"node types at '{place}' (must be module:name): {error}{hint}") from error
     classes = list(found) if isinstance(found, list | tuple) else [found]
     for node_class in classes:
