@@ -78,7 +78,8 @@ def _finite(digits: str) -> float:
 
 def _whole(digits: str) -> int:
     if len(digits) > LONGEST_WHOLE:
-        raise _NotStrict(f"holds {digits[:40]}... ({len(digits)} digits), which is too large: it must fit into 64 bits")
+        shown = f"{digits[:40]}... ({len(digits)} digits)"
+        raise _NotStrict(f"holds {shown}, which is too large: a whole JSON number must fit into 64 bits here")
     return int(digits)
 
 
