@@ -27,7 +27,9 @@ class _Alive:
     def _list(self) -> None:
         bus, key = self._runtime.bus, self._runtime.keys.alive("*", "*")
         while not self.over.is_set():
-            self.names = runs_shown(bus.present(key, TOKENS_TIMEOUT)).keys()
+            names = runs_shown(bus.present(key, TOKENS_TIMEOUT)).keys()
+            if self._runtime.assignment.name in names:  # without a link nobody is listed, and that tells nothing
+                self.names = names
             self.over.wait(LIST_INTERVAL)
 
 

@@ -175,7 +175,7 @@ def test_a_signal_ends_a_command_that_waits_for_an_import_and_all_that_it_has_fo
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdin=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=lambda: signal.signal(signum, signal.SIG_DFL),  # nohup, for one, has it ignored
     )
     try:
         below = wait_for(lambda: _at_least_two(process.pid), "the copy")
