@@ -22,6 +22,8 @@ COMPONENT_LINKS = 2
 """Files that a host has open for each component's link to its hub."""
 OWN_FILES = 32
 """Files that a host has open besides."""
+FEWEST_FILES = 64
+"""Files that a process of Regraft may have open at least: below, Zenoh and Python's imports fail in odd ways."""
 MEBIBYTE = 2**20
 PROC, GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 MEMORY_CONTROL = (("memory.max", "memory.current"), ("memory.limit_in_bytes", "memory.usage_in_bytes"))
@@ -50,6 +52,13 @@ def check(specs: Iterable[ComponentSpec], room: Room | None = None) -> None:
     short = list(_short(len(counted) - programs, programs, room or room_here()))
     if short:
         raise TooMany(f"{len(counted)} components are more than this machine can hold: {'; '.join(short)}")
+
+
+def check_files() -> None:
+    """Do nothing if this process may have as many files open as any needs; raises TooMany."""
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if files != resource.RLIM_INFINITY and files < FEWEST_FILES:
+        raise TooMany(f"only {files} files may be open at once, and {FEWEST_FILES} are needed: raise 'ulimit -n'")
 
 
 def _short(components: int, programs: int, room: Room) -> Iterator[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Protocol
 
 from rich.live import Live
@@ -13,7 +15,8 @@ from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import Event
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.power import BatteryState
-from regraft.cli.output import console, harmless, say
+from regraft.cli.output import complain, console, harmless, say
+from regraft.cli.standard_streams import CannotWrite, give_up_output
 
 MISSION_MARKS = 48
 """Characters of the running node's name that are shown."""
@@ -75,11 +78,43 @@ class Terminal:
         self._live.stop()
 
 
+class Expendable:
+    """Gives output up once it cannot be written: a robot does not stop because nobody can read of it."""
+
+    def __init__(self, shown: Display) -> None:
+        """Show all on ``shown`` for as long as that works."""
+        self._shown = shown
+
+    def line(self, text: str) -> None:
+        """Show it if that works."""
+        with _expendable():
+            self._shown.line(text)
+
+    def status(self, text: str) -> None:
+        """Show it if that works."""
+        with _expendable():
+            self._shown.status(text)
+
+    def close(self) -> None:
+        """Close it if that works."""
+        with _expendable():
+            self._shown.close()
+
+
+@contextmanager
+def _expendable() -> Iterator[None]:
+    try:
+        yield
+    except CannotWrite as error:
+        give_up_output()
+        complain(f"{error}; the system runs on, unseen")
+
+
 def display(*, headless: bool, quiet: bool) -> Display:
     """Return the display that fits: a live one only for people at a terminal."""
     if quiet:
         return Quiet()
-    return Terminal() if sys.stdout.isatty() and not headless else Lines()
+    return Expendable(Terminal() if sys.stdout.isatty() and not headless else Lines())
 
 
 def event_line(event: Event, clock: ClockTime | None) -> str:

@@ -1,0 +1,71 @@
+"""Standard streams that are closed or full, and too few open files: a clear line, the right exit code, no hang."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.live import STACK, environment
+from tests.waiting import PATIENCE
+
+COMMANDS = ("--help", "ps", "types", "doctor", "evaluate --help")
+REFUSED = ("up nowhere", "run nowhere:Class", "up")
+UNREACHED = ("events", "planner list")
+CLOSED, FULL = "it is closed", "No space left on device"
+
+
+def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess[str]:
+    """Run a command, redirections and all, ``before`` it a command of the shell."""
+    return subprocess.run(
+        ["sh", "-c", f"{before}{sys.executable} -m regraft.cli {typed}"],
+        cwd=home,
+        env=environment(home),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(("redirected", "why"), [(">&-", CLOSED), (">/dev/full", FULL)])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_output_that_cannot_be_written_fails_with_one_line(
+    command: str, redirected: str, why: str, tmp_path: Path
+) -> None:
+    ran = run(f"{command} {redirected}", tmp_path)
+    assert (ran.returncode, ran.stderr) == (1, f"regraft: cannot write to standard output: {why}\n")
+
+
+@pytest.mark.parametrize("redirected", ["2>&-", "2>/dev/full", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(("command", "code"), [*((c, 2) for c in REFUSED), *((c, 3) for c in UNREACHED)])
+def test_the_exit_code_tells_when_no_line_can(command: str, code: int, redirected: str, tmp_path: Path) -> None:
+    ran = run(f"{command} {redirected}", tmp_path)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (code, "", "")
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, *REFUSED, *UNREACHED])
+def test_too_few_open_files_are_refused_with_one_line(command: str, tmp_path: Path) -> None:
+    ran = run(command, tmp_path, before="ulimit -n 20; ")
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr == "regraft: only 20 files may be open at once, and 64 are needed: raise 'ulimit -n'\n"
+
+
+@pytest.mark.parametrize("before", ["", "ulimit -n 64; "], ids=["usual", "64_files"])
+@pytest.mark.parametrize("redirected", [">&-", ">/dev/full", "<&- >&- 2>&-"])
+def test_a_system_runs_on_when_its_output_cannot_be_written(redirected: str, before: str, tmp_path: Path) -> None:
+    ran = run(f"up {STACK} --for 1 {redirected}", tmp_path, before)
+    told = ran.stderr.splitlines()
+    assert ran.returncode == 0, told
+    assert ["; the system runs on, unseen" in line for line in told] == ([] if "2>" in redirected else [True])
+
+
+@pytest.mark.parametrize("redirected", [">&-", ">/dev/full"])
+def test_a_summary_that_cannot_be_written_is_a_failure(redirected: str, tmp_path: Path) -> None:
+    ran = run(f"up {STACK} --for 1 --json {redirected}", tmp_path)
+    assert ran.returncode == 1
+    assert ran.stderr.startswith("regraft: cannot write to standard output: ")
+    assert ran.stderr.count("\n") == 1
