@@ -8,6 +8,7 @@ from typing import Any, Final
 from fastapi.openapi.utils import get_openapi
 from starlette.routing import BaseRoute
 
+from bus_schema.shapes import INT_RANGE
 from dashboard_api import problems
 from dashboard_api.json_replies import schemas
 from dashboard_api.roles import BY_BODY, BY_BODY_TEXT, ROLES
@@ -37,6 +38,7 @@ def openapi_document(routes: Sequence[BaseRoute], prefix: str) -> dict[str, Any]
         "schemas": {**schemas(), "ProblemDetails": problems.schema()},
         "securitySchemes": SCHEME,
     }
+    _bound_integers(document["paths"])
     for operations in document["paths"].values():
         for operation in operations.values():
             for parameter in operation.get("parameters", ()):
@@ -53,6 +55,19 @@ def openapi_document(routes: Sequence[BaseRoute], prefix: str) -> dict[str, Any]
         challenge = {"WWW-Authenticate": {"description": "`Bearer`", "schema": {"type": "string"}}}
         operation["responses"]["401"] = problems.declared(401)[401] | {"headers": challenge}
     return document
+
+
+def _bound_integers(part: Any) -> None:
+    """Say of every integer in a part of the document that it fits 64 bits."""
+    if isinstance(part, list):
+        for each in part:
+            _bound_integers(each)
+    elif isinstance(part, dict):
+        if part.get("type") == "integer":
+            part.setdefault("minimum", INT_RANGE[0])
+            part.setdefault("maximum", INT_RANGE[-1])
+        for each in part.values():
+            _bound_integers(each)
 
 
 def _as_sent(schema: dict[str, Any]) -> dict[str, Any]:

@@ -23,7 +23,8 @@ def test_modules_that_do_what_no_import_may_are_each_refused_in_one_line(
     left = chance.sample(sorted(HOSTILE), len(HOSTILE))
     while left:
         chosen, left = left[:AT_ONCE], left[AT_ONCE:]
-        parts = {f"hostile_{number}": HOSTILE[what] for number, what in enumerate(chosen)}
+        # Names that were not there before: what Python has compiled of another module would be taken for it.
+        parts = {f"hostile_{len(left) + number}": HOSTILE[what] for number, what in enumerate(chosen)}
         lines = [f"  {name}: {{class: '{name}:Part'}}\n" for name in parts]
         file = stack("".join(chance.sample([*lines, SOURCE, SINK], len(lines) + 2)))
         for name, (text, _) in parts.items():

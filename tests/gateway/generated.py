@@ -14,7 +14,7 @@ from schemathesis.core.result import Ok
 
 WITHOUT_END = ("/events", "/live")
 """Parts of routes that go on sending."""
-INT64 = 2**63
+WHOLE = range(-(2**63), 2**64)
 MALFORMED = "urn:regraft:problem:malformed"
 
 
@@ -33,9 +33,9 @@ def as_written(plain: Any) -> Any:
         return {key: as_written(value) for key, value in plain.items()}
     if isinstance(plain, list):
         return [as_written(value) for value in plain]
-    if isinstance(plain, float) and plain.is_integer() and abs(plain) < INT64:
+    if isinstance(plain, float) and plain.is_integer() and int(plain) in WHOLE:
         return int(plain)
-    return float(plain) if isinstance(plain, int) and not isinstance(plain, bool) and abs(plain) >= INT64 else plain
+    return float(plain) if isinstance(plain, int) and plain not in WHOLE else plain
 
 
 def attacked(url: str, names: list[str], examples: int, number: int) -> Iterator[Seen]:
