@@ -28,7 +28,7 @@ bench: .venv/ready ## Measure every budget as a ratio
 evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
 	$(BIN)/pytest -n 0 -m evidence --timeout 3600
 
-attack: .venv/ready ## Attack everything anew, and say what held (up to half an hour)
+attack: .venv/ready ## Attack everything anew, and say what held (six minutes)
 	$(BIN)/pytest -n 2 -m attack tests/attack
 
 lock: .venv/ready ## Write the versions in use to requirements.lock
