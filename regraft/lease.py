@@ -11,7 +11,6 @@ import mmap
 import os
 import signal
 import struct
-import sys
 import threading
 import time
 from pathlib import Path
@@ -20,6 +19,7 @@ UNTIL = struct.Struct("<d")
 """The file: seconds of the clock below, infinite while there is no end."""
 LOOK_EVERY = 0.1
 """Seconds between two looks at a lease without an end: it can get one at any time."""
+STANDARD_ERROR = 2
 GRACE = 0.25
 """Seconds that the host has for ending its components itself before they do."""
 
@@ -75,5 +75,7 @@ class HeldLease:
 
     def _end(self) -> None:
         line = f"{self._name} ends itself: its host has lost the system, and it may be started elsewhere\n"
-        os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, line.encode())
-        os.kill(os.getpid(), signal.SIGKILL)
+        try:
+            os.write(STANDARD_ERROR, line.encode())
+        finally:  # also on a full disk: it may be started elsewhere by now
+            os.kill(os.getpid(), signal.SIGKILL)
