@@ -6,7 +6,6 @@ import contextlib
 import os
 import re
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -218,16 +217,11 @@ class ZenohBus:
     def present(self, key: str, timeout: float) -> list[str]:
         """Ask for the tokens that are there now, within ``timeout`` seconds.
 
-        Zenoh 1.10 leaves out of its answer those that it is just telling to a watcher of this session. They have come
-        when the answer ends, and are in the next one.
+        Zenoh 1.10 leaves out of its answer those that it is just telling to a watcher of this session: for as long as
+        it takes, some milliseconds on a free machine, the answer of a session that begins to watch is not whole.
         """
-        until = time.monotonic() + timeout
-        self._present(key, timeout)
-        return self._present(key, until - time.monotonic())
-
-    def _present(self, key: str, timeout: float) -> list[str]:
         try:
-            replies = list(self._session.now.liveliness().get(key, timeout=max(0.0, timeout)))
+            replies = list(self._session.now.liveliness().get(key, timeout=timeout))
         except zenoh.ZError as error:
             self._not_asked(key, error)
             return []

@@ -15,7 +15,10 @@ LIST_INTERVAL = 0.5
 
 
 class _Alive:
-    """The names of the components that show a liveliness token: ``names`` is None until they are known."""
+    """The names of the components that show a liveliness token in one of the last two lists; None until there are two.
+
+    A list without this component itself is of a lost link, and tells nothing.
+    """
 
     def __init__(self, runtime: Runtime) -> None:
         """List them from now on, on a thread of its own: a busy bus takes its time."""
@@ -26,10 +29,12 @@ class _Alive:
 
     def _list(self) -> None:
         bus, key = self._runtime.bus, self._runtime.keys.alive("*", "*")
+        before: Set[str] = set()
         while not self.over.is_set():
-            names = runs_shown(bus.present(key, TOKENS_TIMEOUT)).keys()
-            if self._runtime.assignment.name in names:  # without a link nobody is listed, and that tells nothing
-                self.names = names
+            names = set(runs_shown(bus.present(key, TOKENS_TIMEOUT)))
+            if self._runtime.assignment.name in names & before:  # a list of a session that just began may lack some
+                self.names = names | before
+            before = names
             self.over.wait(LIST_INTERVAL)
 
 
