@@ -86,6 +86,13 @@ class Gate:
                 if _is_watched(self._selector, key.fileobj):  # an earlier step of this round may have closed it
                     key.data()
             self._drop_late()
+        self._close()
+
+    def _close(self) -> None:
+        for key in list(self._selector.get_map().values()):
+            if isinstance(key.fileobj, socket.socket):
+                key.fileobj.close()
+        self._selector.close()
 
     def _patience(self) -> float | None:
         oldest = next(iter(self._pending), None)

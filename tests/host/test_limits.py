@@ -38,7 +38,7 @@ def test_a_component_with_too_much_memory_is_ended_with_the_arithmetic_and_resta
     again = system.wait_running("greedy", 2)
     assert again.last_end.startswith("it used ")
     assert again.last_end.endswith(" MiB of memory and may use 200.0 MiB, so it was killed")
-    (told,) = system.said("component.over_limit", "greedy")
+    told, *_ = system.said("component.over_limit", "greedy")  # the next run may have been asked, too
     assert told.details["allowed"] == 200.0
     assert told.details["used"] > 200.0
     assert system.client.call("eat", Tick(10), Tick, PATIENCE).count == 10
