@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft import RequestRefused
+from regraft import RefusalCode, RequestRefused
 from regraft.runtime.tasks import Waiting
 
 RETRY_AFTER = 0.5
@@ -22,7 +22,7 @@ class Gate:
             return
         if len(self._waiting) >= most_waiting:
             why = "the adaptation manager has not taken over yet, and many wait for it already"
-            raise RequestRefused(why, retry_after=RETRY_AFTER)
+            raise RequestRefused(why, RefusalCode.STARTING, retry_after=RETRY_AFTER)
         waiting: Waiting[None] = Waiting()
         self._waiting.append(waiting)
         await waiting

@@ -32,7 +32,7 @@ from bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
-from regraft import Component, Output, Parameter, RequestRefused, service
+from regraft import Component, Output, Parameter, RefusalCode, RequestRefused, service
 
 T = TypeVar("T")
 
@@ -105,9 +105,10 @@ class AdaptationManager(Component):
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
             more = " yet: it is being confirmed; cancel it" if undone and undone.outcome is not Outcome.PENDING else ""
-            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}", bad_request=undone is None)
+            code = RefusalCode.NOT_FOUND if undone is None else RefusalCode.CONFLICT
+            raise RequestRefused(f"there is no ended adaptation {wanted.id!r}{more}", code)
         if not undone.request.changes:
-            raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone")
+            raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone", RefusalCode.CONFLICT)
         reason = wanted.reason or f"undo {undone.id}"
         request = AdaptationRequest((), reason, wanted.who, dry_run=wanted.dry_run, undoes=undone.id)
         return await self._stand_in_line(
@@ -136,10 +137,12 @@ class AdaptationManager(Component):
         entry = self._entry_or_end(wanted.id)
         if isinstance(entry, AdaptationReport):
             if entry.outcome not in APPLIED:
-                raise RequestRefused(f"adaptation {wanted.id!r} has ended as {entry.outcome.value}")
+                why = f"adaptation {wanted.id!r} has ended as {entry.outcome.value}"
+                raise RequestRefused(why, RefusalCode.CONFLICT)
             return entry
         if self._pending(entry).outcome is not Outcome.CONFIRMING:
-            raise RequestRefused(f"adaptation {wanted.id!r} is not being confirmed: it waits or is under way")
+            why = f"adaptation {wanted.id!r} is not being confirmed: it waits or is under way"
+            raise RequestRefused(why, RefusalCode.CONFLICT)
         entry.confirmed = True
         return await entry.ended()
 
@@ -152,7 +155,7 @@ class AdaptationManager(Component):
             return JournalPage((line,) if line else ())
         before = _number(wanted.before)
         if wanted.before and before is None:
-            raise RequestRefused(f"before: there is no adaptation {wanted.before!r}", bad_request=True)
+            raise RequestRefused(f"there is no adaptation {wanted.before!r}", RefusalCode.NOT_FOUND, field="before")
         found = self._read(lambda j: j.page(before, wanted.limit + 1))
         entries = tuple(self._books.line(report) for report in found[: wanted.limit])
         return JournalPage(entries, len(found) > wanted.limit)
@@ -167,7 +170,7 @@ class AdaptationManager(Component):
         found = self._read(lambda j: j.architecture(wanted.revision))
         if found is None:
             why = f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
-            raise RequestRefused(why, bad_request=True)
+            raise RequestRefused(why, RefusalCode.NOT_FOUND, field="revision")
         return found
 
     # --- asking for a turn ---
@@ -182,7 +185,7 @@ class AdaptationManager(Component):
         try:
             return read(self._books.readable())
         except JournalError as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
 
     def _entry(self, given: str) -> Entry | None:
         return next((e for e in self._line.entries() if e.number and str(e.number) == given), None)
@@ -191,7 +194,7 @@ class AdaptationManager(Component):
         """Return an adaptation that waits or is under way, or how it has ended; raises RequestRefused."""
         found = self._entry(given) or self._line_of(given)
         if found is None:
-            raise RequestRefused(f"there is no adaptation {given!r}", bad_request=True)
+            raise RequestRefused(f"there is no adaptation {given!r}", RefusalCode.NOT_FOUND)
         return found
 
     def _line_of(self, given: str) -> AdaptationReport | None:
@@ -209,14 +212,14 @@ class AdaptationManager(Component):
             written = self._read(lambda j: j.by_key(request.key))
             known = self._books.line(written) if written is not None else None
         if known is not None and replace(known.request, wait=True) != replace(request, wait=True):
-            raise RequestRefused(f"idempotency key {request.key!r} was used for another request")
+            raise RequestRefused(f"{request.key!r} was used for another request", RefusalCode.KEY_REUSED, field="key")
         return known
 
     def _stand_in_line(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
         waiting = self._line.waiting
         if len(waiting) >= self.queue_limit:
             why = f"the queue is full: {len(waiting)} adaptations wait already"
-            raise RequestRefused(why, retry_after=TURN * self.source_limit)
+            raise RequestRefused(why, RefusalCode.QUEUE_FULL, retry_after=TURN * self.source_limit)
         source = self.kit.asked_by
         self._throttle.admit(
             source,

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from regraft import RequestRefused
+from regraft import RefusalCode, RequestRefused
 
 MOST_SOURCES = 256
 TURN = 0.1
@@ -45,6 +45,7 @@ class Throttle:
             raise RequestRefused(
                 f"{source} has {held} adaptations waiting, and {most_waiting} is the limit for one source "
                 "(source_limit of the adaptation manager)",
+                RefusalCode.THROTTLED,
                 retry_after=TURN * held,
             )
         bucket = self._buckets.pop(source, None) or Bucket(float(burst), now)
@@ -54,6 +55,7 @@ class Throttle:
             raise RequestRefused(
                 f"{source} asks for too many adaptations: the limit for one source is {rate:g} a second, and {burst} "
                 "at once (rate_limit and burst of the adaptation manager)",
+                RefusalCode.THROTTLED,
                 retry_after=math.ceil((1.0 - tokens) / rate * 1e3) / 1e3,
             )
         bucket.tokens -= 1.0

@@ -58,7 +58,7 @@ class Gateway(Component):
         except Exception:
             self._stop()
             raise
-        self.kit.say(self._server.url + PREFIX)
+        self.kit.say(self._server.url + PREFIX, url=self._server.url + PREFIX)
         self.kit.event("gateway.ready", f"serving at {self._server.url}{PREFIX}", url=self._server.url + PREFIX)
 
     def on_deactivate(self) -> None:

@@ -1,9 +1,11 @@
-"""The adaptation manager as the gateway asks it: its refusals and its silence become problems."""
+"""The adaptation manager as the gateway asks it: its refusals and time-outs become problems."""
 
 from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest
@@ -17,20 +19,18 @@ from bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
-from bus_schema.messages.requests import Answer
 from bus_schema.offers import offered_services
 from dashboard_api.body import told
 from dashboard_api.problems import (
     CONFLICT,
-    FAILED,
-    KEY_REUSED,
-    UNAVAILABLE,
+    NO_ANSWER,
     Problem,
     malformed,
     not_found,
     throttled,
     unavailable,
 )
+from dashboard_api.refusals import problem_of
 from regraft import CallFailed
 from regraft.bus import BusError
 from regraft.client import Client, ClientError
@@ -51,18 +51,6 @@ OVERVIEW_WITHIN = 1.0
 BACK_OFF = 5.0
 """Seconds before overviews ask again a manager that stayed silent."""
 
-PASSING = ("serves only while active", "the queue is full", "has not taken over yet")
-"""What services say who refuse now, but may not refuse soon."""
-
-
-class Refused(Exception):
-    """A service refused; the text is its own. ``bad_request`` says that the request names what is not there."""
-
-    def __init__(self, why: str, *, bad_request: bool = False) -> None:
-        """Say why."""
-        self.bad_request = bad_request
-        super().__init__(why)
-
 
 class Services:
     """Services of the system, with bounded waits."""
@@ -77,8 +65,7 @@ class Services:
         """Ask a service.
 
         Raises:
-            Refused: it refused, for good.
-            Problem: nobody offers it, it failed, stayed silent, or the request cannot travel.
+            Problem: no component offers it, it refused, failed or stayed silent, or the request cannot travel.
         """
         if self._is_offered_by_nobody(service):
             raise unavailable(f"no component of the system offers the service {service!r}")
@@ -86,13 +73,7 @@ class Services:
         try:
             return self.client.call(service, request, expected, patience)
         except CallFailed as error:
-            if error.answer is Answer.REFUSED and not any(reason in error.why for reason in PASSING):
-                if error.retry_after is not None:
-                    raise throttled(error.why, error.retry_after) from None
-                raise Refused(error.why, bad_request=error.bad_request) from None
-            if error.answer is Answer.FAILED:
-                raise Problem(FAILED, str(error)) from None
-            raise unavailable(str(error)) from None
+            raise problem_of(error) from None
         except BadMessage as error:
             raise malformed(told(error)) from None
 
@@ -122,36 +103,22 @@ class Manager:
 
     def adapt(self, request: AdaptationRequest) -> AdaptationReport:
         """Have an adaptation carried out; raises Problem."""
-        try:
-            return self._act("adaptation_manager/adapt", request, request.confirm)
-        except Refused as refusal:
-            if str(refusal).lower().startswith("idempotency key"):
-                raise Problem(KEY_REUSED, str(refusal)) from None
-            raise unavailable(f"the adaptation manager refused: {refusal}") from None
+        return self._act("adaptation_manager/adapt", request, request.confirm)
 
     def undo(self, request: UndoAdaptation) -> AdaptationReport:
         """Have an applied adaptation undone; raises Problem."""
-        entry = self.entry(request.id)
-        try:
+        with _showing(self.entry(request.id)):
             return self._act("adaptation_manager/undo", request)
-        except Refused as refusal:
-            raise Problem(CONFLICT, str(refusal), report=entry) from None
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Have an adaptation cancelled; raises Problem."""
-        entry = self.entry(adaptation)
-        try:
+        with _showing(self.entry(adaptation)):
             return self._act("adaptation_manager/cancel", CancelAdaptation(adaptation))
-        except Refused as refusal:
-            raise Problem(CONFLICT, str(refusal), report=entry) from None
 
     def confirm(self, adaptation: str) -> AdaptationReport:
         """Have an adaptation that is being confirmed made final; raises Problem."""
-        entry = self.entry(adaptation)
-        try:
+        with _showing(self.entry(adaptation)):
             return self._act("adaptation_manager/confirm", ConfirmAdaptation(adaptation))
-        except Refused as refusal:
-            raise Problem(CONFLICT, str(refusal), report=entry) from None
 
     def _act(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
         if not self._waiting.acquire(blocking=False):
@@ -161,9 +128,9 @@ class Manager:
             within = self._services.adaptation_within + longer
             return self._services.ask(service, request, AdaptationReport, within)
         except Problem as problem:
-            if problem.kind is UNAVAILABLE:
+            if problem.kind is NO_ANSWER:
                 what = f"{problem.detail}; what was asked for may still happen: see GET /adaptations"
-                raise unavailable(what) from None
+                raise unavailable(what, NO_ANSWER) from None
             raise
         finally:
             self._waiting.release()
@@ -171,10 +138,7 @@ class Manager:
 
     def journal(self, request: JournalRequest) -> JournalPage:
         """Return a page of the journal; raises Problem."""
-        try:
-            return self._services.ask("adaptation_manager/journal", request, JournalPage)
-        except Refused as refusal:
-            raise _missing(refusal) from None
+        return self._services.ask("adaptation_manager/journal", request, JournalPage)
 
     def entry(self, adaptation: str) -> AdaptationReport:
         """Return one line of the journal; raises Problem."""
@@ -186,10 +150,7 @@ class Manager:
     def architecture(self, revision: int | None = None, within: float | None = None) -> Architecture:
         """Return the architecture, now or at a revision; raises Problem."""
         request = ArchitectureRequest(revision)
-        try:
-            read = self._services.ask("adaptation_manager/architecture", request, Architecture, within)
-        except Refused as refusal:
-            raise _missing(refusal) from None
+        read = self._services.ask("adaptation_manager/architecture", request, Architecture, within)
         if revision is None:
             self._last_read, self._read_again_at = read, time.monotonic() + FRESH_FOR
         return read
@@ -208,6 +169,12 @@ class Manager:
             return self._last_read
 
 
-def _missing(refusal: Refused) -> Problem:
-    """Return why something could not be read: it is not there, or the journal cannot be read."""
-    return not_found(str(refusal)) if refusal.bad_request else unavailable(str(refusal))
+@contextmanager
+def _showing(entry: AdaptationReport) -> Iterator[None]:
+    """Show an adaptation as it is in the problem that it is in the wrong state for something."""
+    try:
+        yield
+    except Problem as problem:
+        if problem.kind is CONFLICT:
+            raise Problem(CONFLICT, problem.detail, problem.violations, report=entry) from None
+        raise

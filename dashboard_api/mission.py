@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
@@ -21,10 +21,8 @@ from bus_schema.records import record_shape
 from dashboard_api.adaptations import request_body
 from dashboard_api.body import json_object, optional_json_object, told, unknown_fields
 from dashboard_api.json_replies import reply, shown
-from dashboard_api.manager import Refused, Services
-from dashboard_api.problems import CONFLICT, Problem, declared, malformed, not_found
-
-A = TypeVar("A")
+from dashboard_api.manager import Services
+from dashboard_api.problems import declared, malformed
 
 TEXTS = {name: shape.json_schema() for name, shape in record_shape(MissionCommand).fields if name != "command"}
 TREE = {**TEXTS["tree"], "minLength": 1}
@@ -60,26 +58,25 @@ def routes(services: Services) -> APIRouter:
     @router.get("/mission", responses={**shown(MissionStatus, "The mission"), **declared(409, 503)})
     def show_mission() -> Response:
         """The mission: tree, statuses of its nodes, blackboard."""
-        return reply(_asked(services, "mission/status", MissionRequest(), MissionStatus))
+        return reply(services.ask("mission/status", MissionRequest(), MissionStatus))
 
-    @router.get("/mission/blackboard", responses={**shown(BlackboardEntries, "The entries"), **declared(404, 422, 503)})
+    @router.get(
+        "/mission/blackboard", responses={**shown(BlackboardEntries, "The entries"), **declared(404, 409, 422, 503)}
+    )
     def read_blackboard(
         key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "", board: Board = ""
     ) -> Response:
         """The entries of a blackboard: value, type, number of writes, age."""
-        try:
-            return reply(services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries))
-        except Refused as refusal:
-            raise not_found(str(refusal)) from None
+        return reply(services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries))
 
     @router.patch(
         "/mission/blackboard",
-        responses={**shown(BlackboardEntries, "The entries written"), **declared(409, 413, 415, 422, 503)},
+        responses={**shown(BlackboardEntries, "The entries written"), **declared(404, 409, 413, 415, 422, 503)},
         openapi_extra=request_body(WRITE_SCHEMA, {"charging_wanted": 1}),
     )
     def write_blackboard(body: Annotated[dict[str, Any], Depends(json_object)], board: Board = "") -> Response:
         """Write entries of a blackboard, all or none; a value must fit its entry's type."""
-        return reply(_asked(services, "mission/write", WriteBlackboard(body, board), BlackboardEntries))
+        return reply(services.ask("mission/write", WriteBlackboard(body, board), BlackboardEntries))
 
     for command, meaning in TAKE_A_TREE.items():
         _add_command(router, services, command, meaning)
@@ -120,11 +117,4 @@ def _command(services: Services, command: Command, body: dict[str, Any], known: 
         request = record_shape(MissionCommand).unpack({**body, "command": command.value})
     except BadMessage as error:
         raise malformed(told(error)) from None
-    return reply(_asked(services, "mission/command", request, MissionStatus))
-
-
-def _asked(services: Services, service: str, request: object, expected: type[A]) -> A:
-    try:
-        return services.ask(service, request, expected)
-    except Refused as refusal:
-        raise Problem(CONFLICT, str(refusal)) from None
+    return reply(services.ask("mission/command", request, MissionStatus))

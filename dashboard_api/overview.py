@@ -136,6 +136,7 @@ def _line(name: str, seen: ComponentSeen | None, architecture: Architecture | No
         process.restarts if process else None,
         status.error if status else "",
         status.detail if status else "",
+        status.values if status else {},
     )
 
 

@@ -19,9 +19,10 @@ from bus_schema.suggestions import instead_of
 from dashboard_api.adaptations import request_body
 from dashboard_api.body import json_object, told
 from dashboard_api.json_replies import reply, shown
-from dashboard_api.manager import Manager, Refused, Services
+from dashboard_api.manager import Manager, Services
 from dashboard_api.problems import (
-    UNAVAILABLE,
+    NO_ANSWER,
+    QUEUE_FULL,
     Problem,
     declared,
     malformed,
@@ -36,8 +37,6 @@ DESCRIBE_WITHIN: Final = 1.0
 """Seconds that the list of planners waits for each of them."""
 MOST_WAITING: Final = 16
 """Proposals that are being waited for at the same time; every one of them holds a thread."""
-FIELD: Final = re.compile(r"((?:task|context|inputs)(?:\.[^:\s]+)*): (.*)", re.DOTALL)
-"""How a planner names the field of a request that it refuses."""
 PROPOSAL_EXAMPLE: Final = {
     "task": "drive",
     "reason": "find the best speed",
@@ -99,7 +98,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
         if name not in found:
             raise not_found(f"there is no planner {name!r}; {instead_of(name, found)}")
         if not waiting.acquire(blocking=False):
-            raise unavailable(f"{MOST_WAITING} requests are waiting for proposals already")
+            raise unavailable(f"{MOST_WAITING} requests are waiting for proposals already", QUEUE_FULL)
         try:
             return reply(_proposed(services, name, asked))
         finally:
@@ -127,19 +126,11 @@ def _read(body: dict[str, Any], who: str) -> ProposalRequest:
 def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal:
     try:
         return services.ask(f"planners/{name}/propose", asked, Proposal, services.adaptation_within)
-    except Refused as refusal:
-        raise _refused(str(refusal)) from None
     except Problem as problem:
-        if problem.kind is UNAVAILABLE and asked.apply:
+        if problem.kind is NO_ANSWER and asked.apply:
             more = "; what was asked for may still happen: see GET /adaptations"
-            raise unavailable(problem.detail + more) from None
+            raise unavailable(problem.detail + more, NO_ANSWER) from None
         raise
-
-
-def _refused(text: str) -> Problem:
-    """Return a refusal as a problem of the request's field that it names; of the system if it names none."""
-    named = FIELD.fullmatch(text)
-    return malformed(violation(named[1], named[2])) if named else unavailable(text)
 
 
 def _planners(manager: Manager) -> Mapping[str, str]:
@@ -161,5 +152,5 @@ def _line(services: Services, name: str, component: str) -> PlannerLine:
     try:
         service = f"planners/{name}/describe"
         return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_WITHIN))
-    except (Refused, Problem) as error:
+    except Problem as error:
         return PlannerLine(name, component, None, str(error))

@@ -21,7 +21,8 @@ from dashboard_api.json_replies import to_json
 
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
-RETRY_AFTER = "1"
+RETRY_AFTER = 1.0
+"""Seconds after which a part that is not available may be asked again, where it gives no time itself."""
 MOST_TOLD = 100
 """Violations of one request that are told."""
 POLICY_VIOLATION = 1008
@@ -51,25 +52,31 @@ TOO_LARGE = Kind("body-too-large", 413, "The body is too large")
 BAD_CONTENT_TYPE = Kind("wrong-content-type", 415, "The body must be JSON")
 WRONG_HOST = Kind("wrong-host", 421, "This server does not answer for that host")
 MALFORMED = Kind("malformed", 422, "The request does not have the right form")
+INVALID = Kind("invalid", 422, "What the request holds cannot be used")
 KEY_REUSED = Kind("idempotency-key-reused", 422, "The idempotency key belongs to another request")
 THROTTLED = Kind("throttled", 429, "Too many adaptations are asked for")
 FAILED = Kind("failed", 500, "Something failed inside the system")
 STUCK = Kind("stuck", 500, "The adaptation failed and could not be undone")
-UNAVAILABLE = Kind("unavailable", 503, "A part of the system does not answer")
+REFUSED = Kind("refused", 409, "A part of the system refuses this")
+NOT_ACTIVE = Kind("not-active", 503, "A part of the system is not active")
+STARTING = Kind("starting", 503, "A part of the system has not started yet")
+QUEUE_FULL = Kind("queue-full", 503, "Too many requests are waiting already")
+UNAVAILABLE = Kind("unavailable", 503, "A part of the system cannot do this now")
+NO_ANSWER = Kind("no-answer", 503, "A part of the system does not answer")
 
 TITLES = {
     401: "It is not proven who asks, or the token is unknown, revoked or expired",
     403: "Cross-origin request, or the caller does not have the role for this",
     404: "Not found",
-    409: "Rejected, rolled back, cancelled, or not possible now",
+    409: "Rejected, rolled back, cancelled, refused, or not possible now",
     412: "Stale revision",
     413: "Body too large",
     415: "Not JSON",
     421: "Wrong Host header",
-    422: "Malformed request",
+    422: "Malformed request, or one that holds what cannot be used",
     429: "Too many adaptations are asked for; try again after Retry-After seconds",
     500: "Internal failure, or an adaptation that is stuck",
-    503: "A part of the system does not answer; try again after Retry-After seconds",
+    503: "A part of the system cannot do this now, or does not answer; try again after Retry-After seconds",
 }
 
 
@@ -150,14 +157,21 @@ def malformed(*violations: Violation) -> Problem:
     return Problem(MALFORMED, lines, violations)
 
 
-def unavailable(detail: str) -> Problem:
-    """Return the problem of a part of the system that does not answer."""
-    return Problem(UNAVAILABLE, detail, headers={"Retry-After": RETRY_AFTER})
+def retry_after(kind: Kind, seconds: float | None = None) -> dict[str, str]:
+    """Return the header that says when a request may be sent again: after ``seconds``, and always for a 503."""
+    if seconds is None and kind.status == UNAVAILABLE.status:
+        seconds = RETRY_AFTER
+    return {} if seconds is None else {"Retry-After": str(max(1, math.ceil(seconds)))}
+
+
+def unavailable(detail: str, kind: Kind = UNAVAILABLE) -> Problem:
+    """Return the problem of a part of the system that cannot do something now."""
+    return Problem(kind, detail, headers=retry_after(kind))
 
 
 def throttled(detail: str, seconds: float) -> Problem:
-    """Return the problem of somebody who asks too often, and may again in so many seconds."""
-    return Problem(THROTTLED, detail, headers={"Retry-After": str(max(1, math.ceil(seconds)))})
+    """Return the problem of a caller that asks too often, and may again after some seconds."""
+    return Problem(THROTTLED, detail, headers=retry_after(THROTTLED, seconds))
 
 
 def not_found(detail: str) -> Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bus_schema.adaptation import AdaptationReport
-from bus_schema.annotations import Count, Hertz, Seconds
+from bus_schema.annotations import Count, Hertz, PlainValue, Seconds
 from bus_schema.architecture import ComponentSpec
 from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
@@ -49,6 +49,7 @@ class ComponentLine:
     restarts: Count | None
     error: str
     detail: str
+    values: dict[str, PlainValue]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ import os
 # Before numpy is loaded: a robot has many small processes, and those that are forked must begin with one thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from bus_schema.messages.requests import RefusalCode
 from regraft.component import Component
 from regraft.parameters import Parameter
 from regraft.ports import Input, Output
@@ -22,6 +23,7 @@ __all__ = [
     "Output",
     "Parameter",
     "Records",
+    "RefusalCode",
     "RequestRefused",
     "action",
     "every",

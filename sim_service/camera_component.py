@@ -120,7 +120,7 @@ class Camera(Component):
         self._hash = world_hash(scene, placement)
         self._foreign = ""
         self._eye = make_camera(renderer, scene, placement, settings)
-        self.kit.say(f"renders {self._size[0]}x{self._size[1]} on {renderer}")
+        self.kit.say(f"renders {self._size[0]}x{self._size[1]} on {renderer}", renderer=renderer)
 
     def _choose_renderer(self) -> RendererName:
         for name in renderers.NAMES:

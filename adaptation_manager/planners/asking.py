@@ -12,7 +12,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
 from bus_schema.messages.requests import Answer
-from regraft import CallFailed, RequestRefused
+from regraft import CallFailed, RefusalCode, RequestRefused
 from regraft.runtime.kit import Kit
 from regraft.runtime.tasks import Waiting
 
@@ -72,7 +72,8 @@ class Manager:
                 "adaptation_manager/architecture", ArchitectureRequest(), Architecture, timeout=within
             )
         except CallFailed as error:
-            raise RequestRefused(f"the adaptation manager cannot be asked: {error}") from None
+            why = f"the adaptation manager cannot be asked: {error}"
+            raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
 
     async def carry_out(
         self, plan: Callable[[Architecture], tuple[Change, ...]], seen: Architecture, errand: Errand, within: float
@@ -119,7 +120,8 @@ class Turns:
             self._waiting[name] = deque()
             return
         if len(line) >= MOST_WAITING:
-            raise RequestRefused(f"the queue is full: {MOST_WAITING} proposals for {name!r} wait already")
+            why = f"the queue is full: {MOST_WAITING} proposals for {name!r} wait already"
+            raise RequestRefused(why, RefusalCode.QUEUE_FULL)
         waiting: Waiting[None] = Waiting()
         line.append(waiting)
         await waiting

@@ -16,7 +16,8 @@ class ComponentStatus:
     """State of one run of a component: on every change, and as a heartbeat from the component's own loop.
 
     ``revision`` is the architecture revision that it was last told; ``error`` its last error, empty if none;
-    ``lost`` and ``refused`` count messages missing from, and refused on, its inputs.
+    ``lost`` and ``refused`` count messages missing from, and refused on, its inputs. ``detail`` is what it does, for
+    people; ``values`` is the same for programs, such as the ``url`` of a gateway or the ``renderer`` of a camera.
     """
 
     component: str
@@ -28,6 +29,7 @@ class ComponentStatus:
     lost: Count = 0
     refused: Count = 0
     detail: str = ""
+    values: dict[str, PlainValue] = field(default_factory=dict)
 
 
 class Level(Enum):

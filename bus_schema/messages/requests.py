@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated
 
-from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Told
+from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Told, ToldBriefly
 from bus_schema.keys import client_name
 from bus_schema.registry import message
 
@@ -33,6 +33,33 @@ class Answer(Enum):
     CANCELLED = "cancelled"
     REFUSED = "refused"
     FAILED = "failed"
+
+
+class RefusalCode(Enum):
+    """Why a request was refused, for programs: the text beside it is for people, and may change."""
+
+    REFUSED = "refused"
+    """For a reason of the service's own."""
+    MALFORMED = "malformed"
+    """The request has not the right form, or a value out of its bounds."""
+    INVALID = "invalid"
+    """It has the right form, but what it holds cannot be used, such as a tree that cannot be built."""
+    NOT_FOUND = "not_found"
+    """It names something that does not exist."""
+    CONFLICT = "conflict"
+    """It is not possible in the current state of what it is about."""
+    KEY_REUSED = "key_reused"
+    """Its idempotency key belongs to another request."""
+    THROTTLED = "throttled"
+    """Its source asks too often."""
+    QUEUE_FULL = "queue_full"
+    """Too many requests wait already."""
+    STARTING = "starting"
+    """The service has not started yet."""
+    NOT_ACTIVE = "not_active"
+    """Its component serves only while active."""
+    UNAVAILABLE = "unavailable"
+    """Something that the service needs is missing now."""
 
 
 @message("regraft/Request")
@@ -61,8 +88,8 @@ class Request:
 class Reply:
     """Answer to request ``number``; ``body`` is the typed part, ``error`` says why it was refused or failed.
 
-    ``retry_after`` says when what was refused may be asked for again, under a new number; None if that is of no use.
-    ``bad_request`` says that the request itself was wrong: it names what is not there, or does not fit.
+    A refusal has a ``code``. ``field`` is the path of the request's field at fault, empty if there is none.
+    ``retry_after`` is when a refused request may be sent again, under a new number; None if that is of no use.
     """
 
     number: Count
@@ -70,4 +97,5 @@ class Reply:
     body: PlainValue = None
     error: Told = ""
     retry_after: Annotated[Seconds, Bounds(minimum=0.0)] | None = None
-    bad_request: bool = False
+    code: RefusalCode | None = None
+    field: ToldBriefly = ""

@@ -11,8 +11,9 @@ from bus_schema.errors import SchemaError
 from regraft.bus import BusError
 from regraft.capacity import TooMany
 from regraft.certificates import CannotMake
-from regraft.cli.output import complain
-from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
+from regraft.cli.options import JSON
+from regraft.cli.output import complain, show_json
+from regraft.client import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.joining import CannotJoin, NothingThere
 from regraft.modules import CannotImport
 from regraft.parameters import ParameterError
@@ -60,9 +61,26 @@ BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
 
 def exit_code(error: Exception) -> int | None:
     """Return the exit code that an error means, None for one that should not have happened."""
-    if isinstance(error, CallFailed) and error.bad_request:
+    if isinstance(error, CallFailed) and error.is_bad_request:
         return BAD_INPUT
     return next((code for code, kinds in BY_CODE if isinstance(error, kinds)), None)
+
+
+NAMES = {FAILED: "failed", BAD_INPUT: "bad_input", NOT_REACHABLE: "not_reachable"}
+"""The codes of errors that have none of their own, by exit code."""
+
+
+def as_document(error: Exception, code: int) -> dict[str, Any]:
+    """Return an error as ``--json`` shows it: its text for people, its code for programs."""
+    document: dict[str, Any] = {"error": str(error), "code": NAMES[code], "exit_code": code}
+    if isinstance(error, CallFailed):
+        refusal = error.code or error.answer
+        document["code"] = refusal.value if refusal else "no_answer"
+        document |= {"field": error.field} if error.field else {}
+        document |= {"retry_after": error.retry_after} if error.retry_after is not None else {}
+    elif isinstance(error, ControlRefused):
+        document["code"] = error.code.value
+    return document
 
 
 class Commands(TyperGroup):
@@ -78,5 +96,8 @@ class Commands(TyperGroup):
             code = exit_code(error)
             if code is None:
                 raise
-            complain(str(error))
+            if ctx.meta.get(JSON):
+                show_json(as_document(error, code), compact=True, err=True)
+            else:
+                complain(str(error))
             raise typer.Exit(code) from None

@@ -13,7 +13,16 @@ SystemOption = Annotated[
     str | None,
     typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def _note_json(ctx: typer.Context, wanted: bool) -> bool:
+    ctx.meta[JSON] = wanted
+    return wanted
+
+
+JSON = "regraft.json"
+"""Where the context of a command notes that errors are to be printed as JSON, too."""
+JsonOption = Annotated[bool, typer.Option("--json", callback=_note_json, help="Print JSON.")]
 TlsOption = Annotated[
     Path | None,
     typer.Option(

@@ -51,10 +51,10 @@ def complain(text: str) -> None:
     typer.echo(f"regraft: {harmless(text)}", err=True)
 
 
-def show_json(value: Any, *, compact: bool = False) -> None:
+def show_json(value: Any, *, compact: bool = False, err: bool = False) -> None:
     """Print a message or plain data as a JSON document; ``compact`` on one line, for streams of documents."""
     text = json.dumps(as_json(value), indent=None if compact else 2, ensure_ascii=False)
-    typer.echo(_escaped(text, lambda c: json.dumps(c).strip('"')))
+    typer.echo(_escaped(text, lambda c: json.dumps(c).strip('"')), err=err)
 
 
 def show_table(headings: Sequence[str], rows: Iterable[Sequence[object]], *, empty: str) -> None:

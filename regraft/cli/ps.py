@@ -73,6 +73,7 @@ def plain_component(seen: ComponentSeen) -> dict[str, Any]:
         "refused": status.refused if status else 0,
         "error": status.error if status else "",
         "detail": status.detail if status else "",
+        "values": status.values if status else {},
     }
 
 

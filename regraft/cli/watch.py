@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import queue
-import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -23,8 +23,6 @@ from regraft.launch import Running
 
 M = TypeVar("M")
 
-URL = re.compile(r"https?://\S+")
-RENDERER = re.compile(r"renders .* on (\w+)")
 MOST_EVENTS = 10_000
 """Events that may wait to be shown; further ones are dropped."""
 
@@ -187,11 +185,13 @@ class Watch:
         return [p.component for p in self.processes() if p.state is ProcessState.QUARANTINED]
 
     def url(self) -> str | None:
-        """Return where the gateway is, as it says itself."""
-        found = (URL.search(status.detail) for status in self.statuses.values())
-        return next((match.group() for match in found if match), None)
+        """Return where the gateway is."""
+        return next(self._told("url"), None)
 
     def renderer(self) -> str | None:
-        """Return what draws the cameras' pictures, as they say themselves; several are joined by ``+``."""
-        found = (RENDERER.search(status.detail) for status in self.statuses.values())
-        return "+".join(sorted({match.group(1) for match in found if match})) or None
+        """Return what draws the cameras' pictures; several are joined by ``+``."""
+        return "+".join(sorted(set(self._told("renderer")))) or None
+
+    def _told(self, name: str) -> Iterator[str]:
+        values = (status.values.get(name) for status in self.statuses.values())
+        return (value for value in values if isinstance(value, str))

@@ -274,6 +274,4 @@ class Requests:
         elif reply.answer is Answer.RESULT:
             self._end(pending, None, pending.read(reply.body))
         else:
-            why = reply.error or reply.answer.value
-            failed = CallFailed(pending.service, reply.answer, why, reply.retry_after, bad_request=reply.bad_request)
-            self._end(pending, failed)
+            self._end(pending, CallFailed.by(pending.service, reply))

@@ -10,7 +10,7 @@ from bus_schema import codec
 from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, service_name
-from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.messages.requests import Answer, RefusalCode, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft.bus import Sample
 from regraft.runtime.inputs import Reporter
@@ -28,10 +28,16 @@ MATCHED = {Answer.RESULT, Answer.CANCELLED, Answer.REFUSED, Answer.FAILED}
 
 
 class CallFailed(Exception):
-    """A request got no good reply: refused, failed, or nobody answered in time. The text says which.
+    """A request got no good reply: it was refused, failed, or timed out; the text says which.
 
-    ``retry_after`` says in how many seconds what was refused may be welcome; None if it will not be, or nobody said.
-    ``bad_request`` says that the request itself was wrong: it named what is not there, or did not fit.
+    Attributes:
+        service: the service or action.
+        answer: what the reply is; None without a reply.
+        why: the reason, for people; it begins with the field at fault.
+        problem: the reason without the field.
+        code: the reason of a refusal, for programs; None otherwise.
+        field: the path of the request's field at fault, empty if there is none.
+        retry_after: seconds after which a refused request may be accepted; None if it will not be, or is not known.
     """
 
     def __init__(
@@ -39,16 +45,31 @@ class CallFailed(Exception):
         service: str,
         answer: Answer | None,
         why: str,
-        retry_after: float | None = None,
         *,
-        bad_request: bool = False,
+        code: RefusalCode | None = None,
+        field: str = "",
+        retry_after: float | None = None,
     ) -> None:
         self.service = service
         self.answer = answer
-        self.why = why
+        self.problem = why
+        self.why = f"{field}: {why}" if field else why
+        self.code = code
+        self.field = field
         self.retry_after = retry_after
-        self.bad_request = bad_request
-        super().__init__(f"{service}: {why}")
+        super().__init__(f"{service}: {self.why}")
+
+    @classmethod
+    def by(cls, service: str, reply: Reply) -> CallFailed:
+        """Return what a reply means that is no result."""
+        code = (reply.code or RefusalCode.REFUSED) if reply.answer is Answer.REFUSED else None
+        why = reply.error or reply.answer.value
+        return cls(service, reply.answer, why, code=code, field=reply.field, retry_after=reply.retry_after)
+
+    @property
+    def is_bad_request(self) -> bool:
+        """Whether the request itself is at fault: it holds what cannot be used, or names what does not exist."""
+        return self.code in (RefusalCode.MALFORMED, RefusalCode.INVALID, RefusalCode.NOT_FOUND)
 
 
 @dataclass(slots=True)
@@ -254,9 +275,7 @@ class Caller:
         elif reply.answer is Answer.RESULT:
             self._end(pending, None, codec.from_plain(reply.body, pending.reply))
         else:
-            why = reply.error or reply.answer.value
-            failed = CallFailed(pending.service, reply.answer, why, reply.retry_after, bad_request=reply.bad_request)
-            self._end(pending, failed)
+            self._end(pending, CallFailed.by(pending.service, reply))
 
     def _end(self, pending: Pending, error: CallFailed | None, value: Any = None) -> None:
         self._pending.pop(pending.request.number, None)

@@ -158,10 +158,14 @@ class Kit:
         """Tell, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
         self._runtime.tell_quality(quality)
 
-    def say(self, detail: str) -> None:
-        """Put a short text into the component's status: what it is doing, what it found."""
-        if detail != self._runtime.herald.status.detail:
-            self._runtime.herald.say(detail=detail[:500])
+    def say(self, detail: str, **values: Any) -> None:
+        """Put a short text into the component's status, and the same as plain ``values`` for programs.
+
+        It replaces the text and the values before it.
+        """
+        status = self._runtime.herald.status
+        if (detail[:500], values) != (status.detail, status.values):
+            self._runtime.herald.say(detail=detail[:500], values=values)
 
     # --- for the adaptation manager and other tools that act on components ---
 

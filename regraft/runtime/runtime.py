@@ -13,6 +13,7 @@ from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.lifecycle import State
 from bus_schema.messages.quality import Quality
+from bus_schema.messages.requests import RefusalCode
 from regraft.assignment import Assignment
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import Clock
@@ -32,7 +33,7 @@ from regraft.runtime.outputs import OutputPort
 from regraft.runtime.repair import Repair
 from regraft.runtime.rewiring import Rewiring
 from regraft.runtime.run_check import RunCheck
-from regraft.runtime.serving import Server
+from regraft.runtime.serving import RequestRefused, Server
 from regraft.runtime.stream import Stream
 from regraft.runtime.tasks import Cancelled, Task, Tasks, Waiting
 from regraft.runtime.timers import Timers
@@ -131,10 +132,11 @@ class Runtime:
             self._refusal,
         )
 
-    def _refusal(self) -> str | None:
+    def _refusal(self) -> RequestRefused | None:
         if self.state is State.ACTIVE:
             return None
-        return f"{self.assignment.name} is {self.state.value}, it serves only while active"
+        why = f"{self.assignment.name} is {self.state.value}, it serves only while active"
+        return RequestRefused(why, RefusalCode.NOT_ACTIVE)
 
     def end_goals_of(self, members: tuple[str, ...]) -> None:
         """End the goals of members whose run has ended, and of clients outside of the clock that listen no longer."""

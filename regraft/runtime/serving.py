@@ -13,7 +13,7 @@ from bus_schema.envelope import Envelope
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.messages.handover import ServedClient
-from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.messages.requests import Answer, RefusalCode, Reply, Request, Verb
 from bus_schema.registry import type_of
 from regraft.bus import Sample
 from regraft.requests import Service
@@ -39,17 +39,30 @@ GONE = "its client is gone"
 
 
 class RequestRefused(Exception):
-    """Raise it in a service or action to refuse a request, saying why; the client sees the text.
+    """Raise it in a service or action to refuse a request; the client gets the text, and the code to act on.
 
-    ``retry_after`` says in how many seconds the same request may be welcome; None if it will not be. ``bad_request``
-    says that the request itself is wrong: it names what is not there, or has a value that does not fit.
+    ``field`` is the path of the request's field at fault, such as ``goal.frame``. ``retry_after`` is the number of
+    seconds after which the same request may be accepted; None if it will not be.
     """
 
-    def __init__(self, why: str = "", *, retry_after: float | None = None, bad_request: bool = False) -> None:
-        """Say why."""
+    def __init__(
+        self,
+        why: str = "",
+        code: RefusalCode = RefusalCode.REFUSED,
+        *,
+        field: str = "",
+        retry_after: float | None = None,
+    ) -> None:
+        self.why = why
+        self.code = code
+        self.field = field
         self.retry_after = retry_after
-        self.bad_request = bad_request
-        super().__init__(why)
+        super().__init__(f"{field}: {why}" if field else why)
+
+    @classmethod
+    def malformed(cls, error: BadMessage) -> RequestRefused:
+        """Return the refusal of a request with a value that does not fit."""
+        return cls(error.why, RefusalCode.MALFORMED, field=".".join(error.where))
 
 
 @dataclass(slots=True)
@@ -106,9 +119,9 @@ class Server:
         writers: Writers,
         tasks: Tasks,
         reporter: Reporter,
-        refusal: Callable[[], str | None],
+        refusal: Callable[[], RequestRefused | None],
     ) -> None:
-        """Serve ``method`` under ``name``; ``refusal`` says why requests are refused now, None if they are not."""
+        """Serve ``method`` under ``name``; ``refusal`` returns why requests are refused now, None if they are not."""
         self.offered = offered
         self.name = name
         self.goals: dict[tuple[str, int], RunningGoal] = {}
@@ -136,9 +149,11 @@ class Server:
         elif request.number in client.open or request.number in client.replies:
             self._say_again(request, client.replies.get(request.number))
         elif client.is_too_old(request.number):
-            self._reply(request, Answer.REFUSED, error="newer requests were answered since: this one is too old")
+            why = "newer requests were answered since: this one is too old"
+            self._refuse(request, RequestRefused(why, RefusalCode.CONFLICT))
         elif request.verb is Verb.RESULT:
-            self._reply(request, Answer.REFUSED, error="this goal is not known here (the component was restarted)")
+            why = "this goal is not known here (the component was restarted)"
+            self._refuse(request, RequestRefused(why, RefusalCode.NOT_FOUND))
         else:
             self._begin(request, client, Envelope.from_bytes(sample.attachment).source)
 
@@ -153,19 +168,18 @@ class Server:
         return client
 
     def _begin(self, request: Request, client: _Client, source: str) -> None:
-        why = self._refusal()
-        if why is not None:
-            self._refuse(request, RequestRefused(why))
+        refusal = self._refusal()
+        if refusal is not None:
+            self._refuse(request, refusal)
             return
         if (request.verb is Verb.GOAL) != self.offered.action:
             why = f"{self.name} is {'an action: give it a goal' if self.offered.action else 'a service: call it'}"
-            self._refuse(request, RequestRefused(why, bad_request=True))
+            self._refuse(request, RequestRefused(why, RefusalCode.MALFORMED))
             return
         try:
             body: Any = codec.from_plain(request.body, self.offered.request)
         except BadMessage as error:
-            why = f"{type_of(self.offered.request).name} {error}"
-            self._refuse(request, RequestRefused(why, bad_request=True))
+            self._refuse(request, RequestRefused.malformed(error))
             return
         client.open[request.number] = request
         self._do(request, body, source)
@@ -286,7 +300,7 @@ class Server:
         return reply
 
     def _refuse(self, request: Request, why: RequestRefused) -> Reply:
-        reply = Reply(request.number, Answer.REFUSED, None, str(why), why.retry_after, why.bad_request)
+        reply = Reply(request.number, Answer.REFUSED, None, why.why, why.retry_after, why.code, why.field)
         self._put(request.client, reply)
         return reply
 

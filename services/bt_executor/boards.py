@@ -11,6 +11,7 @@ from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import SchemaError
 from bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
+from bus_schema.messages.requests import RefusalCode
 from bus_schema.suggestions import instead_of
 from services.bt_executor.engine import Blackboard, BlackboardError, Entry, Tree
 from services.bt_executor.engine.values import to_type, type_name
@@ -25,6 +26,10 @@ KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
 class BoardRefusal(Exception):
     """An entry or board that is not there, or a value that does not fit; the text says what would be right."""
 
+    def __init__(self, why: str, code: RefusalCode = RefusalCode.INVALID) -> None:
+        self.code = code
+        super().__init__(why)
+
 
 def board_of(tree: Tree, path: str) -> Blackboard:
     """Return the board of the sub-tree with a path, the root's for an empty one; raises BoardRefusal."""
@@ -32,7 +37,8 @@ def board_of(tree: Tree, path: str) -> Blackboard:
         return tree.blackboard
     if path in tree.blackboards:
         return tree.blackboards[path]
-    raise BoardRefusal(f"there is no sub-tree {path!r} with a blackboard; {instead_of(path, other_boards(tree))}")
+    why = f"there is no sub-tree {path!r} with a blackboard; {instead_of(path, other_boards(tree))}"
+    raise BoardRefusal(why, RefusalCode.NOT_FOUND)
 
 
 def other_boards(tree: Tree) -> tuple[str, ...]:
@@ -50,7 +56,8 @@ def read_board(tree: Tree, path: str, key: str, now: float) -> BlackboardEntries
 def _told(board: Blackboard, key: str, now: float) -> BlackboardEntry:
     entry = board.find(key)
     if entry is None:
-        raise BoardRefusal(f"there is no blackboard entry {key!r}; {instead_of(key, board.keys())}")
+        why = f"there is no blackboard entry {key!r}; {instead_of(key, board.keys())}"
+        raise BoardRefusal(why, RefusalCode.NOT_FOUND)
     age = max(0.0, now - entry.stamp) if entry.sequence else None
     return BlackboardEntry(key, shown(entry.value), type_name(entry.type), entry.sequence, age)
 

@@ -19,7 +19,7 @@ from bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from bus_schema.messages.quality import Quality
-from regraft.cli.group import BAD_INPUT, BadInput, Failed, Unreachable
+from regraft.cli.group import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.options import JsonOption, SystemOption
 from regraft.cli.output import complain, say, seconds, show_json, show_table
 from regraft.cli.param import values_of
@@ -215,7 +215,8 @@ def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, 
     try:
         _command(ctx, system, command, as_json)
     except CallFailed as error:
-        raise (BadInput if error.bad_request else Failed)(str(error).replace("<text>:", f"{file}:")) from None
+        problem = error.problem.replace("<text>:", f"{file}:")
+        raise CallFailed(error.service, error.answer, problem, code=error.code) from None
 
 
 def _require_executor(there: Reached) -> None:

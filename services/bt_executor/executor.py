@@ -24,7 +24,7 @@ from bus_schema.messages.mission import (
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.reflection import Reflection
 from bus_schema.messages.sensors import LightLevel
-from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
 from regraft.runtime.outputs import NotActive
 from regraft.runtime.tasks import Task, Waiting
 from services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
@@ -226,14 +226,15 @@ class Executor(Component):
             RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
         """
         if command.command not in TAKE_A_TREE and (command.tree or command.main):
-            raise RequestRefused(
-                f"{command.command.value} takes no tree; load it, then {command.command.value}", bad_request=True
-            )
+            why = f"{command.command.value} takes no tree; load it, then {command.command.value}"
+            raise RequestRefused(why, RefusalCode.MALFORMED)
         self._listen()
         try:
             self._obey(command)
-        except (Illegal, Unloadable) as error:
-            raise RequestRefused(str(error), bad_request=isinstance(error, Unloadable)) from None
+        except Illegal as error:
+            raise RequestRefused(str(error), RefusalCode.CONFLICT) from None
+        except Unloadable as error:
+            raise RequestRefused(str(error), RefusalCode.INVALID) from None
         self._stream()
         return self._status_now()
 
@@ -296,7 +297,7 @@ class Executor(Component):
         try:
             return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
         except BoardRefusal as error:
-            raise RequestRefused(str(error), bad_request=True) from None
+            raise RequestRefused(str(error), error.code) from None
 
     @service("mission/write")
     def mission_write(self, request: WriteBlackboard) -> BlackboardEntries:
@@ -309,7 +310,7 @@ class Executor(Component):
         try:
             written = write_board(tree, request.board, request.values, self.kit.now())
         except BoardRefusal as error:
-            raise RequestRefused(str(error), bad_request=True) from None
+            raise RequestRefused(str(error), error.code) from None
         where = f"{request.board}: " if request.board else ""
         text = where + summary(request.values)
         self.kit.event("mission.written", text, values=request.values, board=request.board)
@@ -318,7 +319,7 @@ class Executor(Component):
 
     def _loaded_tree(self) -> Tree:
         if self._mission.tree is None:
-            raise RequestRefused("there is no tree, and so no blackboard; load one")
+            raise RequestRefused("there is no tree, and so no blackboard; load one", RefusalCode.NOT_FOUND)
         return self._mission.tree
 
     # --- state ---

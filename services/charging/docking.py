@@ -10,7 +10,7 @@ from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
-from regraft import CallFailed, Component, Input, Parameter, RequestRefused, action
+from regraft import CallFailed, Component, Input, Parameter, RefusalCode, RequestRefused, action
 from services.charging.search import places_to_try
 from services.navigator.qualities import drive_energy, drive_time
 from services.power_model import IDLE_POWER, LIDAR_POWER, total_power
@@ -110,7 +110,8 @@ class Docking(Component):
         deadline = self.kit.now() + self.ready_within
         while not self._is_fresh(self.battery.latest):
             if self.kit.now() >= deadline:
-                raise RequestRefused(f"cannot charge: no word from the battery within {self.ready_within:g} s")
+                why = f"cannot charge: no word from the battery within {self.ready_within:g} s"
+                raise RequestRefused(why, RefusalCode.UNAVAILABLE)
             await self.kit.sleep(LOOK_EVERY)
 
     async def _dock_and_fill(self, until: float) -> None:

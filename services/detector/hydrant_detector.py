@@ -15,7 +15,7 @@ from bus_schema.messages.health import Level
 from bus_schema.messages.perception import Detect, Detection, Detections, Sightings
 from bus_schema.messages.power import EnergyUse
 from bus_schema.messages.sensors import Image, Odometry
-from regraft import Component, Input, Output, Parameter, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from services.detector.confidence import Calibration
 from services.detector.finder import Finder, Found
 from services.detector.location import MAP_FRAME, locate
@@ -97,7 +97,8 @@ class HydrantDetector(Component):
     async def detect(self, request: Detect) -> Sightings:
         """Look for a hydrant in the next pictures."""
         if request.label != LABEL:
-            raise RequestRefused(f"this detector finds {LABEL!r} only, not {request.label!r}")
+            why = f"this detector finds {LABEL!r} only, not {request.label!r}"
+            raise RequestRefused(why, RefusalCode.INVALID, field="label")
         looked = useful = 0
         hits: list[Detection] = []
         for _ in range(request.pictures or self.pictures):
@@ -109,7 +110,7 @@ class HydrantDetector(Component):
             except NoPictureError as error:
                 self._diagnose(Finding(SILENT, str(error)))
                 if looked == 0:
-                    raise RequestRefused(str(error)) from None
+                    raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
                 break
             found, of_use = self._look(image, before)
             looked, useful = looked + 1, useful + of_use

@@ -9,7 +9,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
-from regraft import Component, Input, Parameter, RequestRefused, service
+from regraft import Component, Input, Parameter, RefusalCode, RequestRefused, service
 from services.explorer.forecast import forecast
 from services.explorer.frontiers import Frontier, FrontierSettings, find_frontiers
 from services.explorer.ground import Ground
@@ -107,7 +107,8 @@ class Explorer(Component):
         while self.map.latest is None or self.odometry.latest is None:
             if self.kit.now() >= deadline:
                 missing = "map" if self.map.latest is None else "odometry"
-                raise RequestRefused(f"cannot look for frontiers: no {missing} has come within {self.ready_within:g} s")
+                why = f"cannot look for frontiers: no {missing} has come within {self.ready_within:g} s"
+                raise RequestRefused(why, RefusalCode.UNAVAILABLE)
             await self.kit.sleep(LOOK_EVERY)
 
     async def _see_map_of(self, stamp: float) -> None:
@@ -135,7 +136,7 @@ class Explorer(Component):
             ground = Ground.of(grid_of(message), planar_pose(odometry.pose).position, self.radius)
         except ValueError as error:
             self.kit.diagnose("map", Level.ERROR, f"the map is of no use: {error}")
-            raise RequestRefused(f"the map is of no use: {error}") from None
+            raise RequestRefused(f"the map is of no use: {error}", RefusalCode.UNAVAILABLE) from None
         settings = FrontierSettings(self.radius, self.turning_room, self.min_length, self.min_area)
         found = find_frontiers(ground, settings, self._places.useless(ground))
         frontiers = [each for each in found if self._places.open(each, ground)]

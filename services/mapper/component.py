@@ -12,7 +12,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.messages.health import Level
 from bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from bus_schema.messages.sensors import LaserScan, Odometry
-from regraft import Component, Input, Output, Parameter, RequestRefused, every, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
 from services.mapper import map_files
 from services.mapper.conversions import localized, map_of, planar_pose, scan_of
 from services.mapper.grid import Cells
@@ -134,12 +134,12 @@ class MappingComponent(Component):
         """Write the map to a PNG and a YAML file; refused if there is no map or it cannot be written."""
         filed = self.mapping.filed()
         if filed is None:
-            raise RequestRefused("there is no map to save: no odometry has come")
+            raise RequestRefused("there is no map to save: no odometry has come", RefusalCode.UNAVAILABLE)
         try:
             path = self._path(request.file)
             map_files.save(path, filed)
         except map_files.BadMapFile as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), RefusalCode.INVALID, field="file") from None
         return self._map_file(path)
 
     @service("load_map")
@@ -149,7 +149,7 @@ class MappingComponent(Component):
             path = self._path(request.file)
             self.mapping.load(map_files.load(path))
         except ValueError as error:
-            raise RequestRefused(str(error)) from None
+            raise RequestRefused(str(error), RefusalCode.INVALID, field="file") from None
         self._published = None
         return self._map_file(path)
 

@@ -14,7 +14,7 @@ from services.navigator.recovery import ProgressMonitor, Recovery
 from services.navigator.robot import Limits
 from services.navigator.route import Route
 from services.navigator.scan import Scan
-from services.navigator.senses import LOST_AFTER, Fault, MotionWatch, ScanWatch
+from services.navigator.senses import LOST_AFTER, SCAN_TEXTS, Fault, MotionWatch, ScanFault, ScanWatch
 from services.navigator.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
@@ -222,7 +222,7 @@ class Follower:
         # Whoever can't trust what he is told of his motion brakes from what he commanded.
         brake = Decision(now.limits.approach(self._told, Twist(), now.period))
         if lost is not None or self._sight.stamp == -math.inf:
-            self._wait(time, lost.text if lost else "no laser scan comes")
+            self._wait(time, lost.text if lost else SCAN_TEXTS[ScanFault.SILENT])
             return brake
         self._resume()
         if not self._keep_planned(time, now.pose, self._goal) or self._held(time, now):

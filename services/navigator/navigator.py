@@ -11,7 +11,7 @@ from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from regraft import Component, Input, Output, Parameter, RequestRefused, action, every
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, action, every
 from services.navigator.control import Controller
 from services.navigator.controller import RolloutController
 from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
@@ -107,7 +107,8 @@ class Navigator(Component):
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
         """Drive to a pose in the map, and say whether the robot is there."""
         if goal.goal.frame not in FRAMES:
-            raise RequestRefused(f"a goal must be given in {' or '.join(FRAMES)}, not {goal.goal.frame!r}")
+            why = f"must be {' or '.join(FRAMES)}, is {goal.goal.frame!r}"
+            raise RequestRefused(why, RefusalCode.INVALID, field="goal.frame")
         await self._get_ready()
         assert self._follower is not None
         self._follower.start(planar_pose(goal.goal.pose))
@@ -125,7 +126,7 @@ class Navigator(Component):
         deadline = self.kit.now() + self.ready_within
         while missing := self._missing():
             if self.kit.now() >= deadline:
-                raise RequestRefused(f"cannot drive: {missing} within {self.ready_within:g} s")
+                raise RequestRefused(f"cannot drive: {missing} within {self.ready_within:g} s", RefusalCode.UNAVAILABLE)
             await self.kit.sleep(LOOK_EVERY)
 
     def _missing(self) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, Literal
 
 import numpy as np
@@ -36,19 +37,38 @@ class Fault:
     text: str
 
 
+class ScanFault(Enum):
+    """The ways in which a lidar can be wrong."""
+
+    SILENT = "silent"
+    FROZEN = "frozen"
+    BLIND = "blind"
+
+
+SCAN_TEXTS = {
+    ScanFault.SILENT: "no laser scan comes",
+    ScanFault.FROZEN: "the laser scan stays the same although the robot moves",
+    ScanFault.BLIND: "the lidar is blind: hardly any of its beams come back",
+}
+
+
 class ScanWatch:
     """Notices a lidar that is silent, blind, or shows the same again and again while the robot moves."""
 
     def __init__(self) -> None:
         """Begin without having seen a scan."""
-        self.text = ""
-        """What is wrong; empty if nothing is."""
+        self.fault: ScanFault | None = None
         self._stamp = -math.inf
         self._ranges: FloatArray = np.empty(0)
         self._repeats = 0
         self._first_at = Pose(0.0, 0.0, 0.0)
         self._rich_at: Pose | None = None
-        self._content = ""
+        self._content: ScanFault | None = None
+
+    @property
+    def text(self) -> str:
+        """The fault in a sentence, empty if there is none."""
+        return SCAN_TEXTS[self.fault] if self.fault else ""
 
     def is_new(self, scan: Scan | None) -> bool:
         """Tell whether a scan has not been looked at yet."""
@@ -65,53 +85,62 @@ class ScanWatch:
     def check(self, time: float, since: float) -> None:
         """Judge what has come until now (s); `since` (s) is when the scans were first needed."""
         silent = time - max(self._stamp, since) > SILENT_AFTER
-        self.text = "no laser scan comes" if silent else self._content
+        self.fault = ScanFault.SILENT if silent else self._content
 
-    def _frozen(self, pose: Pose, scan: Scan) -> str:
+    def _frozen(self, pose: Pose, scan: Scan) -> ScanFault | None:
         if len(scan.ranges) != len(self._ranges) or not np.array_equal(scan.ranges, self._ranges, equal_nan=True):
             self._ranges, self._repeats, self._first_at = scan.ranges, 1, pose
-            return ""
+            return None
         self._repeats += 1
-        if self._content.startswith("the laser scan stays"):
+        if self._content is ScanFault.FROZEN:
             return self._content
         moved = math.hypot(pose.x - self._first_at.x, pose.y - self._first_at.y) >= MOVED
         turned = abs(wrap_angle(pose.yaw - self._first_at.yaw)) >= TURNED
         still = self._repeats < REPEATS or not (moved or turned) or not np.isfinite(scan.ranges).any()
-        return "" if still else "the laser scan stays the same although the robot moves"
+        return None if still else ScanFault.FROZEN
 
-    def _blind(self, pose: Pose, scan: Scan, clearance: float) -> str:
-        """Say whether too few beams come back, where the map or the scans before show that some should."""
+    def _blind(self, pose: Pose, scan: Scan, clearance: float) -> ScanFault | None:
+        """Return whether too few beams come back, where the map or the scans before show that some should."""
         share = float(scan.echoes().mean()) if len(scan.ranges) else 0.0
         if share >= FEW:
             self._rich_at = pose if share >= MANY else self._rich_at
-            return ""
+            return None
         certain = scan.range_max - CERTAIN
         before = self._rich_at
         seen_before = before is not None and math.hypot(pose.x - before.x, pose.y - before.y) < CERTAIN
         invalid = float(np.mean(~(scan.ranges >= scan.range_min))) if len(scan.ranges) else 1.0
         if clearance > certain and not seen_before and invalid < 1.0 - FEW:
-            return ""
-        return "the lidar is blind: hardly any of its beams come back"
+            return None
+        return ScanFault.BLIND
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""
         rich, first = self._rich_at, self._first_at
         return {
-            "text": self.text,
+            "fault": _code(self.fault),
             "stamp": self._stamp,
             "ranges": self._ranges.tolist(),
             "repeats": self._repeats,
             "first_at": [first.x, first.y, first.yaw],
             "rich_at": None if rich is None else [rich.x, rich.y, rich.yaw],
-            "content": self._content,
+            "content": _code(self._content),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
-        self.text, self._stamp, self._content = state["text"], state["stamp"], state["content"]
+        self.fault, self._content = _fault(state["fault"]), _fault(state["content"])
+        self._stamp = state["stamp"]
         self._ranges, self._repeats = np.array(state["ranges"], np.float64), state["repeats"]
         self._first_at = Pose(*state["first_at"])
         self._rich_at = None if state["rich_at"] is None else Pose(*state["rich_at"])
+
+
+def _code(fault: ScanFault | None) -> str | None:
+    return fault.value if fault else None
+
+
+def _fault(code: str | None) -> ScanFault | None:
+    return ScanFault(code) if code else None
 
 
 class MotionWatch:

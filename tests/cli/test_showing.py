@@ -27,7 +27,6 @@ from regraft.cli.managing import headline, violation_line
 from regraft.cli.output import harmless, plain_table, say, show_json
 from regraft.cli.ps import remark, shown_state
 from regraft.cli.rates import Rates
-from regraft.cli.watch import RENDERER, URL
 from regraft.client import TopicSample
 from services.bt_executor.command_line import quality_line, tree_lines
 
@@ -82,15 +81,6 @@ def test_the_live_line_says_time_speed_mission_and_battery() -> None:
     for part in ("2.0 s", "9.8 x", "running: Detect", "battery 50%"):
         assert part in line
     assert status_line(None, None, None, 3.0) == "3 s"
-
-
-def test_a_status_detail_gives_away_gateway_and_renderer() -> None:
-    url = URL.search("http://127.0.0.1:8000/api/v1")
-    renderer = RENDERER.search("renders 320x240 on egl")
-    assert url is not None
-    assert url.group() == "http://127.0.0.1:8000/api/v1"
-    assert renderer is not None
-    assert renderer.group(1) == "egl"
 
 
 def closing(**changes: object) -> Closing:

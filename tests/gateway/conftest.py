@@ -54,8 +54,8 @@ def forget_routes() -> None:
 def start_gateway(site: Site, **parameters: Any) -> str:
     """Start a gateway and return where it serves."""
     site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
-    wait_until(lambda: site.runtimes["gateway"].herald.status.detail, "the gateway's URL")
-    return site.runtimes["gateway"].herald.status.detail
+    wait_until(lambda: site.runtimes["gateway"].herald.status.values.get("url"), "the gateway's URL")
+    return str(site.runtimes["gateway"].herald.status.values["url"])
 
 
 @pytest.fixture

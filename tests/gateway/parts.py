@@ -36,7 +36,7 @@ from bus_schema.messages.manager import (
 )
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
 from bus_schema.registry import type_of
-from regraft import Component, Input, Output, Parameter, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.bus import Bus
 from regraft.component import class_path, describe
 from tests.waiting import PATIENCE
@@ -82,8 +82,7 @@ class ScriptedManager(Component):
         self.journal_lines: list[AdaptationReport] = []
         self.requests: list[AdaptationRequest] = []
         self.fate: Outcome | None = None
-        self.refusal = ""
-        self.retry_after: float | None = None
+        self.refusal: RequestRefused | None = None
         self.silent = False
         self.unreadable = False
         self.kept_waiting = threading.Event()
@@ -100,10 +99,11 @@ class ScriptedManager(Component):
         while self.silent:
             await self.kit.sleep(0.01)
         if self.refusal:
-            raise RequestRefused(self.refusal, retry_after=self.retry_after)
+            raise self.refusal
         known = [line for line in self.journal_lines if request.key and line.request.key == request.key]
         if known and known[0].request != request:
-            raise RequestRefused(f"idempotency key {request.key!r} belongs to adaptation {known[0].id}")
+            why = f"{request.key!r} belongs to adaptation {known[0].id}"
+            raise RequestRefused(why, RefusalCode.KEY_REUSED, field="key")
         return known[0] if known else self._carry_out(request)
 
     def _carry_out(self, request: AdaptationRequest) -> AdaptationReport:
@@ -167,7 +167,7 @@ class ScriptedManager(Component):
         """Undo."""
         line = self._line(request.id)
         if line.outcome is not Outcome.APPLIED:
-            raise RequestRefused(f"adaptation {line.id} was not applied: {line.outcome.value}")
+            raise RequestRefused(f"adaptation {line.id} was not applied: {line.outcome.value}", RefusalCode.CONFLICT)
         inverse = AdaptationRequest(
             line.request.changes, request.reason, request.who, dry_run=request.dry_run, undoes=line.id
         )
@@ -178,7 +178,7 @@ class ScriptedManager(Component):
         """Cancel."""
         line = self._line(request.id)
         if line.outcome not in (Outcome.PENDING, Outcome.CONFIRMING):
-            raise RequestRefused(f"adaptation {line.id} has ended: {line.outcome.value}")
+            raise RequestRefused(f"adaptation {line.id} has ended: {line.outcome.value}", RefusalCode.CONFLICT)
         self.journal_lines[self.journal_lines.index(line)] = replace(line, outcome=Outcome.CANCELLED)
         return self._line(request.id)
 
@@ -187,7 +187,7 @@ class ScriptedManager(Component):
         """Confirm."""
         line = self._line(request.id)
         if line.outcome is not Outcome.CONFIRMING:
-            raise RequestRefused(f"adaptation {line.id} is not being confirmed")
+            raise RequestRefused(f"adaptation {line.id} is not being confirmed", RefusalCode.CONFLICT)
         self.journal_lines[self.journal_lines.index(line)] = replace(line, outcome=Outcome.APPLIED)
         return self._line(request.id)
 
@@ -195,11 +195,11 @@ class ScriptedManager(Component):
     async def journal(self, request: JournalRequest) -> JournalPage:
         """Show the journal."""
         if self.unreadable:
-            raise RequestRefused("the journal cannot be read")
+            raise RequestRefused("the journal cannot be read", RefusalCode.UNAVAILABLE)
         if self.silent:
             await self.kit.sleep(3600.0)
         if request.before and not (request.before.isascii() and request.before.isdecimal()):
-            raise RequestRefused(f"there is no adaptation {request.before!r}", bad_request=True)
+            raise RequestRefused(f"there is no adaptation {request.before!r}", RefusalCode.NOT_FOUND, field="before")
         lines = self.journal_lines[::-1]
         if request.id:
             return JournalPage(tuple(line for line in lines if line.id == request.id))
@@ -214,7 +214,7 @@ class ScriptedManager(Component):
             await self.kit.sleep(3600.0)
         revision = max(self.revisions) if request.revision is None else request.revision
         if revision not in self.revisions:
-            raise RequestRefused(f"there is no revision {revision}", bad_request=True)
+            raise RequestRefused(f"there is no revision {revision}", RefusalCode.NOT_FOUND, field="revision")
         return self.revisions[revision]
 
 
@@ -235,12 +235,13 @@ class ScriptedExecutor(Component):
         """Obey."""
         if request.command is Command.LOAD:
             if "<root" not in request.tree:
-                raise RequestRefused("the tree is not BehaviorTree.CPP XML")
+                raise RequestRefused("the tree is not BehaviorTree.CPP XML", RefusalCode.INVALID)
             self.state, self.tree = MissionState.LOADED, request.tree
         elif request.command is Command.START and self.state is MissionState.LOADED:
             self.state = MissionState.RUNNING
         else:
-            raise RequestRefused(f"{request.command.value} is not possible while {self.state.value}")
+            why = f"{request.command.value} is not possible while {self.state.value}"
+            raise RequestRefused(why, RefusalCode.CONFLICT)
         return MissionStatus(1.0, self.state, self.tree, 0)
 
 

@@ -21,7 +21,8 @@ def test_a_command_that_does_not_fit_the_state_is_a_conflict(running: Running) -
         response = running.http.post(f"/mission/{command}")
         assert response.status_code == 409
         assert "not possible while empty" in response.json()["detail"]
-    assert running.post("/mission/load", {"tree": "not XML"}).status_code == 409
+    refused = running.post("/mission/load", {"tree": "not XML"})
+    assert (refused.status_code, refused.json()["type"]) == (422, "urn:regraft:problem:invalid")
 
 
 def test_a_malformed_command_is_told_by_field(running: Running) -> None:

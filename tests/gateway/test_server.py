@@ -61,7 +61,7 @@ def test_an_inactive_gateway_serves_nothing_and_comes_back(site: Site) -> None:
         httpx.get(f"{url}/hosts")
     gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
     wait_until(lambda: gateway.state is State.ACTIVE)
-    assert httpx.get(f"{gateway.herald.status.detail}/hosts", timeout=PATIENCE).status_code == 200
+    assert httpx.get(f"{gateway.herald.status.values['url']}/hosts", timeout=PATIENCE).status_code == 200
 
 
 def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running) -> None:

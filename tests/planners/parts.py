@@ -22,7 +22,7 @@ from bus_schema.lifecycle import State, Transition, after
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.manager import ArchitectureRequest
 from bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft import Component, Input, Output, Parameter, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.component import class_path, describe
 from regraft.testing import Rig
 
@@ -54,7 +54,7 @@ class SmallManager(Component):
     @service("adaptation_manager/architecture")
     def show(self, request: ArchitectureRequest) -> Architecture:
         if self.fates[:1] == ["blind"]:
-            raise RequestRefused("the journal cannot be read")
+            raise RequestRefused("the journal cannot be read", RefusalCode.UNAVAILABLE)
         return self.architecture
 
     @service("adaptation_manager/adapt")
@@ -63,7 +63,7 @@ class SmallManager(Component):
         await self.kit.sleep(self.takes)
         fate = self.fates.pop(0) if self.fates else Outcome.APPLIED
         if fate == "refused":
-            raise RequestRefused("the queue is full")
+            raise RequestRefused("the queue is full", RefusalCode.QUEUE_FULL)
         if fate == "silent":
             await self.kit.sleep(1000.0)
         if fate == "overtaken":

@@ -19,9 +19,10 @@ from bus_schema.lifecycle import TRANSITIONS, State, Transition
 from bus_schema.messages.clock import StepKind
 from bus_schema.messages.control import ControlCode, RewireStep
 from bus_schema.messages.handover import HandoverStep
-from bus_schema.messages.requests import Answer, Verb
+from bus_schema.messages.requests import Answer, RefusalCode, Verb
 from bus_schema.registry import type_named
 from bus_schema.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
+from dashboard_api.refusals import KINDS
 from regraft.assignment import Assignment
 from regraft.client.json_view import as_json
 from regraft.host import children, host, silence
@@ -151,6 +152,8 @@ def test_the_page_explains_every_code_verb_step_and_answer() -> None:
     assert {row[0].strip("`") for row in rows("verb", "number", "the service")} == {verb.value for verb in Verb}
     assert {row[0].strip("`") for row in rows("kind", "do")} == {kind.value for kind in StepKind}
     assert all(f"`{answer.value}`" in PAGE for answer in Answer)
+    codes = {row[0].strip("`"): int(row[2]) for row in rows("code", "means", "REST")}
+    assert codes == {code.value: KINDS[code].status for code in RefusalCode}
 
 
 def test_the_lines_of_the_types_are_the_types() -> None:

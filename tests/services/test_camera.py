@@ -30,13 +30,14 @@ def test_pictures_come_at_the_renderers_pace_and_show_their_tick(renderer: Rende
         camera_on(rig, renderer)
         images = rig.collect("camera/image", Image)
         run(rig, world, 2.0)
-        detail = rig.runtimes["camera"].herald.status.detail
+        status = rig.runtimes["camera"].herald.status
     rate, shape = (2, (120, 160, 3)) if renderer == "ray" else (5, (240, 320, 3))
     assert len(images) == 2 * rate
     assert [round(image.stamp, 3) for image in images[:2]] == [round(1 / rate, 3), round(2 / rate, 3)]
     assert images[0].pixels.shape == shape
     assert images[0].pixels.std() > 10.0
-    assert detail == f"renders {shape[1]}x{shape[0]} on {renderer}"
+    assert status.detail == f"renders {shape[1]}x{shape[0]} on {renderer}"
+    assert status.values == {"renderer": renderer}
 
 
 def test_nothing_is_rendered_while_nobody_looks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -163,7 +163,7 @@ def test_an_unreachable_goal_is_given_up_with_the_reason(course: Course) -> None
 def test_a_goal_in_another_frame_is_refused(course: Course) -> None:
     drive = course.send(FramedPose("base_link", Pose.planar(1.0, 0.0, 0.0)))
     course.run(0.1)
-    assert "must be given in map or odom, not 'base_link'" in str(drive.error)
+    assert "goal.frame: must be map or odom, is 'base_link'" in str(drive.error)
 
 
 def test_without_odometry_the_robot_stops_and_the_drive_is_given_up(course: Course) -> None:

@@ -11,20 +11,18 @@ from adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, rea
 from adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
 from adaptation_manager.planners.bandits.registry import Strategies
 from adaptation_manager.planners.bandits.space import options_of
-from adaptation_manager.planners.bandits.standing import changes_for, problems
+from adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
 from adaptation_manager.planners.bandits.tickets import Told
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
 from bus_schema.description import Resources
 from bus_schema.errors import BadMessage
 from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft import Component, Parameter, RequestRefused, service
+from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
 MOST_TASKS: Final = 256
 """Tasks that are remembered; beyond it, the one that asked least recently is forgotten, with an event."""
 SPACES_KEPT: Final = 16
-MOST_TOLD: Final = 10
-"""Problems that a refusal names."""
 
 
 class BanditPlanner(Component):
@@ -56,7 +54,7 @@ class BanditPlanner(Component):
         """Begin with nothing under way."""
         self._manager = Manager(self.kit)
         self._turns = Turns()
-        self._spaces: dict[str, tuple[Option, ...] | str] = {}
+        self._spaces: dict[str, tuple[Option, ...] | BadMessage] = {}
 
     # --- services ---
 
@@ -71,11 +69,12 @@ class BanditPlanner(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Take the credit that is given, choose an option, and have it applied if that is wanted."""
         if not request.task:
-            raise RequestRefused("task: is empty: name the task for which is learned", bad_request=True)
+            why = "is empty: name the task for which is learned"
+            raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
             asked = self._read(request)
         except BadMessage as error:
-            raise RequestRefused(str(error), bad_request=True) from None
+            raise RequestRefused.malformed(error) from None
         options = await self._options(asked)
         await self._turns.take(request.task)
         try:
@@ -99,12 +98,12 @@ class BanditPlanner(Component):
             try:
                 found = await self.kit.compute(options_of, asked.dimensions, asked.constraints, self.most_options)
             except BadMessage as error:
-                found = str(error.inside("inputs"))
+                found = error.inside("inputs")
         self._spaces[known] = found
         if len(self._spaces) > SPACES_KEPT:
             del self._spaces[next(iter(self._spaces))]
-        if isinstance(found, str):
-            raise RequestRefused(found, bad_request=True)
+        if isinstance(found, BadMessage):
+            raise RequestRefused.malformed(found)
         return found
 
     # --- one proposal ---
@@ -113,20 +112,16 @@ class BanditPlanner(Component):
         self, request: ProposalRequest, asked: Asked, options: tuple[Option, ...], context: dict[str, float]
     ) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
-        wrong = list(problems(asked.dimensions, architecture))
-        if wrong:
-            more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
-            text = "; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more])
-            raise RequestRefused(text, bad_request=True)
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:
+            check_dimensions(asked.dimensions, architecture)
             memory.check(asked.strategy, knobs, options, context)
             told = memory.credit(asked.credit, architecture) if asked.credit else None
             seed = f"{self.kit.seed}/{self.seed}"
             chosen = memory.choose(asked.strategy, knobs, asked.dimensions, options, context, seed)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
+            raise RequestRefused.malformed(error.inside("inputs")) from None
         if not request.apply:
             changes = changes_for(asked.dimensions, chosen.option.values, architecture)
             return Proposal(request.task, changes, _shown(chosen, "dry", told))

@@ -9,10 +9,13 @@ from adaptation_manager.planners.bandits.dimensions import Dimension, Kind, iden
 from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.errors import BadMessage
 from bus_schema.lifecycle import State, Transition, route
 from bus_schema.parameter_values import effective_parameter, parameter_problem
 from bus_schema.suggestions import instead_of
 
+MOST_TOLD: Final = 10
+"""Problems that a refusal names."""
 LEADS_TO: Final = {
     "configure": State.INACTIVE,
     "activate": State.ACTIVE,
@@ -22,39 +25,52 @@ LEADS_TO: Final = {
 """The state that a transition stands for as an option; one that takes several transitions gets them."""
 
 
-def problems(dimensions: Sequence[Dimension], architecture: Architecture) -> Iterator[str]:
-    """Yield what of the dimensions cannot be in an architecture, and what could."""
+def check_dimensions(dimensions: Sequence[Dimension], architecture: Architecture) -> None:
+    """Raise BadMessage for what of the dimensions cannot be in an architecture; it says what could."""
+    wrong = list(_problems(dimensions, architecture))
+    if wrong:
+        others = [str(problem) for problem in wrong[1:MOST_TOLD]]
+        more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
+        raise BadMessage("; ".join([wrong[0].why, *others, *more]), wrong[0].where)
+
+
+def _problems(dimensions: Sequence[Dimension], architecture: Architecture) -> Iterator[BadMessage]:
     for index, dimension in enumerate(dimensions):
         spec = architecture.components.get(dimension.component)
         if spec is None:
             missing = f"there is no component {dimension.component!r}"
-            yield f"options.{index}.component: {missing}; {instead_of(dimension.component, architecture.components)}"
+            why = f"{missing}; {instead_of(dimension.component, architecture.components)}"
+            found = iter([BadMessage(why, ("component",))])
         elif dimension.kind is Kind.PARAMETER:
-            yield from (f"options.{index}.{problem}" for problem in _parameter_problems(dimension, spec))
+            found = _parameter_problems(dimension, spec)
         elif dimension.kind is Kind.PORT:
-            yield from (f"options.{index}.{problem}" for problem in _port_problems(dimension, spec, architecture))
+            found = _port_problems(dimension, spec, architecture)
+        else:
+            continue
+        yield from (problem.inside(str(index)).inside("options") for problem in found)
 
 
-def _parameter_problems(dimension: Dimension, spec: ComponentSpec) -> Iterator[str]:
+def _parameter_problems(dimension: Dimension, spec: ComponentSpec) -> Iterator[BadMessage]:
     known = spec.description.parameters if spec.description else ()
     described = next((parameter for parameter in known if parameter.name == dimension.member), None)
     if described is None:
         missing = f"{spec.name} has no parameter {dimension.member!r}"
-        yield f"parameter: {missing}; {instead_of(dimension.member, [p.name for p in known])}"
+        yield BadMessage(f"{missing}; {instead_of(dimension.member, [p.name for p in known])}", ("parameter",))
     elif described.read_only:
-        yield f"parameter: {dimension.name} is read-only"
+        yield BadMessage(f"{dimension.name} is read-only", ("parameter",))
     else:
         wrong = (parameter_problem(described, value) for value in dimension.choices)
-        yield from (f"values: {problem}" for problem in wrong if problem)
+        yield from (BadMessage(problem, ("values",)) for problem in wrong if problem)
 
 
-def _port_problems(dimension: Dimension, spec: ComponentSpec, architecture: Architecture) -> Iterator[str]:
+def _port_problems(dimension: Dimension, spec: ComponentSpec, architecture: Architecture) -> Iterator[BadMessage]:
     if dimension.member not in spec.connections:
         missing = f"{spec.name} has no port {dimension.member!r}"
-        yield f"port: {missing}; {instead_of(dimension.member, spec.connections)}"
+        yield BadMessage(f"{missing}; {instead_of(dimension.member, spec.connections)}", ("port",))
     for topic in dimension.choices:
         if topic not in architecture.topics:
-            yield f"topics: there is no topic {topic!r}; {instead_of(topic, architecture.topics)}"
+            why = f"there is no topic {topic!r}; {instead_of(topic, architecture.topics)}"
+            yield BadMessage(why, ("topics",))
 
 
 def stands(dimension: Dimension, value: PlainValue, architecture: Architecture) -> bool:

@@ -8,7 +8,7 @@ from adaptation_manager.planners.asking import CarriedOut, Errand, Manager, Turn
 from adaptation_manager.planners.bandits.context import numbers_of
 from adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
 from adaptation_manager.planners.bandits.space import options_of
-from adaptation_manager.planners.bandits.standing import changes_for, problems
+from adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
 from adaptation_manager.planners.forecast.outlook import ForecastKnobs, Model, Outlook, model_of, outlook
 from bus_schema.annotations import PlainValue
 from bus_schema.architecture import Architecture
@@ -22,11 +22,12 @@ from bus_schema.messages.planning import (
     StrategyDescription,
 )
 from bus_schema.records import record_shape
-from regraft import Component, Parameter, RequestRefused, service
+from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
 STRATEGY: Final = "expected_utility"
 MOST_OPTIONS: Final = 1000
 MOST_TOLD: Final = 10
+"""Options whose expected utility an explanation names."""
 
 
 class ForecastPlanner(Component):
@@ -61,11 +62,12 @@ class ForecastPlanner(Component):
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Choose an option, and have it applied if that is wanted."""
         if not request.task:
-            raise RequestRefused("task: is empty: name the task for which is chosen", bad_request=True)
+            why = "is empty: name the task for which is chosen"
+            raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
             asked, model = _read(request.inputs)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
+            raise RequestRefused.malformed(error.inside("inputs")) from None
         await self._turns.take(request.task)
         try:
             return await self._propose(request, asked, model)
@@ -74,15 +76,11 @@ class ForecastPlanner(Component):
 
     async def _propose(self, request: ProposalRequest, asked: Asked, model: Model) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
-        wrong = list(problems(asked.dimensions, architecture))
-        if wrong:
-            more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
-            text = "; ".join([*(f"inputs.{problem}" for problem in wrong[:MOST_TOLD]), *more])
-            raise RequestRefused(text, bad_request=True)
         try:
+            check_dimensions(asked.dimensions, architecture)
             options = options_of(asked.dimensions, asked.constraints, MOST_OPTIONS)
         except BadMessage as error:
-            raise RequestRefused(str(error.inside("inputs")), bad_request=True) from None
+            raise RequestRefused.malformed(error.inside("inputs")) from None
         context = numbers_of(request.context)
         outlooks = [outlook(model, asked.dimensions, option, architecture, context) for option in options]
         chosen = _best(asked, model, outlooks, architecture)

@@ -1,0 +1,52 @@
+"""With ``--json`` an error is an object, and its code is the same whatever its text says."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from bus_schema.messages.control import ControlCode, ControlError
+from bus_schema.messages.requests import Answer, RefusalCode
+from regraft import CallFailed
+from regraft.cli.group import BAD_INPUT, FAILED, NOT_REACHABLE, Failed, Unreachable, as_document, exit_code
+from regraft.client import ControlRefused, NoSuchComponent
+from tests.cli import live
+from tests.cli.conftest import Regraft
+from tests.cli.live import System
+
+QUEUE_FULL = CallFailed("adapt", Answer.REFUSED, "later", code=RefusalCode.QUEUE_FULL, retry_after=0.8)
+ERRORS: list[tuple[Exception, int, dict[str, Any]]] = [
+    (QUEUE_FULL, FAILED, {"code": "queue_full", "retry_after": 0.8}),
+    (
+        CallFailed("a", Answer.REFUSED, "b", code=RefusalCode.INVALID, field="tree"),
+        2,
+        {"code": "invalid", "field": "tree"},
+    ),
+    (CallFailed("a", Answer.FAILED, "b"), FAILED, {"code": "failed"}),
+    (CallFailed("a", Answer.CANCELLED, "b"), FAILED, {"code": "cancelled"}),
+    (CallFailed("a", None, "b"), FAILED, {"code": "no_answer"}),
+    (ControlRefused("a", ControlError(ControlCode.FENCED, ("b",))), FAILED, {"code": "fenced"}),
+    (NoSuchComponent("a"), BAD_INPUT, {"code": "bad_input"}),
+    (Unreachable("a"), NOT_REACHABLE, {"code": "not_reachable"}),
+    (Failed("a"), FAILED, {"code": "failed"}),
+]
+
+
+@pytest.mark.parametrize(("error", "code", "expected"), ERRORS, ids=[repr(error) for error, _, _ in ERRORS])
+def test_an_error_has_a_code(error: Exception, code: int, expected: dict[str, Any]) -> None:
+    assert exit_code(error) == code
+    assert as_document(error, code) == {"error": str(error), "exit_code": code, **expected}
+
+
+def test_a_command_prints_its_error_as_an_object(regraft: Regraft) -> None:
+    found = regraft("ps", "--system", "ghost", "--json")
+    assert (found.exit_code, found.stdout) == (NOT_REACHABLE, "")
+    assert json.loads(found.stderr)["code"] == "not_reachable"
+    assert regraft("ps", "--system", "ghost").stderr.startswith("regraft: ")
+
+
+def test_a_goal_without_a_result_in_time_has_a_code(tiny: System) -> None:
+    found = live.regraft(tiny.home, "goal", "send", "wait_for", '{"value": 1e9}', "--timeout", "0.2", "--json")
+    assert (found.returncode, json.loads(found.stderr.splitlines()[-1])["code"]) == (FAILED, "no_answer")
