@@ -194,7 +194,7 @@ def declared_for(cls: type[Component], parameters: Mapping[str, Any]) -> Declare
         namesake = inputs.get(port.name) or outputs.get(port.name)
         if namesake is not None:
             whose = f"{namesake.origin} asks for" if namesake.origin else "the class has"
-            problems.append(f"{port.origin}: {whose} a port {port.name!r} already: each needs a name of its own")
+            problems.append((port.origin, f"{whose} a port {port.name!r} already: each needs a name of its own"))
         elif isinstance(port, Input):
             inputs[port.name] = port
         else:

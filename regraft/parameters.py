@@ -19,11 +19,17 @@ JSON_TYPES: dict[type, str] = {bool: "boolean", int: "integer", float: "number",
 
 
 class ParameterError(ValueError):
-    """Values that cannot be set; ``problems`` names every one of them, led by the parameter or the part of it."""
+    """Values that cannot be set.
 
-    def __init__(self, problems: Sequence[str]) -> None:
-        self.problems = tuple(problems)
-        super().__init__("; ".join(problems))
+    Attributes:
+        parts: what is wrong, each as the parameter or the part of it, and why.
+        problems: the same as texts.
+    """
+
+    def __init__(self, parts: Sequence[tuple[str, str]]) -> None:
+        self.parts = tuple(parts)
+        self.problems = tuple(f"{place}: {why}" for place, why in parts)
+        super().__init__("; ".join(self.problems))
 
 
 class Parameter(Generic[V]):
@@ -100,7 +106,7 @@ class Parameter(Generic[V]):
         elif self.choices and converted not in self.choices:
             problem = f"must be one of: {', '.join(map(str, self.choices))}"
         if problem:
-            raise ParameterError([f"{self.name} = {value!r}: {problem}"])
+            raise ParameterError([(f"{self.name} = {value!r}", problem)])
         checked: V = converted
         return checked
 
@@ -163,21 +169,21 @@ class ParameterSet:
         Raises:
             ParameterError: with every problem, if a name is unknown, a value unfit, or a read-only one would change.
         """
-        problems = []
+        problems: list[tuple[str, str]] = []
         fit = {}
         known = Hints(self.declared)
         for name, value in wanted.items():
             parameter = self.declared.get(name)
             if parameter is None:
-                problems.append(f"{name}: there is no such parameter; {known.instead_of(name)}")
+                problems.append((name, f"there is no such parameter; {known.instead_of(name)}"))
                 continue
             try:
                 fit[name] = parameter.checked(value)
             except ParameterError as error:
-                problems += error.problems
+                problems += error.parts
                 continue
             if parameter.read_only and not starting and fit[name] != self.values[name]:
-                problems.append(f"{name}: is read-only, set when the component starts")
+                problems.append((name, "is read-only, set when the component starts"))
         if problems:
             raise ParameterError(problems)
         return fit

@@ -53,15 +53,14 @@ class Records(Parameter[Any], Generic[T]):
     def checked(self, value: Any) -> tuple[T, ...]:
         """Return the records that plain data stands for; raises ParameterError with everything that is wrong."""
         if not isinstance(value, list | tuple):
-            raise ParameterError([f"{self.name}: must be a list of records, is {type(value).__name__}"])
+            raise ParameterError([(self.name, f"must be a list of records, is {type(value).__name__}")])
         records: list[Any] = []
-        problems: list[str] = []
+        problems: list[tuple[str, str]] = []
         for index, plain in enumerate(value):
             try:
                 records.append(plain if type(plain) is self._shape.cls else self._shape.unpack(plain))
             except BadMessage as error:
-                place = ".".join([self.name, str(index), *error.where])
-                problems.append(f"{place}: {error.why}")
+                problems.append((".".join([self.name, str(index), *error.where]), error.why))
         if problems:
             raise ParameterError(problems)
         return tuple(records)

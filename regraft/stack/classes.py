@@ -48,8 +48,7 @@ def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Des
         try:
             return describe(cls, {parameter.name: parameters[parameter.name] for parameter in fixed}), ()
         except ParameterError as error:
-            parts = (problem.partition(": ") for problem in error.problems)
-            return plain, tuple((place, why) for place, _, why in parts)
+            return plain, error.parts
     except (NoSuchClass, KeyboardInterrupt):
         raise
     # An author's class may raise anything, leaving included.

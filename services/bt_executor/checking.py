@@ -6,7 +6,6 @@ nothing and the tree is loaded again, until it loads or the place of an error ca
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
@@ -23,6 +22,7 @@ from services.bt_executor.engine import (
     Registry,
     Tree,
     TreeError,
+    UnknownTypeError,
     load_file,
     load_text,
     read_manifests,
@@ -37,7 +37,6 @@ from services.bt_executor.source import LIMITS, check_size
 MOST_ERRORS: Final = 20
 LARGEST_MODELS: Final = 1_000_000
 """Characters of a file with models of nodes."""
-UNKNOWN_TYPE: Final = re.compile(r"unknown node type '[^']*'")
 HARMLESS: Final = "AlwaysSuccess"
 
 
@@ -125,7 +124,7 @@ def check(file: Path, registry: Registry, main: str = "") -> Report:
         return Report((first,), ())
     report = _Search(file, registry, main).run(document, first)
     in_order = sorted(report.errors, key=lambda error: (error.file != str(file), error.file, error.line))
-    return replace(report, errors=tuple(_with_hint(error) for error in in_order))
+    return replace(report, errors=tuple(in_order))
 
 
 def _from_file(file: Path, registry: Registry, main: str) -> Tree:
@@ -152,17 +151,12 @@ def _right(tree: Tree) -> Report:
     return Report((), tree.warnings, tree.tree_id, len(tree.nodes))
 
 
-def _with_hint(error: Finding) -> Finding:
-    """Add to an unknown node type, unless it is told which one is near, how it can be made known."""
-    if not UNKNOWN_TYPE.fullmatch(error.text):
-        return error
-    return replace(error, text=f"{error.text}; name its class or its model with --nodes")
-
-
 def _finding(error: TreeError, file: Path) -> Finding:
     place = error.file if error.file and Path(error.file) != file.resolve() else str(file)
     # Both forms of the file's name in one text would make one error look like two.
     text = error.message.replace(f"{file.resolve()}:", f"{file}:").replace("<text>:", f"{file}:")
+    if isinstance(error, UnknownTypeError) and not error.hint:
+        text += "; name its class or its model with --nodes"
     return Finding(place, error.line, error.node, text)
 
 

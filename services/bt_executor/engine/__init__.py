@@ -37,6 +37,7 @@ from .errors import (
     RegistryError,
     ScriptError,
     TreeError,
+    UnknownTypeError,
 )
 from .leaf import Condition, StatefulAction, SyncAction
 from .limits import Limits
@@ -103,6 +104,7 @@ __all__ = [
     "TransitionHook",
     "Tree",
     "TreeError",
+    "UnknownTypeError",
     "is_completed",
     "load_file",
     "load_text",

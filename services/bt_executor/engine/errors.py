@@ -28,6 +28,12 @@ class LoadError(TreeError):
     """A tree cannot be built from its XML."""
 
 
+class UnknownTypeError(LoadError):
+    """A node of the tree has a type that is not known; ``hint`` says which may be meant, empty if none is near."""
+
+    hint = ""
+
+
 class RegistryError(TreeError):
     """A node type or one of its ports cannot be registered."""
 

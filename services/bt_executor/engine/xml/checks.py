@@ -120,7 +120,7 @@ def _check_element(element: Element, collection: TreeCollection, manifests: Mapp
         else:
             unversioned = _UNVERSIONED if element.file in collection.unversioned else ""
             hint = _VERSION_3.get(type_id) or _nearest(type_id, manifests) or unversioned
-        raise element.error(f"unknown node type '{type_id}'{hint}")
+        raise element.unknown_type(type_id, hint)
     count = len(element.children)
     if manifest.kind is NodeKind.SUBTREE:
         if count:

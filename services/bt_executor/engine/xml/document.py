@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Final
 from xml.parsers import expat
 
-from ..errors import LoadError
+from ..errors import LoadError, UnknownTypeError
 from .mending import mended
 
 MAX_NESTING: Final = 256
@@ -43,8 +43,17 @@ class Element:
 
     def error(self, message: str) -> LoadError:
         """Return an error that names this element and its place."""
-        node = self.attributes.get("name") or self.attributes.get("ID") or self.tag
-        return LoadError(message, file=self.file, line=self.line, node=node)
+        return LoadError(message, file=self.file, line=self.line, node=self._shown_name())
+
+    def unknown_type(self, type_id: str, hint: str) -> UnknownTypeError:
+        """Return the error that this element's type is not known."""
+        message = f"unknown node type '{type_id}'{hint}"
+        error = UnknownTypeError(message, file=self.file, line=self.line, node=self._shown_name())
+        error.hint = hint
+        return error
+
+    def _shown_name(self) -> str:
+        return self.attributes.get("name") or self.attributes.get("ID") or self.tag
 
 
 def parse_document(text: str, file: str) -> Element:
