@@ -212,7 +212,8 @@ class AdaptationManager(Component):
             written = self._read(lambda j: j.by_key(request.key))
             known = self._books.line(written) if written is not None else None
         if known is not None and replace(known.request, wait=True) != replace(request, wait=True):
-            raise RequestRefused(f"{request.key!r} was used for another request", RefusalCode.KEY_REUSED, field="key")
+            why = f"idempotency key {request.key!r} was used for another request"
+            raise RequestRefused(why, RefusalCode.KEY_REUSED)
         return known
 
     def _stand_in_line(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:

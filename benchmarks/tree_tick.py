@@ -8,8 +8,7 @@ from functools import partial
 
 import py_trees
 
-from benchmarks.harness import Effort, Result, compared, in_turns
-from services.bt_executor.engine import (
+from behavior_tree import (
     RUNNING,
     SUCCESS,
     Condition,
@@ -18,6 +17,7 @@ from services.bt_executor.engine import (
     Status,
     load_text,
 )
+from benchmarks.harness import Effort, Result, compared, in_turns
 
 TICKS = 300
 LIMIT, PARALLEL_LIMIT = 10.0, 8.0

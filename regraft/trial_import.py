@@ -30,7 +30,16 @@ TELL_AFTER = 2.0
 """Seconds after which the person who waits is told which module is imported."""
 
 OURS = frozenset(
-    {"adaptation_manager", "bus_schema", "dashboard_api", "evaluation", "regraft", "services", "sim_service"}
+    {
+        "adaptation_manager",
+        "behavior_tree",
+        "bus_schema",
+        "dashboard_api",
+        "evaluation",
+        "regraft",
+        "services",
+        "sim_service",
+    }
 )
 """The project's own packages, whose imports are known to leave a process as it is."""
 

@@ -25,6 +25,8 @@ from regraft.proof import Seal
 
 RENEW_EVERY = 0.2
 ANSWER_WITHIN = 0.6
+GOODBYES = 5
+"""How often it says that it leaves, until that is answered: else it would count as lost."""
 """Seconds for which an answer is waited for before the next attempt."""
 PATIENCE = 60.0
 """Seconds without the first host after which a host gives up: it ends its components, and itself."""
@@ -69,10 +71,14 @@ class Guest(Host):
     def end(self) -> None:
         """End every process, and say goodbye."""
         super().end()
-        try:
-            self._bus.query(self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True)), ANSWER_WITHIN)
-        except BusError as error:
-            self._log.warning("%s", error)
+        for _ in range(1 if self.over else GOODBYES):
+            try:
+                key, goodbye = self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True))
+                if self._bus.query(key, goodbye, ANSWER_WITHIN):
+                    return
+            except BusError as error:
+                self._log.warning("%s", error)
+                return
 
     # --- the lease ---
 

@@ -21,7 +21,7 @@ from bus_schema.messages.host import HostStatus, JournalEnd, ProcessState, Proce
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside
-from regraft.host.describing import DESCRIBE, Describer
+from regraft.host.describer import DESCRIBE, Describer
 from regraft.host.logs import begin_anew_if_long, log_of
 from regraft.host.past import PastRuns
 from regraft.host.plan import HostPlan

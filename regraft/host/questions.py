@@ -23,7 +23,7 @@ from bus_schema.messages.host import (
 )
 from regraft.bus import Query
 from regraft.fencing import Fenced, in_force
-from regraft.host.describing import DESCRIBE, Describer
+from regraft.host.describer import DESCRIBE, Describer
 from regraft.host.logs import tail
 from regraft.host.voice import Refused, UnknownComponent, refuse
 from regraft.host.ward import Ward

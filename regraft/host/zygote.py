@@ -21,7 +21,7 @@ from typing import Any
 
 from regraft.host import children, frames
 from regraft.host.descendants import END_WITHIN, LOOK_EVERY, adopt_orphans, end_descendants, end_run
-from regraft.host.describing import be_describer
+from regraft.host.describe_process import be_describer
 from regraft.patience import Patience
 from regraft.process import EXIT_FAULT
 
@@ -48,7 +48,7 @@ class Zygote:
         frames.send(self._line, order)
 
     def describe(self, name: str, order: dict[str, Any], folder: str, log: str) -> None:
-        """Start a process that answers as ``regraft.host.describing`` says; it is reported as a component's is."""
+        """Start a process of ``regraft.host.describe_process``; it is reported as a component is."""
         assignment = {"name": name, "incarnation": 0}
         frames.send(self._line, {"assignment": assignment, "describe": order, "folder": folder, "log": log})
 

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, is_dataclass, replace
 from typing import Any, Final, get_args, get_origin
 
+from behavior_tree import Blackboard, BlackboardError, Entry, Tree
+from behavior_tree.values import to_type, type_name
 from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import SchemaError
 from bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
 from bus_schema.messages.requests import RefusalCode
 from bus_schema.suggestions import instead_of
-from services.bt_executor.engine import Blackboard, BlackboardError, Entry, Tree
-from services.bt_executor.engine.values import to_type, type_name
 from services.bt_executor.plain import LONGEST_TEXT, is_plain, shown
 
 MOST_AT_ONCE: Final = 100

@@ -13,9 +13,7 @@ from pathlib import Path
 from typing import Final, cast
 from xml.sax.saxutils import quoteattr
 
-from regraft.component import describe
-from regraft.runtime.kit import Kit
-from services.bt_executor.engine import (
+from behavior_tree import (
     Blackboard,
     ManualClock,
     NodeManifest,
@@ -27,11 +25,13 @@ from services.bt_executor.engine import (
     load_text,
     read_manifests,
 )
-from services.bt_executor.engine.mocking import mock_models
-from services.bt_executor.engine.xml.document import Element, parse_document
+from behavior_tree.mocking import mock_models
+from behavior_tree.xml.document import Element, parse_document
+from regraft.component import describe
+from regraft.runtime.kit import Kit
 from services.bt_executor.executor import Executor
+from services.bt_executor.node_types import NODE_TYPES, node_types
 from services.bt_executor.nodes.context import LeafContext
-from services.bt_executor.nodes.registry import NODE_TYPES, node_types
 from services.bt_executor.source import LIMITS, check_size
 
 MOST_ERRORS: Final = 20

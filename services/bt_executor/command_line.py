@@ -159,10 +159,10 @@ def check(
 ) -> None:
     """Load a tree without a system, and say what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for what stands at the top.
+    from behavior_tree import TreeError
     from regraft.stack.classes import look_in
     from regraft.trial_import import check_imports
     from services.bt_executor import checking
-    from services.bt_executor.engine import TreeError
 
     look_in(file.resolve().parent)
     look_in(Path.cwd())

@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
+from behavior_tree import Blackboard, BlackboardError, Registry, Tree
 from bus_schema.annotations import PlainValue
 from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
@@ -28,10 +29,9 @@ from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRef
 from regraft.runtime.outputs import NotActive
 from regraft.runtime.tasks import Task, Waiting
 from services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
-from services.bt_executor.engine import Blackboard, BlackboardError, Registry, Tree
 from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
+from services.bt_executor.node_types import node_types
 from services.bt_executor.nodes.context import LeafContext
-from services.bt_executor.nodes.registry import node_types
 from services.bt_executor.plain import shown_text
 from services.bt_executor.quality.book import QualityBook
 from services.bt_executor.reflection import REFLECTED, Reflected, SystemReflection

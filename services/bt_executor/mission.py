@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
 from bus_schema.messages.mission import MissionNode, MissionState
 from services.bt_executor.boards import carry_over
-from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
 from services.bt_executor.structure import Structure
 
 MOST_TICKS_AT_ONCE = 100

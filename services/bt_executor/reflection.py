@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
+from behavior_tree import Blackboard, BlackboardError
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.reflection import ReflectedEntry
 from bus_schema.messages.sensors import LightLevel
 from regraft.runtime.inputs import Inputs
-from services.bt_executor.engine import Blackboard, BlackboardError
 
 MAPPED: Final = "reflection"
 """The input that brings what the component ``system_reflection`` reads by the stack's mapping."""

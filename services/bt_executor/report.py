@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from behavior_tree import Blackboard
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.quality import Quality
-from services.bt_executor.engine import Blackboard
 from services.bt_executor.mission import Mission
 from services.bt_executor.plain import is_plain, shown, shown_text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from services.bt_executor.engine import Blackboard, Limits, Registry, Tree, TreeError, load_file, load_text
+from behavior_tree import Blackboard, Limits, Registry, Tree, TreeError, load_file, load_text
 
 LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000)
 """A larger tree could take so long to make that the host takes the executor for hung."""

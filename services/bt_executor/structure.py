@@ -6,10 +6,10 @@ import hashlib
 from dataclasses import replace
 from typing import Final
 
+from behavior_tree import Node, Tree
+from behavior_tree.status import STATUS_NAMES
 from bus_schema import codec
 from bus_schema.messages.mission import MissionNode, NodeStatus
-from services.bt_executor.engine import Node, Tree
-from services.bt_executor.engine.status import STATUS_NAMES
 
 STATUSES: Final = tuple(NodeStatus(name.lower()) for name in STATUS_NAMES)
 """The statuses by the engine's numbers."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from behavior_tree import Status
 from bus_schema.messages.mission import MissionTransition, MissionTransitions
-from services.bt_executor.engine import Status
 from services.bt_executor.mission import Mission
 from services.bt_executor.structure import STATUSES
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from behavior_tree import Input
 from services.bt_executor.adapting import (
     AdaptOnStart,
     AdaptPeriodically,
@@ -15,7 +16,6 @@ from services.bt_executor.adapting import (
     Step,
     Wish,
 )
-from services.bt_executor.engine import Input
 from services.power_model import PICTURE_ENERGY
 
 SLOWEST, FASTEST, STEP = 0.10, 0.26, 0.08

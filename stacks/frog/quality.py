@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from services.bt_executor.engine import Input, NodeSetup, Output, Status
+from behavior_tree import Input, NodeSetup, Output, Status
 from services.bt_executor.quality import (
     Integral,
     QualityTeller,

@@ -27,7 +27,7 @@ from bus_schema.messages.host import (
     StopComponent,
     UpdateSpecs,
 )
-from regraft.host.describing import describe_component
+from regraft.host.describe_process import describe_component
 from regraft.memory_bus import MemoryBus, MemoryHub, MemoryQuery
 
 

@@ -7,18 +7,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.description import Description, ParameterDescription
-from bus_schema.lifecycle import State
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.messages.quality import Quality
-from regraft import CallFailed
-from regraft.runtime.tasks import Waiting
-from services.bt_executor.adapting import ADAPT_DECORATORS
-from services.bt_executor.engine import (
+from behavior_tree import (
     Blackboard,
     ManualClock,
     Node,
@@ -30,6 +19,17 @@ from services.bt_executor.engine import (
     load_text,
     status_from_name,
 )
+from bus_schema import codec
+from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
+from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.description import Description, ParameterDescription
+from bus_schema.lifecycle import State
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.planning import Proposal, ProposalRequest
+from bus_schema.messages.quality import Quality
+from regraft import CallFailed
+from regraft.runtime.tasks import Waiting
+from services.bt_executor.adapting import ADAPT_DECORATORS
 from services.bt_executor.nodes.context import Asked
 
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from behavior_tree import Input, LoadError, NodeError
 from bus_schema.adaptation import ChangeState, Connect
 from bus_schema.lifecycle import Transition
 from services.bt_executor.adapting import AdaptOnStart, Step
-from services.bt_executor.engine import Input, LoadError, NodeError
 from tests.adapting.helpers import bench, speed_change
 
 LISTING_1 = (

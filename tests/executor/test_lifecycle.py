@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from behavior_tree import Status, SyncAction
 from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.mission import Command, MissionState, MissionStatus
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.testing import Rig
-from services.bt_executor.engine import Status, SyncAction
 from services.bt_executor.executor import Executor
 from services.bt_executor.source import Unloadable
 from tests.executor.helpers import command, kinds, run, status, tree

@@ -13,7 +13,8 @@ from bus_schema.architecture import ComponentSpec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import ControlError
 from bus_schema.messages.host import DescribeComponent, DescribedComponent
-from regraft.host.describing import DESCRIBED_WITHIN, MOST_AT_ONCE, Describer, be_describer, describe_component
+from regraft.host.describe_process import be_describer, describe_component
+from regraft.host.describer import DESCRIBED_WITHIN, MOST_AT_ONCE, Describer
 from regraft.host.zygote import Zygote
 from regraft.memory_bus import MemoryQuery
 

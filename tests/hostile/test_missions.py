@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from behavior_tree import Blackboard
 from bus_schema.messages.mission import BlackboardEntries, Command, MissionState, MissionStatus, WriteBlackboard
 from regraft import CallFailed
 from regraft.component import describe
 from regraft.host.silence import HUNG_AFTER
 from regraft.testing import Rig
 from services.bt_executor.checking import check, known_types
-from services.bt_executor.engine import Blackboard
 from services.bt_executor.executor import Executor
 from services.bt_executor.source import Source, Unloadable
 from tests.cli.app import whole

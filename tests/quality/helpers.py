@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.messages.quality import Quality
-from services.bt_executor.engine import (
+from behavior_tree import (
     FAILURE,
     RUNNING,
     SKIPPED,
@@ -20,6 +19,7 @@ from services.bt_executor.engine import (
     Tree,
     load_text,
 )
+from bus_schema.messages.quality import Quality
 from services.bt_executor.quality import PlainSystemQR, PlainTaskQR, QualityBook
 
 RESULTS = {"R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}

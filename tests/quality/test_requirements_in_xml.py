@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.bt_executor.engine import LoadError
+from behavior_tree import LoadError
 from services.bt_executor.quality.requirement_text import parse_requirement
 from tests.quality.helpers import Field, system, task
 

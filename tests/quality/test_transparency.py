@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.bt_executor.engine import IDLE, ManualClock, Node, NodeError, Registry, Tree, load_text
-from services.bt_executor.engine.nav2 import register_nav2
+from behavior_tree import IDLE, ManualClock, Node, NodeError, Registry, Tree, load_text
+from behavior_tree.nav2 import register_nav2
 from services.bt_executor.quality import PlainSystemQR, PlainTaskQR, TaskLevelQR
 from tests.quality.helpers import LETTERS, Ear, Field, Spelt, system, task
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from services.bt_executor.engine import Input, Status
+from behavior_tree import Input, Status
 from services.bt_executor.quality import TaskLevelQR
 from tests.quality.helpers import Field, task
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
@@ -12,13 +12,11 @@ from services.bt_executor.adapting.asking import Asker, Attempt
 from services.bt_executor.adapting.credit import Meter
 from services.bt_executor.adapting.journal import decision_context
 from services.bt_executor.adapting.names import read_names
+from services.bt_executor.adapting.node import AdaptNode
 from services.bt_executor.adapting.options import option_space
 from services.bt_executor.adapting.ports import duration_of, is_known, json_of, locations_of, subjects_of
 from services.bt_executor.adapting.results import NO_ANSWER, OUTCOMES, REJECTED, UNCHANGED, Result, refused, reported
 from services.bt_executor.adapting.scripts import KnowingScript, known_or_none
-
-if TYPE_CHECKING:
-    from services.bt_executor.adapting.decorator import AdaptDecorator
 
 REFUSED: Final = "refused"
 """What a planner says if the adaptation manager did not take the adaptation up: nothing was touched."""
@@ -32,7 +30,7 @@ class ExternalStrategy:
     each choice once.
     """
 
-    def __init__(self, node: AdaptDecorator) -> None:
+    def __init__(self, node: AdaptNode) -> None:
         """Ask for a node."""
         self._node = node
         self._meter = Meter()

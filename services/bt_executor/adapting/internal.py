@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.annotations import PlainValue
@@ -12,14 +12,12 @@ from bus_schema.messages.manager import ArchitectureRequest
 from regraft import CallFailed
 from services.bt_executor.adapting.asking import Asker, Attempt, Turns
 from services.bt_executor.adapting.journal import decision_context
+from services.bt_executor.adapting.node import AdaptNode
 from services.bt_executor.adapting.ports import LOCATIONS, duration_of, is_known, locations_of, subjects_of
 from services.bt_executor.adapting.results import REJECTED, UNCHANGED, Result, refused, reported
 from services.bt_executor.adapting.rules import Fired, RuleTable
 from services.bt_executor.adapting.scripts import known_or_none
 from services.bt_executor.adapting.wishes import Impossible, Step, Wish, current_value, resolved
-
-if TYPE_CHECKING:
-    from services.bt_executor.adapting.decorator import AdaptDecorator
 
 ADAPT: Final = "adaptation_manager/adapt"
 ARCHITECTURE: Final = "adaptation_manager/architecture"
@@ -36,7 +34,7 @@ class NotKnown(Exception):
 class InternalPlan:
     """The plan of one decorator: a rule table, or the class's own ``plan``."""
 
-    def __init__(self, node: AdaptDecorator) -> None:
+    def __init__(self, node: AdaptNode) -> None:
         """Plan for a node."""
         self._node = node
         self._table: RuleTable | None = None

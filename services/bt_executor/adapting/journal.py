@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from behavior_tree import Node
 from bus_schema.adaptation import LARGEST_CONTEXT, plain_size
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.quality import Quality
-from services.bt_executor.engine import Node
 from services.bt_executor.nodes.context import LeafContext
 
 ROOM_FOR_THE_REST = 2_000

@@ -6,12 +6,12 @@ import re
 from collections.abc import Callable
 from typing import Any, Final
 
+from behavior_tree import Node
+from behavior_tree.text import board_key
 from services.bt_executor.adapting.durations import read_duration
 from services.bt_executor.adapting.names import read_names
 from services.bt_executor.adapting.options import option_space
 from services.bt_executor.adapting.policies import Policy, read_policy
-from services.bt_executor.engine import Node
-from services.bt_executor.engine.text import board_key
 from services.bt_executor.nodes.plain_messages import as_plain, read_json
 
 LOCATIONS: Final = ("subject_location", "adaptation_location")

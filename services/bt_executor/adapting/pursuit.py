@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from services.bt_executor.adapting.asking import Attempt
 from services.bt_executor.adapting.durations import AT_ONCE
+from services.bt_executor.adapting.node import AdaptNode
 from services.bt_executor.adapting.ports import duration_of, policy_of
 from services.bt_executor.adapting.results import POLICY_PORTS, Result
 from services.bt_executor.nodes.context import Asked
-
-if TYPE_CHECKING:
-    from services.bt_executor.adapting.decorator import AdaptDecorator
 
 
 class Pursuit:
@@ -23,7 +21,7 @@ class Pursuit:
         rests_until: Before this time nothing new is begun: the last one came to nothing.
     """
 
-    def __init__(self, node: AdaptDecorator) -> None:
+    def __init__(self, node: AdaptNode) -> None:
         """Begin idle."""
         self._node = node
         self._attempt: Attempt | None = None

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from behavior_tree import Node
 from bus_schema.adaptation import ChangeState, Connect, SetParameters
 from services.bt_executor.adapting.rule_text import (
     ActionText,
@@ -26,7 +27,6 @@ from services.bt_executor.adapting.rule_text import (
 )
 from services.bt_executor.adapting.scripts import KnowingScript
 from services.bt_executor.adapting.wishes import Step, Wish, clamped
-from services.bt_executor.engine import Node
 
 STEPS: Final = ("+=", "-=")
 

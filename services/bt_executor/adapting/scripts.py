@@ -6,11 +6,11 @@ import dataclasses
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
-from services.bt_executor.engine import BlackboardError, Node, PortError, ScriptError
-from services.bt_executor.engine.script import compile_script
-from services.bt_executor.engine.script.operators import truth
-from services.bt_executor.engine.script.parser import parse
-from services.bt_executor.engine.script.syntax import Assignment, Name
+from behavior_tree import BlackboardError, Node, PortError, ScriptError
+from behavior_tree.script import compile_script
+from behavior_tree.script.operators import truth
+from behavior_tree.script.parser import parse
+from behavior_tree.script.syntax import Assignment, Name
 
 T = TypeVar("T")
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Final
 
+from behavior_tree import FAILURE, RUNNING, SUCCESS, Input, Node, Status
 from services.bt_executor.adapting.decorator import AdaptDecorator
 from services.bt_executor.adapting.durations import AT_ONCE
 from services.bt_executor.adapting.ports import duration_of, is_known
 from services.bt_executor.adapting.results import UNCHANGED, Result
-from services.bt_executor.engine import FAILURE, RUNNING, SUCCESS, Input, Node, Status
 
 SHORTEST_PERIOD: Final = 0.01
 """Seconds; the adaptation manager could not follow what is asked for more often."""

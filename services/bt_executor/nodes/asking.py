@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from services.bt_executor.engine import FAILURE, RUNNING, Node, NodeSetup, Output, StatefulAction, Status
+from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Output, StatefulAction, Status
 from services.bt_executor.nodes.context import Asked, LeafContext
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from behavior_tree import SUCCESS, Input, Output, Status
 from bus_schema.messages.power import Charge, Charged, ChargeProgress
-from services.bt_executor.engine import SUCCESS, Input, Output, Status
 from services.bt_executor.nodes.asking import Asking, write_if_connected
 from services.bt_executor.nodes.context import Asked
 

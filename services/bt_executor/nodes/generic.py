@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from behavior_tree import SUCCESS, Input, Node, Output, Status
 from bus_schema import codec
 from bus_schema.annotations import PlainValue
-from services.bt_executor.engine import SUCCESS, Input, Node, Output, Status
 from services.bt_executor.nodes.asking import Asking, write_if_connected
 from services.bt_executor.nodes.context import Asked
 from services.bt_executor.nodes.plain_messages import (

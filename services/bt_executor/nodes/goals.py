@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.messages.maps import Goals
-from services.bt_executor.engine import (
+from behavior_tree import (
     FAILURE,
     RUNNING,
     SUCCESS,
@@ -18,6 +17,7 @@ from services.bt_executor.engine import (
     Status,
     SyncAction,
 )
+from bus_schema.messages.maps import Goals
 from services.bt_executor.nodes.asking import require_ports, write_if_connected
 from services.bt_executor.nodes.context import LeafContext
 

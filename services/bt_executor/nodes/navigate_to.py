@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from behavior_tree import SUCCESS, Input, Node, Output, Status
 from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.maps import NamedGoal
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from services.bt_executor.engine import SUCCESS, Input, Node, Output, Status
 from services.bt_executor.nodes.asking import Asking, write_if_connected
 from services.bt_executor.nodes.context import Asked
 

@@ -7,12 +7,12 @@ import re
 from importlib import import_module
 from typing import Any, Final
 
+from behavior_tree import Blackboard
 from bus_schema import codec
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage, BadType
 from bus_schema.registry import MessageType, type_named, type_of
 from regraft.modules import CannotImport, imported
-from services.bt_executor.engine import Blackboard
 
 _PREFIX: Final = "json:"
 _REFERENCE: Final = re.compile(r"\{(@?\w+)\}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-from services.bt_executor.engine import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
+from behavior_tree import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
 from services.bt_executor.nodes.asking import require_ports
 from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.nodes.plain_messages import as_plain

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.bt_executor.engine import (
+from behavior_tree import (
     RUNNING,
     SUCCESS,
     Input,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from behavior_tree import Tree
 from bus_schema.messages.quality import Quality
-from services.bt_executor.engine import Tree
 from services.bt_executor.quality.naming import bus_names
 from services.bt_executor.quality.requirement import QualityRequirement
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.bt_executor.engine import Blackboard, Entry, Node
-from services.bt_executor.engine.text import board_key
+from behavior_tree import Blackboard, Entry, Node
+from behavior_tree.text import board_key
 from services.bt_executor.quality.measuring import Unknown
 
 AGE, STALE = "_age", "_stale"

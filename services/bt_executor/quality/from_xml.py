@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from services.bt_executor.engine import Input, Node, NodeSetup, Status
-from services.bt_executor.engine.values import parse_real
+from behavior_tree import Input, Node, NodeSetup, Status
+from behavior_tree.values import parse_real
 from services.bt_executor.quality.measuring import Integral, Unknown
 from services.bt_executor.quality.relations import RELATIONS
 from services.bt_executor.quality.requirement import QualityRequirement

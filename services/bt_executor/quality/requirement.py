@@ -7,8 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, ClassVar
 
-from bus_schema.messages.quality import Quality, QualityLevel
-from services.bt_executor.engine import (
+from behavior_tree import (
     FAILURE,
     IDLE,
     RUNNING,
@@ -22,8 +21,9 @@ from services.bt_executor.engine import (
     PortError,
     Status,
 )
-from services.bt_executor.engine.ports import Port
-from services.bt_executor.engine.text import board_key
+from behavior_tree.ports import Port
+from behavior_tree.text import board_key
+from bus_schema.messages.quality import Quality, QualityLevel
 from services.bt_executor.quality.data import age_of
 from services.bt_executor.quality.measuring import MeanOverTime, Metric, Unknown
 from services.bt_executor.quality.naming import key_safe

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from services.bt_executor.engine.text import board_key
-from services.bt_executor.engine.values import parse_real
+from behavior_tree.text import board_key
+from behavior_tree.values import parse_real
 from services.bt_executor.quality.relations import RELATIONS, Relation
 
 DEEPEST: Final = 20

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
+from behavior_tree import Node
 from bus_schema.messages.quality import QualityLevel
-from services.bt_executor.engine import Node
 from services.bt_executor.quality.measuring import Unknown
 from services.bt_executor.quality.requirement import QualityRequirement
 from services.bt_executor.quality.task_level import TaskLevelQR

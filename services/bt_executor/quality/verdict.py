@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from behavior_tree import TreeError
 from bus_schema.messages.quality import Quality
-from services.bt_executor.engine import TreeError
 from services.bt_executor.quality.measuring import Metric
 
 UNKNOWN: Final = "unknown"

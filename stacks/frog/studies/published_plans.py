@@ -9,10 +9,10 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any
 
+from behavior_tree import SUCCESS, Input, NodeSetup, PortError, Status
 from bus_schema.adaptation import Change
 from services.bt_executor.adapting import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
 from services.bt_executor.adapting.results import Result
-from services.bt_executor.engine import SUCCESS, Input, NodeSetup, PortError, Status
 from services.bt_executor.quality import QualityTeller, TaskLevelQR
 from services.power_model import PICTURE_ENERGY
 from stacks.frog.plans import FASTEST, PICTURES_IN_THE_DARK, SLOWEST, SPARE_PICTURES, STEP
