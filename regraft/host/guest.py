@@ -25,9 +25,9 @@ from regraft.proof import Seal
 
 RENEW_EVERY = 0.2
 ANSWER_WITHIN = 0.6
+"""Seconds for which an answer is waited for before the next attempt."""
 GOODBYES = 5
 """How often it says that it leaves, until that is answered: else it would count as lost."""
-"""Seconds for which an answer is waited for before the next attempt."""
 PATIENCE = 60.0
 """Seconds without the first host after which a host gives up: it ends its components, and itself."""
 
