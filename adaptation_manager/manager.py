@@ -6,24 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from adaptation_manager.books import Books
-from adaptation_manager.gate import Gate
-from adaptation_manager.journal import Journal, JournalError
-from adaptation_manager.line import Entry, Line, Prepare
-from adaptation_manager.reports import pending
-from adaptation_manager.site import Bounds
-from adaptation_manager.telling import Telling
-from adaptation_manager.throttle import TURN, Throttle
-from adaptation_manager.undoing import undo_of
-from adaptation_manager.working import Working
-from bus_schema.adaptation import (
-    APPLIED,
-    AdaptationReport,
-    AdaptationRequest,
-    Outcome,
-)
-from bus_schema.architecture import Architecture
-from bus_schema.description import Resources
+from adaptation_manager.execution.undoing import undo_of
+from adaptation_manager.execution.working import Working
+from adaptation_manager.journal.books import Books
+from adaptation_manager.journal.journal import Journal, JournalError
+from adaptation_manager.journal.reports import pending
+from adaptation_manager.journal.telling import Telling
+from adaptation_manager.queue.gate import Gate
+from adaptation_manager.queue.line import Entry, Line, Prepare
+from adaptation_manager.queue.throttle import TURN, Throttle
+from adaptation_manager.targets.site import Bounds
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
@@ -32,6 +24,14 @@ from bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
+from bus_schema.model.adaptation import (
+    APPLIED,
+    AdaptationReport,
+    AdaptationRequest,
+    Outcome,
+)
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.description import Resources
 from regraft import Component, Output, Parameter, RefusalCode, RequestRefused, service
 
 T = TypeVar("T")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from bus_schema.adaptation import Phase, PhaseReport
+from bus_schema.model.adaptation import Phase, PhaseReport
 
 
 class Phases:

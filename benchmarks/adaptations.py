@@ -13,8 +13,8 @@ from benchmarks.links import wait_until
 from benchmarks.processes import Processes
 from benchmarks.raw import QUESTION, READY, answerer
 from benchmarks.system import MANAGER, System
-from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
-from bus_schema.lifecycle import Transition
+from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from bus_schema.model.lifecycle import Transition
 from regraft.zenoh_config import config
 
 TENS, KILLS = 20, 12

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count, PlainValue
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
 
 

@@ -14,7 +14,7 @@ from benchmarks.counting import Number
 from benchmarks.harness import Result, percentile
 from benchmarks.links import wait_until
 from benchmarks.system import SYSTEM
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 
 RATE = 1000.0

@@ -12,8 +12,8 @@ from benchmarks.ear import COMPONENTS, TOPICS, Handed, heard, results
 from benchmarks.harness import Effort, Result
 from benchmarks.links import wait_until
 from benchmarks.system import MANAGER, ROOT, System
-from bus_schema.adaptation import Move
 from bus_schema.messages.host import HostState
+from bus_schema.model.adaptation import Move
 from regraft.own_python import own_environment, own_python
 from regraft.zenoh_config import config
 

@@ -17,10 +17,10 @@ from benchmarks.links import wait_until
 from benchmarks.processes import Processes
 from benchmarks.respawn import ALIVE, respawner
 from benchmarks.system import SYSTEM, System
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.health import ComponentStatus
+from bus_schema.model.lifecycle import State
 from regraft.bus import Presence
 from regraft.zenoh_bus import ZenohBus, open_bus
 

@@ -16,7 +16,7 @@ from benchmarks.counting import Ask, Heard, Number
 from benchmarks.harness import Effort, Result
 from benchmarks.links import wait_until
 from benchmarks.system import MANAGER, System
-from bus_schema.adaptation import Connect
+from bus_schema.model.adaptation import Connect
 
 MOVES, SILENT_MOVES = 300, 60
 SETTLE = 0.3

@@ -11,7 +11,7 @@ from benchmarks.links import wait_until
 from benchmarks.processes import Processes
 from benchmarks.raw import QUESTION, READY, answerer
 from benchmarks.system import MANAGER, System
-from bus_schema.adaptation import SetParameters
+from bus_schema.model.adaptation import SetParameters
 from regraft.zenoh_config import config
 
 COUNT = 60

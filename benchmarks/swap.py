@@ -17,7 +17,7 @@ from benchmarks.links import UP_WITHIN, wait_until
 from benchmarks.processes import Processes
 from benchmarks.raw_swap import NUMBER, OUT, SERVING, relays, source
 from benchmarks.system import MANAGER, System
-from bus_schema.adaptation import Swap
+from bus_schema.model.adaptation import Swap
 from regraft.zenoh_config import Endpoints, config
 
 SWAPS, BY_HAND = 60, 20

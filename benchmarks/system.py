@@ -12,9 +12,9 @@ from types import TracebackType
 from typing import TypeVar
 
 from benchmarks.links import wait_until
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import ProcessStatus
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome
 from regraft import rundir
 from regraft.client import Client
 from regraft.own_python import own_environment, own_python

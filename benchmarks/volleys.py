@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from bus_schema.annotations import ByteArray, Count, Seconds
+from bus_schema.encoding.registry import message
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.sensors import Image
-from bus_schema.registry import message
 from regraft import Component, Input, Output, service
 
 POLL = 0.02

@@ -15,12 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema import codec
 from bus_schema.annotations import Array, PlainValue
-from bus_schema.errors import BadMessage
-from bus_schema.messages.control import TypeDescription
-from bus_schema.registry import MessageType
-from bus_schema.shapes import (
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import MessageType
+from bus_schema.encoding.shapes import (
     ArrayShape,
     BoolShape,
     BytesShape,
@@ -34,6 +32,8 @@ from bus_schema.shapes import (
     TextShape,
     TupleShape,
 )
+from bus_schema.errors import BadMessage
+from bus_schema.messages.control import TypeDescription
 from bus_schema.suggestions import instead_of
 
 INFINITIES = {"Infinity": math.inf, "-Infinity": -math.inf}

@@ -7,16 +7,17 @@ from typing import Any
 from fastapi import FastAPI
 from starlette.responses import JSONResponse
 
-from dashboard_api import adaptations, changes, events, mission, mission_events, pages, planners, problems, status
-from dashboard_api.callers import Callers
-from dashboard_api.document import openapi_document
-from dashboard_api.event_buffer import EventBuffer
-from dashboard_api.gate import Gate
-from dashboard_api.guard import Guard
-from dashboard_api.head import Head
-from dashboard_api.manager import Manager, Services
-from dashboard_api.mission_events import MissionFeed
-from dashboard_api.overview import Overview
+from dashboard_api.backend.event_buffer import EventBuffer
+from dashboard_api.backend.manager import Manager, Services
+from dashboard_api.backend.overview import Overview
+from dashboard_api.http import problems
+from dashboard_api.http.callers import Callers
+from dashboard_api.http.document import openapi_document
+from dashboard_api.http.gate import Gate
+from dashboard_api.http.guard import Guard
+from dashboard_api.http.head import Head
+from dashboard_api.routes import adaptations, changes, events, mission, mission_events, pages, planners, status
+from dashboard_api.routes.mission_events import MissionFeed
 
 PREFIX = "/api/v1"
 HEARTBEAT = 10.0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import secrets
 
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from dashboard_api.app import PREFIX, build
-from dashboard_api.callers import Callers
-from dashboard_api.event_buffer import EventBuffer
-from dashboard_api.manager import Services
+from dashboard_api.backend.event_buffer import EventBuffer
+from dashboard_api.backend.manager import Services
+from dashboard_api.http.callers import Callers
 from dashboard_api.server import HttpServer, bind
 from regraft import Component, Parameter, every
 from regraft.client import Client

@@ -11,7 +11,7 @@ from typing import Any
 
 import uvicorn
 
-from dashboard_api.peers import KnownConnection
+from dashboard_api.http.peers import KnownConnection
 
 START_WITHIN = 5.0
 GRACE = 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport
+from bus_schema.encoding import codec
+from bus_schema.model.adaptation import AdaptationReport
 
 START = bytes(32)
 

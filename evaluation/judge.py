@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from bus_schema.description import Resources
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals, OccupancyGrid
 from bus_schema.messages.mission import MissionState, MissionStatus
 from bus_schema.messages.power import BatteryState, ChargerState
 from bus_schema.messages.sensors import Odometry
 from bus_schema.messages.world import GroundTruth
+from bus_schema.model.description import Resources
 from evaluation.judgement import Judgement, JudgementRequest
 from evaluation.map_quality import MapQuality, map_quality
 from evaluation.recorder import STANDING

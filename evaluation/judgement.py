@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bus_schema.annotations import Count, Metres, Ratio, Seconds
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 @message("evaluation/JudgementRequest")

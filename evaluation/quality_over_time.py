@@ -19,9 +19,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, Outcome
+from bus_schema.encoding import codec
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, Outcome
 from evaluation.quality_run import QualityRun, run_mission
 from evaluation.stack_run import RunFailed
 

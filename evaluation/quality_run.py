@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bus_schema.adaptation import AdaptationReport
-from bus_schema.architecture import Architecture
 from bus_schema.messages.health import Event
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.sensors import LightLevel
+from bus_schema.model.adaptation import AdaptationReport
+from bus_schema.model.architecture import Architecture
 from evaluation.stack_run import RunFailed, running, started
 from regraft.client import Client, TopicSample
 

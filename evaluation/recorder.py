@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
+from bus_schema.encoding import codec
 from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.world import GroundTruth
+from bus_schema.model.adaptation import AdaptationReport
+from bus_schema.model.description import Resources
 from evaluation.digests import START, adaptation_bytes, combined, extended
 from regraft import Component, Input, every, service
 

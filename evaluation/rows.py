@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from regraft import Component, Parameter, every
 
 Cell = str | int | float | bool | None

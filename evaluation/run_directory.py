@@ -21,9 +21,9 @@ from typing import Any, Final
 
 import yaml
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport
+from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
+from bus_schema.model.adaptation import AdaptationReport
 from evaluation.rows import TIME, read_rows, written
 from evaluation.study import Changes, Configuration, RunRecord, Timing
 

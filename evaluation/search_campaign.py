@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from evaluation.search_run import SearchRun, run_search
 from evaluation.stack_run import RunFailed
 

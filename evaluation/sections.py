@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bus_schema.adaptation import Outcome
+from bus_schema.model.adaptation import Outcome
 from evaluation.markdown import UNKNOWN, mean_and_sd, number, p_value, table
 from evaluation.rows import Rows
 from evaluation.statistics import compare, holm, interval, summary

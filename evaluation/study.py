@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bus_schema.adaptation import AdaptationReport
+from bus_schema.model.adaptation import AdaptationReport
 from evaluation.rows import Rows
 
 Changes = Mapping[str, Any]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bus_schema.annotations import Count, PlainValue, Seconds
-from bus_schema.lifecycle import State
+from bus_schema.encoding.registry import message
 from bus_schema.messages.control import Snapshot
-from bus_schema.registry import message
+from bus_schema.model.lifecycle import State
 
 
 @message("regraft/Succession")

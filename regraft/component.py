@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Description, Resources
 from bus_schema.errors import BadType
 from bus_schema.keys import own_name
+from bus_schema.model.description import Description, Resources
 from regraft.parameters import Parameter, ParameterError, ParameterSet
 from regraft.ports import Input, Output
 from regraft.requests import Period, Service, period_of, service_of

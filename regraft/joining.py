@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, system_name
 from bus_schema.messages.control import ControlCode, ControlError

@@ -11,7 +11,7 @@ import socket
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from bus_schema.architecture import ComponentSpec
+from bus_schema.model.architecture import ComponentSpec
 from regraft import capacity, rundir
 from regraft.bus import Bus
 from regraft.component import Component

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from bus_schema.description import ParameterDescription
+from bus_schema.model.description import ParameterDescription
 from bus_schema.suggestions import Hints
 
 if TYPE_CHECKING:

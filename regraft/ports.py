@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from bus_schema.description import ANY_TYPE, PortDescription
-from bus_schema.reading import Reading
-from bus_schema.registry import type_of
+from bus_schema.encoding.reading import Reading
+from bus_schema.encoding.registry import type_of
+from bus_schema.model.description import ANY_TYPE, PortDescription
 
 if TYPE_CHECKING:
     from regraft.component import Component

@@ -10,9 +10,9 @@ import sys
 import threading
 from collections.abc import Callable
 
+from bus_schema.encoding.registry import TYPE_NAME, known_types
 from bus_schema.errors import SchemaError
-from bus_schema.lifecycle import State
-from bus_schema.registry import TYPE_NAME, known_types
+from bus_schema.model.lifecycle import State
 from bus_schema.suggestions import instead_of, near
 from regraft.assignment import Assignment
 from regraft.bus import BusError

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
 from regraft.credentials import reason_of
 from regraft.exchange import Exchange, common_name, context

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from bus_schema.description import ParameterDescription
+from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
-from bus_schema.records import record_shape
+from bus_schema.model.description import ParameterDescription
 from regraft.parameters import Parameter, ParameterError
 
 if TYPE_CHECKING:

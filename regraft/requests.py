@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar, get_type_hints
 
-from bus_schema.description import ServiceDescription
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadType
-from bus_schema.registry import type_of
+from bus_schema.model.description import ServiceDescription
 from regraft.parameters import Parameter
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -22,12 +22,12 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, TypeVar
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope, Kind
+from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.health import Event
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State, Transition
 from regraft.assignment import Assignment
 from regraft.clock import SteppedClock
 from regraft.component import Component

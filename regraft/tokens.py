@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 from bus_schema.annotations import Bounds, Text
+from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
-from bus_schema.records import record_shape
 from bus_schema.suggestions import instead_of
 from regraft.rundir import NoRoom
 

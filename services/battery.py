@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from bus_schema.messages.sensors import Odometry
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every
 from services.power_model import IDLE_POWER, LIDAR_POWER, motion_power, total_power
 

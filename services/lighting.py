@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.sensors import LightLevel
+from bus_schema.model.description import Resources
 from regraft import Component, Output, Parameter, every
 
 

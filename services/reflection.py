@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 
-from bus_schema.architecture import Architecture
-from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.sensors import LightLevel
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.keys import Keys
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.health import Level, SensorFault, SensorHealth
 from bus_schema.messages.sensors import Image, LaserScan, Odometry
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every
 from services.sensor_checks import (
     FROZEN,

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from bus_schema.annotations import Bounds, Text, Unit
-from bus_schema.description import Resources
+from bus_schema.encoding.reading import Reading, Reduce, read
 from bus_schema.errors import BadMessage
 from bus_schema.messages.reflection import ReflectedEntry, Reflection
-from bus_schema.reading import Reading, Reduce, read
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Records
 from regraft.runtime.inputs import InputPort
 from regraft.runtime.tasks import Waiting

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.sensors import Image
 from bus_schema.messages.world import WorldState
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter
 from sim_service import renderers
 from sim_service.camera import Camera as Eye

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.description import Resources
 from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
+from bus_schema.model.description import Resources
 from regraft import Component, Output, Parameter, every
 from sim_service.scene import load_scene
 from sim_service.simulation import Simulation

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.geometry import Pose, Quaternion, Twist, Vector3
 from bus_schema.messages.power import BatteryState, ChargerState
 from bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
 from bus_schema.messages.world import GroundTruth, WorldState
+from bus_schema.model.description import Resources
 from regraft import Input, Output, Parameter
 from regraft.stepped.source import TimeSource
 from sim_service.failures import (

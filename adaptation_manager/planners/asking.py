@@ -7,11 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from bus_schema.adaptation import LARGEST_CONTEXT, AdaptationReport, AdaptationRequest, Change, Outcome, plain_size
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
 from bus_schema.messages.manager import ArchitectureRequest
 from bus_schema.messages.requests import Answer
+from bus_schema.model.adaptation import (
+    LARGEST_CONTEXT,
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Outcome,
+    plain_size,
+)
+from bus_schema.model.architecture import Architecture
 from regraft import CallFailed, RefusalCode, RequestRefused
 from regraft.runtime.kit import Kit
 from regraft.runtime.tasks import Waiting

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from bus_schema.annotations import Count, PlainValue, Tagged, ToldBriefly
-from bus_schema.architecture import ComponentSpec
-from bus_schema.lifecycle import State, Transition
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import State, Transition
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Add
-from bus_schema.architecture import ComponentSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
+from bus_schema.model.adaptation import Add
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import State
 from regraft.stack.components import connections
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from adaptation_manager.steps.actions import ConnectPort, PlannedStep
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Connect
+from bus_schema.model.adaptation import Connect
 
 
 def plan(draft: Draft, change: Connect) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from adaptation_manager.steps.actions import PlannedStep
-from bus_schema.adaptation import Change, Violation
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.host import DescribedComponent
+from bus_schema.model.adaptation import Change, Violation
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.lifecycle import State
 
 
 @dataclass(slots=True)

@@ -10,9 +10,9 @@ from dataclasses import fields, replace
 from adaptation_manager.steps import rescue
 from adaptation_manager.steps.draft import Draft
 from adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, plan_steps, swap_of
-from bus_schema.adaptation import Move
-from bus_schema.architecture import ComponentSpec
-from bus_schema.description import Description
+from bus_schema.model.adaptation import Move
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.description import Description
 
 
 def plan(draft: Draft, change: Move) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from adaptation_manager.steps.actions import GiveValues, PlannedStep
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import SetParameters
+from bus_schema.model.adaptation import SetParameters
 
 
 def plan(draft: Draft, change: SetParameters) -> None:

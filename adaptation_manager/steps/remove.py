@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from adaptation_manager.steps.actions import PlannedStep, ReachState
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Remove
-from bus_schema.lifecycle import State
+from bus_schema.model.adaptation import Remove
+from bus_schema.model.lifecycle import State
 from bus_schema.suggestions import instead_of
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
 from adaptation_manager.steps.draft import Draft
 from adaptation_manager.steps.succeeding import view_of_started
-from bus_schema.adaptation import Move
-from bus_schema.architecture import ComponentSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.host import LEAVE_OUT
+from bus_schema.model.adaptation import Move
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import State
 from bus_schema.suggestions import instead_of
 
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import Change, Move, Swap
-from bus_schema.architecture import ComponentSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
+from bus_schema.model.adaptation import Change, Move, Swap
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import State
 
 HANDS_OVER = (State.ACTIVE, State.INACTIVE)
 

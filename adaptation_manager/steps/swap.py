@@ -20,13 +20,13 @@ from adaptation_manager.steps.succeeding import (
     view_of,
     view_of_started,
 )
-from bus_schema.adaptation import Connect, SetParameters, Swap
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec
-from bus_schema.consistency import violations
-from bus_schema.description import Description, ParameterDescription, PortDescription
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
+from bus_schema.model.adaptation import Connect, SetParameters, Swap
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.consistency import violations
+from bus_schema.model.description import Description, ParameterDescription, PortDescription
+from bus_schema.model.lifecycle import State
 from regraft.stack.components import connections
 
 

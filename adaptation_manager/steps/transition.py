@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from adaptation_manager.steps.actions import PlannedStep, ReachState
 from adaptation_manager.steps.draft import Draft
-from bus_schema.adaptation import ChangeState
-from bus_schema.lifecycle import State, Transition, after, legal
+from bus_schema.model.adaptation import ChangeState
+from bus_schema.model.lifecycle import State, Transition, after, legal
 
 
 def plan(draft: Draft, change: ChangeState) -> None:

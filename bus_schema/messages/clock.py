@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from bus_schema.annotations import Count, Seconds
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 Frontier = dict[str, dict[str, Count]]
 """Per key and source, the sequence up to which data is to be handled."""

@@ -7,8 +7,8 @@ from enum import Enum
 from typing import Annotated
 
 from bus_schema.annotations import Count, PlainValue, Seconds, Text, Told
-from bus_schema.lifecycle import State, Transition
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.lifecycle import State, Transition
 
 
 class ControlCode(Enum):

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bus_schema.annotations import Metres, MetresPerSecond, Radians, RadiansPerSecond
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 @message("regraft/Vector3")

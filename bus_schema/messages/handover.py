@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from bus_schema.annotations import Count, PlainValue, Seconds
-from bus_schema.lifecycle import State
+from bus_schema.encoding.registry import message
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.requests import Reply, Request
-from bus_schema.registry import message
+from bus_schema.model.lifecycle import State
 
 
 class HandoverStep(Enum):

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from bus_schema.annotations import Count, PlainValue, Ratio, Seconds, Told
-from bus_schema.lifecycle import State
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.lifecycle import State
 
 
 @message("regraft/ComponentStatus")

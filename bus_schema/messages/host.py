@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Annotated
 
-from bus_schema.adaptation import Violation
 from bus_schema.annotations import Bounds, Count, PlainValue, Seconds
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.adaptation import Violation
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 
 
 class ProcessState(Enum):

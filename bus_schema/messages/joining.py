@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Count, Seconds, Text
-from bus_schema.architecture import Architecture
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.architecture import Architecture
 
 PROTOCOL = 2
 """What hosts of one system must have in common: raised with every change that older ones would not understand."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from bus_schema.adaptation import AdaptationReport
 from bus_schema.annotations import Bounds, Count, Text
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.adaptation import AdaptationReport
 
 
 @message("regraft/UndoAdaptation")

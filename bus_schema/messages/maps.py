@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Array, Count, Metres, Seconds, SignedByteArray, SquareMetres
+from bus_schema.encoding.registry import message
 from bus_schema.messages.geometry import FramedPose, Pose
-from bus_schema.registry import message
 
 
 @message("regraft/OccupancyGrid")

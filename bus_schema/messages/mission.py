@@ -7,8 +7,8 @@ from enum import Enum
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Text, Unit
+from bus_schema.encoding.registry import message
 from bus_schema.messages.quality import Quality
-from bus_schema.registry import message
 
 
 class NodeStatus(Enum):

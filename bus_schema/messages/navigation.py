@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count, Metres, Seconds
+from bus_schema.encoding.registry import message
 from bus_schema.messages.geometry import FramedPose, Pose
-from bus_schema.registry import message
 
 
 @message("regraft/NavigateTo")

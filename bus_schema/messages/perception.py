@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Count, Metres, Radians, Ratio, Seconds
+from bus_schema.encoding.registry import message
 from bus_schema.messages.geometry import Vector3
-from bus_schema.registry import message
 
 
 @message("regraft/Detection")

@@ -42,9 +42,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from bus_schema.adaptation import AdaptationReport, Change
 from bus_schema.annotations import PlainValue, Text
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.adaptation import AdaptationReport, Change
 
 
 @message("regraft/ProposalRequest")

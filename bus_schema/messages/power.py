@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bus_schema.annotations import Joules, Ratio, Seconds, Watts
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 @message("regraft/EnergyUse")

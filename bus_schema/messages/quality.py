@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Ratio, Seconds
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 class QualityLevel(Enum):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Count, PlainValue, Seconds
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 @message("regraft/ReflectedEntry")

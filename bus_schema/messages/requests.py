@@ -11,8 +11,8 @@ from enum import Enum
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Told, ToldBriefly
+from bus_schema.encoding.registry import message
 from bus_schema.keys import client_name
-from bus_schema.registry import message
 
 
 class Verb(Enum):

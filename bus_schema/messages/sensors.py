@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Array, ByteArray, FloatArray, Metres, Radians, Ratio, Seconds
+from bus_schema.encoding.registry import message
 from bus_schema.errors import BadMessage
 from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.registry import message
 
 
 @message("regraft/Odometry")

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bus_schema.annotations import Array, Count, Ratio, Seconds
+from bus_schema.encoding.registry import message
 from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.registry import message
 
 
 @message("regraft/GroundTruth")

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.manager import (
     CancelAdaptation,
     ConfirmAdaptation,
     UndoAdaptation,
 )
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
 from regraft.cli import managing
 from regraft.cli.group import BadInput
 from regraft.cli.numbers import seconds, whole

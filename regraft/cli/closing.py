@@ -6,9 +6,9 @@ import threading
 from dataclasses import dataclass, field
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.architecture import Architecture
+from bus_schema.encoding import codec
 from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from bus_schema.model.architecture import Architecture
 from regraft.bus import BusError
 from regraft.client import Client, ClientError
 from regraft.launch import Running

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import Connect
 from bus_schema.keys import topic_name
 from bus_schema.messages.control import Rewire, RewireStep
+from bus_schema.model.adaptation import Connect
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from regraft import rundir
 from regraft.cli.group import NOT_REACHABLE, BadInput
 from regraft.cli.host_log import log_to_file

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport
-from bus_schema.architecture import Architecture
+from bus_schema.encoding import codec
 from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.adaptation import AdaptationReport
+from bus_schema.model.architecture import Architecture
 from regraft.cli import managing
 from regraft.cli.adapt import undo
 from regraft.cli.group import BadInput

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import ChangeState
-from bus_schema.lifecycle import Transition, legal
 from bus_schema.messages.control import ComponentView, SetTransition
+from bus_schema.model.adaptation import ChangeState
+from bus_schema.model.lifecycle import Transition, legal
 from regraft.cli import managing
 from regraft.cli.one_of import one_of
 from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption

@@ -6,8 +6,8 @@ from collections.abc import Collection
 
 import typer
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
-from bus_schema.estimates import Estimate
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
+from bus_schema.model.estimates import Estimate
 from regraft.cli.group import FAILED, BadInput, Unreachable
 from regraft.cli.mistakes import refuse_mistakes
 from regraft.cli.output import complain, say, seconds, show_json

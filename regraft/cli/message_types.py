@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from bus_schema.annotations import PlainValue
 from bus_schema.described import DescribedType, describe_type, described_type
+from bus_schema.encoding.registry import known_types, type_named
+from bus_schema.encoding.topic_types import know_schema
 from bus_schema.errors import BadMessage, BadType
-from bus_schema.registry import known_types, type_named
 from bus_schema.suggestions import instead_of
-from bus_schema.topic_types import know_schema
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
 from regraft.cli.topology import Topology

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bus_schema.adaptation import Add, Change, Connect, EnterMode, Move, Remove, SetParameters, Swap
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.description import Description
 from bus_schema.messages.host import DescribeComponent, DescribedComponent
-from bus_schema.parameter_values import effective_parameter, parameter_problem
+from bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Remove, SetParameters, Swap
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.description import Description
+from bus_schema.model.parameter_values import effective_parameter, parameter_problem
+from bus_schema.model.wiring import connection_problem
 from bus_schema.suggestions import instead_of
-from bus_schema.wiring import connection_problem
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached
 from regraft.cli.topology import Topology, no_component

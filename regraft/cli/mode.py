@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest, Change, EnterMode
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
+from bus_schema.encoding import codec
 from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.modes import as_needed, is_in_force
+from bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.modes import as_needed, is_in_force
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput

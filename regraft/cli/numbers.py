@@ -8,7 +8,7 @@ from typing import TypeGuard
 
 import typer
 
-from bus_schema.parameter_values import INT64
+from bus_schema.model.parameter_values import INT64
 from regraft.requests import LONGEST
 from regraft.stack.nodes import NumberTooLarge, Scalar, scalar
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema.adaptation import SetParameters
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec
 from bus_schema.messages.control import ComponentView, ParameterValues
+from bus_schema.model.adaptation import SetParameters
+from bus_schema.model.architecture import ComponentSpec
 from bus_schema.suggestions import instead_of
 from regraft.cli import managing
 from regraft.cli.group import BadInput

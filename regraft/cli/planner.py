@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from bus_schema.suggestions import instead_of

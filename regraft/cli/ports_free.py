@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterator
 
-from bus_schema.architecture import Architecture
-from bus_schema.parameter_values import effective_parameter
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.parameter_values import effective_parameter
 from regraft.cli.group import BadInput
 from regraft.host.plan import LOCAL
 

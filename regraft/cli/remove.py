@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import Remove
 from bus_schema.keys import component_name
+from bus_schema.model.adaptation import Remove
 from regraft.cli import managing
 from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.reach import reached

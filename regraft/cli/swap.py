@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.adaptation import Change, Move, Swap
 from bus_schema.keys import component_name
+from bus_schema.model.adaptation import Change, Move, Swap
 from regraft.cli import managing
 from regraft.cli.group import BadInput
 from regraft.cli.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.description import ANY_TYPE, PortDescription, ServiceDescription
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.description import ANY_TYPE, PortDescription, ServiceDescription
 from bus_schema.suggestions import instead_of
 from regraft.cli.group import BadInput
 from regraft.cli.reach import Reached

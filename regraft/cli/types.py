@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.registry import known_types
-from bus_schema.shapes import JsonSchema
-from bus_schema.topic_types import know_schema
+from bus_schema.encoding.registry import known_types
+from bus_schema.encoding.shapes import JsonSchema
+from bus_schema.encoding.topic_types import know_schema
 from regraft import rundir
 from regraft.cli import message_types
 from regraft.cli.group import BadInput

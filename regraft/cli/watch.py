@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import ComponentStatus, Event
 from bus_schema.messages.host import ProcessState, ProcessStatus
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.power import BatteryState
-from bus_schema.registry import type_of
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import State
 from regraft.bus import Bus
 from regraft.launch import Running
 

@@ -7,10 +7,8 @@ import secrets
 from collections.abc import Callable
 from typing import TypeVar
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Description
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
 from bus_schema.messages.clock import ClockTime
@@ -32,6 +30,8 @@ from bus_schema.messages.control import (
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import DescribeComponent, HostView, LogLines, LogRequest, StartComponent, StopComponent
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from bus_schema.model.description import Description
 from bus_schema.suggestions import instead_of
 from regraft.bus import Bus, Closable, Sample
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost

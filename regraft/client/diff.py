@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bus_schema.annotations import Count, PlainValue
-from bus_schema.architecture import Architecture
+from bus_schema.model.architecture import Architecture
 from regraft.client.json_view import as_json
 
 ABSENT = object()

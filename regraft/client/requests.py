@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, service_name
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
-from bus_schema.registry import type_of
 from regraft.bus import BusError, Sample
 from regraft.client.sending import Sender
 from regraft.runtime.calling import CallFailed

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import ComponentStatus

@@ -6,9 +6,9 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
-from bus_schema.registry import type_of
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from regraft.bus import Bus, Publisher
 
 WAIT_FOR_READER = 0.2

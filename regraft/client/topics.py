@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope, Kind
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
-from bus_schema.registry import type_of
 from regraft.bus import Closable, Sample
 from regraft.client.json_view import read_plain
 

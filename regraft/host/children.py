@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any, TextIO
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from regraft.assignment import Assignment
 from regraft.host.descendants import RUN_VARIABLE
 from regraft.host.logs import begin_anew_if_long

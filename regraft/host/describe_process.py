@@ -10,11 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.adaptation import Violation
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.messages.host import DescribedComponent
+from bus_schema.model.adaptation import Violation
+from bus_schema.model.architecture import ComponentSpec
 from regraft.process import NoSuchClass, load_class
 from regraft.stack.classes import describe_class
 from regraft.stack.components import in_run_folder, with_absolute_paths

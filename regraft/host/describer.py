@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import DescribeComponent, DescribedComponent
+from bus_schema.model.architecture import ComponentSpec
 from regraft.bus import Query
 from regraft.host.voice import refuse
 from regraft.host.zygote import Zygote

@@ -10,7 +10,7 @@ import math
 import signal
 from dataclasses import replace
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.host import StartComponent

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
 from bus_schema.messages.host import LEAVE_OUT, HostStatus
 from bus_schema.messages.joining import HostProof, JoinedSystem, JoinHost, Lease, PastRun, ProveHost, RenewLease

@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
 from bus_schema.errors import SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.health import ComponentStatus
 from bus_schema.messages.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
+from bus_schema.model.architecture import ComponentSpec
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import RealClock
 from regraft.host.beside import ALONE_WITHIN, Beside

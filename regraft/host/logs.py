@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import component_name
 from bus_schema.messages.host import LogLines, LogRequest
 

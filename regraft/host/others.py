@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bus_schema.architecture import Architecture
 from bus_schema.keys import host_name
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import HostState, HostStatus, OtherHost, ProcessState, ProcessStatus
 from bus_schema.messages.joining import PROTOCOL, JoinHost, Lease, RenewLease
+from bus_schema.model.architecture import Architecture
 from regraft.host.plan import LOCAL
 from regraft.host.voice import Refused
 from regraft.lease import now

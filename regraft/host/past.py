@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.envelope import Envelope
+from bus_schema.encoding.envelope import Envelope
 from bus_schema.messages.joining import PastRun
 from regraft.bus import Sample
 

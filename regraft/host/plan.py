@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture, ComponentSpec, Limits
 from bus_schema.messages.host import UpdateSpecs
 from bus_schema.messages.joining import JoinedSystem
+from bus_schema.model.architecture import Architecture, ComponentSpec, Limits
 
 LOCAL = "local"
 """The name of a system's first host, which the others join."""

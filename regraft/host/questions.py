@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.host import (

@@ -7,9 +7,9 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
 from bus_schema.errors import SchemaError
-from bus_schema.hosts import ADAPT
+from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
+from bus_schema.model.hosts import ADAPT
 from regraft.bus import Bus, BusError
 from regraft.client import Client
 from regraft.runtime.calling import CallFailed

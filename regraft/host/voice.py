@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import HostStatus
-from bus_schema.registry import type_of
 from regraft.bus import Bus, BusError, Query
 from regraft.clock import Clock
 from regraft.runtime.writers import Identity, Writers

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.model.architecture import ComponentSpec
 from regraft.assignment import Assignment, Succession
 from regraft.host.plan import HostPlan
 from regraft.host.restarts import RestartHistory

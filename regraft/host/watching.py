@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Sequence
 
-from bus_schema.architecture import ComponentSpec, Limits
+from bus_schema.model.architecture import ComponentSpec, Limits
 from regraft.host.memory_use import MemoryUse
 from regraft.host.silence import Silence
 from regraft.host.voice import Voice

@@ -6,7 +6,7 @@ import hmac
 import ssl
 from dataclasses import dataclass, field
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import system_name
 from bus_schema.messages.control import ControlCode

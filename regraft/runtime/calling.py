@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, service_name
 from bus_schema.messages.requests import Answer, RefusalCode, Reply, Request, Verb
-from bus_schema.registry import type_of
 from regraft.bus import Sample
 from regraft.runtime.inputs import Reporter
 from regraft.runtime.tasks import Waiting

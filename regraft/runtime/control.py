@@ -7,11 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from bus_schema import codec
 from bus_schema.described import describe_type
-from bus_schema.description import types_in
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import known_types, type_of
 from bus_schema.errors import BadMessage, SchemaError
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import (
     AskQualities,
     AskTypes,
@@ -32,7 +31,8 @@ from bus_schema.messages.control import (
 )
 from bus_schema.messages.handover import Role
 from bus_schema.messages.host import HostStatus
-from bus_schema.registry import known_types, type_of
+from bus_schema.model.description import types_in
+from bus_schema.model.lifecycle import State
 from regraft.bus import BusError, Query
 from regraft.component import Component, describe
 from regraft.fencing import Fenced, in_force

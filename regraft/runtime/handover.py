@@ -44,7 +44,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.handover import Handover, HandoverStep, Role
 from regraft.runtime.incumbent import Incumbent
 from regraft.runtime.rewiring import Pending

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding.envelope import Envelope, Kind
 from bus_schema.errors import BadMessage
 from bus_schema.messages.handover import Place
 from regraft.bus import Sample

@@ -7,12 +7,12 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import MessageType, type_of
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
 from bus_schema.messages.quality import Quality
-from bus_schema.registry import MessageType, type_of
+from bus_schema.model.lifecycle import State
 from regraft.bus import Bus, BusError
 from regraft.clock import Clock
 from regraft.runtime.writers import Identity, Writers

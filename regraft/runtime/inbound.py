@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Container
 from typing import Protocol
 
-from bus_schema.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
+from bus_schema.encoding.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
 from bus_schema.errors import BadMessage
 from bus_schema.keys import matches
 from regraft.bus import Sample

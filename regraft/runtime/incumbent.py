@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.control import ControlCode
 from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, Role
+from bus_schema.model.lifecycle import State, Transition
 from regraft.runtime import passing_on
 from regraft.runtime.held import First
 from regraft.runtime.lifecycle import TransitionFailed

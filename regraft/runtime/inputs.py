@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_encoded, type_of
 from bus_schema.errors import BadMessage
 from bus_schema.messages.handover import HeldSample
-from bus_schema.registry import type_encoded, type_of
 from regraft.bus import Sample
 from regraft.ports import Input
 from regraft.runtime.stillness import Stillness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bus_schema.lifecycle import TRANSITIONS, State, Transition, legal, route
+from bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
 from regraft.bus import Closable
 from regraft.component import restore_state
 from regraft.runtime.inputs import TopicReader

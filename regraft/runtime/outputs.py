@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from bus_schema import codec
-from bus_schema.lifecycle import State
-from bus_schema.registry import type_of
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
+from bus_schema.model.lifecycle import State
 from regraft.ports import Output
 from regraft.runtime.herald import Herald
 from regraft.runtime.writers import Writer, Writers

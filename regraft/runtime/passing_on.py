@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
+from bus_schema.model.lifecycle import State, Transition
 from regraft.bus import Sample
 from regraft.clock import SteppedClock
 from regraft.component import Component, class_path, restore_state

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
 from bus_schema.errors import BadMessage, SchemaError
 from bus_schema.keys import Keys
 from bus_schema.messages.control import Resend, Resent

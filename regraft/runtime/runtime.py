@@ -8,12 +8,12 @@ from collections.abc import Callable, Container, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
-from bus_schema.envelope import is_marker
+from bus_schema.encoding.envelope import is_marker
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.requests import RefusalCode
+from bus_schema.model.lifecycle import State
 from regraft.assignment import Assignment
 from regraft.bus import Bus, Closable, Sample
 from regraft.clock import Clock

@@ -8,13 +8,13 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
 from bus_schema.messages.handover import ServedClient
 from bus_schema.messages.requests import Answer, RefusalCode, Reply, Request, Verb
-from bus_schema.registry import type_of
 from regraft.bus import Sample
 from regraft.requests import Service
 from regraft.runtime.inputs import Reporter

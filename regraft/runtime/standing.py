@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.handover import Role
+from bus_schema.model.lifecycle import State, Transition
 from regraft.bus import Closable, Sample
 from regraft.runtime import passing_on
 from regraft.runtime.held import Held, envelope_of

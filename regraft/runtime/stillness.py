@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from typing import TYPE_CHECKING, Any
 
-from bus_schema.envelope import Envelope
+from bus_schema.encoding.envelope import Envelope
 from regraft.bus import Sample
 from regraft.runtime.held import MOST_HELD, MOST_HELD_BYTES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass, field, replace
 
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus import Sample
 
 HOLE_CLOSES_WITHIN = 50_000_000

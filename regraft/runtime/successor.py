@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
+from bus_schema.model.lifecycle import State, Transition
 from regraft.assignment import Succession
 from regraft.bus import Answer
 from regraft.component import Component, class_path

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from threading import get_ident
 
-from bus_schema.envelope import PLACE, Kind, run_part
+from bus_schema.encoding.envelope import PLACE, Kind, run_part
 from bus_schema.messages.control import Resend, Resent, ResentSample
 from regraft.bus import Bus, BusError, Publisher
 from regraft.clock import Clock

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest, SetParameters, Violation
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
-from bus_schema.consistency import violations
+from bus_schema.encoding import codec
+from bus_schema.model.adaptation import AdaptationRequest, SetParameters, Violation
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.consistency import violations
 from regraft.stack.files import file_problems
 from regraft.stack.hosts import FIRST
 from regraft.stack.stack import time_sources

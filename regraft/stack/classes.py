@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Description
-from bus_schema.parameter_values import parameter_problem
+from bus_schema.model.description import Description
+from bus_schema.model.parameter_values import parameter_problem
 from regraft.component import describe
 from regraft.modules import CannotImport, hidden_file, imported, text_of
 from regraft.parameters import ParameterError

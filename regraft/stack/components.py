@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.description import Description
-from bus_schema.lifecycle import State
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.description import Description
+from bus_schema.model.lifecycle import State
 from regraft.process import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.limits import read_limits

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bus_schema.architecture import Constraint, ConstraintKind
-from bus_schema.constraints import split_parameter
-from bus_schema.expressions import BadExpression, references
+from bus_schema.model.architecture import Constraint, ConstraintKind
+from bus_schema.model.constraints import split_parameter
+from bus_schema.model.expressions import BadExpression, references
 from bus_schema.suggestions import instead_of
 from regraft.stack.nodes import Node
 from regraft.stack.section import Section

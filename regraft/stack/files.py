@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Description
+from bus_schema.model.description import Description
 from regraft.paths import instead_of_path
 from regraft.stack.components import RUN_FOLDER
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bus_schema import keys
-from bus_schema.architecture import HostRules
-from bus_schema.codec import from_plain, to_plain
+from bus_schema.encoding.codec import from_plain, to_plain
 from bus_schema.errors import BadKey, BadMessage
+from bus_schema.model.architecture import HostRules
 from regraft.stack.limits import read_memory
 from regraft.stack.nodes import plain
 from regraft.stack.section import Section

@@ -6,7 +6,7 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.requests import LONGEST
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
+from bus_schema.model.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
+from bus_schema.model.architecture import ComponentSpec
 from bus_schema.suggestions import instead_of
 from regraft.stack.components import with_absolute_paths
 from regraft.stack.nodes import plain

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from bus_schema import keys
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.constraints import split_parameter
 from bus_schema.errors import BadKey
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.constraints import split_parameter
 from bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import describe_class

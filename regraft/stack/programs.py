@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Description, ParameterDescription, PortDescription
-from bus_schema.registry import type_named
+from bus_schema.encoding.registry import type_named
+from bus_schema.model.description import Description, ParameterDescription, PortDescription
 from regraft.stack.nodes import plain
 from regraft.stack.section import Section
 from regraft.stack.topics import check_type

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.architecture import Restart, RestartPolicy
-from bus_schema.codec import from_plain, to_plain
+from bus_schema.encoding.codec import from_plain, to_plain
 from bus_schema.errors import BadMessage
+from bus_schema.model.architecture import Restart, RestartPolicy
 from regraft.stack.section import Section
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bus_schema.architecture import Architecture
+from bus_schema.model.architecture import Architecture
 from regraft.process import NoSuchClass, load_class
 from regraft.stepped.source import TimeSource
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.architecture import TopicSpec, Writers
-from bus_schema.topic_types import instead_of_type, is_type
+from bus_schema.encoding.topic_types import instead_of_type, is_type
+from bus_schema.model.architecture import TopicSpec, Writers
 from regraft.stack.section import Section
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.clock import ClockMember, Join, Membership
 from bus_schema.messages.control import ControlCode, ControlError

@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, ClockMember, Join, Seen, StepKind, Want
+from bus_schema.model.lifecycle import State
 from regraft.bus import Closable, Presence, Sample
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime

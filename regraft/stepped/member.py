@@ -8,10 +8,10 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import State
 from bus_schema.messages.clock import Ack, Join, Seen, Step, StepKind, Want
+from bus_schema.model.lifecycle import State
 from regraft.bus import Presence, Sample
 from regraft.clock import SteppedClock
 from regraft.patience import Patience

@@ -6,7 +6,7 @@ import time
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 
-from bus_schema.lifecycle import State
+from bus_schema.model.lifecycle import State
 from regraft.clock import SteppedClock
 from regraft.component import Component
 from regraft.parameters import Parameter

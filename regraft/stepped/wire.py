@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema import codec
-from bus_schema.registry import type_of
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from regraft.bus import Bus, Publisher
 
 

@@ -9,8 +9,8 @@ from typing import Any, Final, get_args, get_origin
 
 from behavior_tree import Blackboard, BlackboardError, Entry, Tree
 from behavior_tree.values import to_type, type_name
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
 from bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
 from bus_schema.messages.requests import RefusalCode

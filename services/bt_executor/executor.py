@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 from behavior_tree import Blackboard, BlackboardError, Registry, Tree
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.health import SensorHealth, SystemStatus
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.mission import (
@@ -25,6 +24,7 @@ from bus_schema.messages.mission import (
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.reflection import Reflection
 from bus_schema.messages.sensors import LightLevel
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
 from regraft.runtime.outputs import NotActive
 from regraft.runtime.tasks import Task, Waiting

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
 
 LONGEST_TEXT = 2000

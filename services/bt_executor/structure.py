@@ -8,7 +8,7 @@ from typing import Final
 
 from behavior_tree import Node, Tree
 from behavior_tree.status import STATUS_NAMES
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.mission import MissionNode, NodeStatus
 
 STATUSES: Final = tuple(NodeStatus(name.lower()) for name in STATUS_NAMES)

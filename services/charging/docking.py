@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
+from bus_schema.model.description import Resources
 from regraft import CallFailed, Component, Input, Parameter, RefusalCode, RequestRefused, action
 from services.charging.search import places_to_try
 from services.navigator.qualities import drive_energy, drive_time

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from regraft import Parameter
 from services.detector.confidence import Calibration
 from services.detector.finder import Finder

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Parameter, RefusalCode, RequestRefused, service
 from services.explorer.forecast import forecast
 from services.explorer.frontiers import Frontier, FrontierSettings, find_frontiers

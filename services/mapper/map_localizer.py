@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.maps import OccupancyGrid
 from bus_schema.messages.sensors import LaserScan, Odometry
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every
 from services.mapper import estimates
 from services.mapper.conversions import localized, planar_pose, scan_of

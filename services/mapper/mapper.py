@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages.health import Level
 from bus_schema.messages.sensors import LaserScan, Odometry
+from bus_schema.model.description import Resources
 from regraft import Parameter, every
 from services.mapper import estimates
 from services.mapper.component import MappingComponent

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from services.mapper import estimates
 from services.mapper.component import MappingComponent
 from services.mapper.localizer import Localizer, TrustingLocalizer

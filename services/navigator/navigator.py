@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import ClassVar
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, action, every
 from services.navigator.control import Controller
 from services.navigator.controller import RolloutController

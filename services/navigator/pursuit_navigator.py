@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from services.navigator.control import Controller
 from services.navigator.navigator import Navigator
 from services.navigator.pursuit import PursuitController

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Level
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every
 from services.explorer.ground import Ground
 from services.navigator.conversions import grid_of, planar_pose, same_map

@@ -6,8 +6,8 @@ import time
 from dataclasses import replace
 from typing import ClassVar
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, SetParameters, Swap
 from bus_schema.annotations import PlainValue
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, SetParameters, Swap
 from regraft import CallFailed, Component, Input, Output, every
 from tests.handover.parts import Ask, Item, Totaller
 from tests.waiting import PATIENCE

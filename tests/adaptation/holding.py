@@ -7,7 +7,7 @@ import socket
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.description import Resources
+from bus_schema.model.description import Resources
 from regraft import Parameter, service
 from tests.handover.parts import Ask, Item, Totaller
 

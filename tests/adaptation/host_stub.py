@@ -8,8 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.host import (
@@ -27,6 +26,7 @@ from bus_schema.messages.host import (
     StopComponent,
     UpdateSpecs,
 )
+from bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.host.describe_process import describe_component
 from regraft.memory_bus import MemoryBus, MemoryHub, MemoryQuery
 

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from adaptation_manager.manager import AdaptationManager
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
-from bus_schema.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView
 from bus_schema.messages.health import Event
 from bus_schema.messages.host import StartSuccessor
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
+from bus_schema.model.lifecycle import State
 from regraft.assignment import Assignment, Succession
 from regraft.client import Client
 from regraft.clock import RealClock, SteppedClock

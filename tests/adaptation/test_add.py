@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.adaptation import (
+from bus_schema.messages.host import ProcessState
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import (
     Add,
     ChangeState,
     Connect,
@@ -13,10 +15,8 @@ from bus_schema.adaptation import (
     SetParameters,
     StepState,
 )
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.host import ProcessState
-from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Listener, Newcomer
 from tests.adaptation.system import System, spec_of
 from tests.waiting import wait_until

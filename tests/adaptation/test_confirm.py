@@ -8,9 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from adaptation_manager.journal import Journal, JournalError
-from adaptation_manager.watching import Watch
-from bus_schema.adaptation import (
+from adaptation_manager.execution.watching import Watch
+from adaptation_manager.journal.journal import Journal, JournalError
+from bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
+from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import (
     AdaptationReport,
     Add,
     ChangeState,
@@ -21,10 +23,8 @@ from bus_schema.adaptation import (
     SetParameters,
     StepState,
 )
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
-from bus_schema.messages.quality import Quality
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System

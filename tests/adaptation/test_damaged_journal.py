@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from adaptation_manager import transaction
-from adaptation_manager.controls import ControlFailed
-from adaptation_manager.opening import HOW_LOST
-from adaptation_manager.verify import verify
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
-from bus_schema.architecture import Architecture
+from adaptation_manager.execution import transaction
+from adaptation_manager.execution.verify import verify
+from adaptation_manager.journal.opening import HOW_LOST
+from adaptation_manager.targets.controls import ControlFailed
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ParameterValues
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
+from bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
 from tests.waiting import PATIENCE, wait_until
@@ -102,7 +102,7 @@ def test_an_adaptation_whose_end_alone_is_cut_off_was_applied(system: System, mo
         copies.append(_copy(system))
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.transaction.verify", copying)
+        patch.setattr("adaptation_manager.execution.transaction.verify", copying)
         report = _set(system, 0.2)
     _return(system, copies[0])
     assert system.view("listener").parameters["gain"] == 0.2
@@ -124,7 +124,7 @@ def test_one_that_was_undone_is_not_taken_for_the_one_that_was_applied_after_it(
         raise ControlFailed("it does not want to")
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.transaction.verify", failing)
+        patch.setattr("adaptation_manager.execution.transaction.verify", failing)
         undone = system.adapt(SetParameters("listener", {"gain": 0.7}))
         assert undone.outcome is Outcome.ROLLED_BACK
     applied = _set(system, 0.2)
@@ -147,7 +147,7 @@ def test_what_was_open_when_the_journal_begins_anew_is_not_undone(
         copies.append(_copy(system))
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.transaction.verify", copying)
+        patch.setattr("adaptation_manager.execution.transaction.verify", copying)
         _set(system, 0.2)
     _set(system, 0.3)
     with closing(_settle(copies[0])) as database:

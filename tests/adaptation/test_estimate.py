@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.adaptation import AdaptationReport, Add, ChangeState, Connect, Outcome, Remove, SetParameters
-from bus_schema.architecture import ComponentSpec
-from bus_schema.estimates import Basis, Estimate
-from bus_schema.lifecycle import Transition
+from bus_schema.model.adaptation import AdaptationReport, Add, ChangeState, Connect, Outcome, Remove, SetParameters
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.estimates import Basis, Estimate
+from bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
 LAMP = Add("lamp", ComponentSpec(cls="tests.adaptation.parts:Lamp", parameters={"level": 4.0}))

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from adaptation_manager import write_back
-from adaptation_manager.journal import Journal, JournalError
-from adaptation_manager.write_back import WriteBack
-from bus_schema.adaptation import Outcome, SetParameters
-from bus_schema.architecture import Architecture
+from adaptation_manager.journal import write_back
+from adaptation_manager.journal.journal import Journal, JournalError
+from adaptation_manager.journal.write_back import WriteBack
 from bus_schema.messages.host import JournalEnd
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import Outcome, SetParameters
+from bus_schema.model.architecture import Architecture
 from regraft import CallFailed
 from tests.adaptation.system import System
 from tests.waiting import PATIENCE, wait_until

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
+from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft import CallFailed
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager import transaction
-from adaptation_manager.hosts import Hosts
-from adaptation_manager.journal import Journal
-from bus_schema.adaptation import (
+from adaptation_manager.execution import transaction
+from adaptation_manager.journal.journal import Journal
+from adaptation_manager.targets.hosts import Hosts
+from bus_schema.model.adaptation import (
     AdaptationReport,
     Add,
     Change,
@@ -20,8 +20,8 @@ from bus_schema.adaptation import (
     Remove,
     SetParameters,
 )
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
 from tests.waiting import wait_until
 

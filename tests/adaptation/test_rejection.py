@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.adaptation import (
+from bus_schema.encoding.shapes import CUT
+from bus_schema.errors import BadMessage
+from bus_schema.messages.host import ProcessState
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -15,11 +18,8 @@ from bus_schema.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.architecture import ComponentSpec
-from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import Transition
-from bus_schema.messages.host import ProcessState
-from bus_schema.shapes import CUT
+from bus_schema.model.architecture import ComponentSpec
+from bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager import transaction
-from adaptation_manager.hosts import Hosts
-from adaptation_manager.journal import Journal, JournalError
+from adaptation_manager.execution import transaction
+from adaptation_manager.journal.journal import Journal, JournalError
 from adaptation_manager.steps.actions import GiveBack, GiveValues
-from bus_schema.adaptation import (
+from adaptation_manager.targets.hosts import Hosts
+from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.adaptation import (
     AdaptationReport,
     Change,
     ChangeState,
@@ -22,9 +23,8 @@ from bus_schema.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.architecture import Architecture
-from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
@@ -175,9 +175,9 @@ def test_what_is_not_as_before_is_told_as_a_difference_and_never_as_undone(
 
     undo = transaction.undo
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.transaction.undo", read)
-        patch.setattr("adaptation_manager.recovery.undo", read)
-        patch.setattr("adaptation_manager.transaction.perform", perform)
+        patch.setattr("adaptation_manager.execution.transaction.undo", read)
+        patch.setattr("adaptation_manager.execution.recovery.undo", read)
+        patch.setattr("adaptation_manager.execution.transaction.perform", perform)
         report = WAYS[way](system, patch, *changes, SetParameters("talker", {"rate": 900.0}))
     assert report.outcome is Outcome.STUCK, report
     assert "listener: parameters.gain is 0.9, should be 0.5" in report.error

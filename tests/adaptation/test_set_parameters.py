@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.adaptation import Outcome, SetParameters, StepState
+from bus_schema.model.adaptation import Outcome, SetParameters, StepState
 from tests.adaptation.system import System
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.journal import Journal, JournalError
-from bus_schema.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
-from bus_schema.architecture import Architecture, TopicSpec
-from bus_schema.lifecycle import Transition
+from adaptation_manager.journal.journal import Journal, JournalError
+from bus_schema.model.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
+from bus_schema.model.architecture import Architecture, TopicSpec
+from bus_schema.model.lifecycle import Transition
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager import transaction
-from adaptation_manager.hosts import Hosts
-from adaptation_manager.journal import Journal
+from adaptation_manager.execution import transaction
+from adaptation_manager.journal.journal import Journal
 from adaptation_manager.manager import AdaptationManager
-from bus_schema.adaptation import (
+from adaptation_manager.targets.hosts import Hosts
+from bus_schema.model.adaptation import (
     Add,
     Change,
     ChangeState,
@@ -24,8 +24,8 @@ from bus_schema.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import State, Transition
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import Outcome, SetParameters, Swap
-from bus_schema.architecture import Architecture, TopicSpec
-from bus_schema.lifecycle import State
+from bus_schema.model.adaptation import Outcome, SetParameters, Swap
+from bus_schema.model.architecture import Architecture, TopicSpec
+from bus_schema.model.lifecycle import State
 from regraft.memory_bus import MemoryHub
 from tests.adaptation.holding import Clumsy, Holder
 from tests.adaptation.host_stub import HostStub

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager import transaction
-from adaptation_manager.hosts import Hosts
-from bus_schema.adaptation import Outcome, Swap
-from bus_schema.architecture import Architecture, TopicSpec
+from adaptation_manager.execution import transaction
+from adaptation_manager.targets.hosts import Hosts
 from bus_schema.messages.host import StartSuccessor
+from bus_schema.model.adaptation import Outcome, Swap
+from bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.memory_bus import MemoryHub
 from regraft.stepped import errands
 from tests.adaptation.gathering import HERE, Gatherer, Swapper, Witness

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Connect, Outcome, SetParameters
 from bus_schema.messages.requests import Answer
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Connect, Outcome, SetParameters
 from regraft import CallFailed
 from regraft.client import Client
 from regraft.memory_bus import MemoryBus

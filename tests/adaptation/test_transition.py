@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from adaptation_manager.manager import AdaptationManager
-from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
-from bus_schema.lifecycle import State, Transition
+from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System, spec_of
 from tests.waiting import wait_until
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.adaptation import ChangeState, Connect, Outcome, SetParameters
-from bus_schema.architecture import Architecture
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed
 from tests.adaptation.system import System
 

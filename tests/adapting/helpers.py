@@ -19,14 +19,14 @@ from behavior_tree import (
     load_text,
     status_from_name,
 )
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.description import Description, ParameterDescription
-from bus_schema.lifecycle import State
+from bus_schema.encoding import codec
 from bus_schema.messages.manager import ArchitectureRequest
 from bus_schema.messages.planning import Proposal, ProposalRequest
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.description import Description, ParameterDescription
+from bus_schema.model.lifecycle import State
 from regraft import CallFailed
 from regraft.runtime.tasks import Waiting
 from services.bt_executor.adapting import ADAPT_DECORATORS

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from behavior_tree import Input, LoadError
-from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.messages.planning import Proposal, ProposalRequest
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.requests import Answer
+from bus_schema.model.adaptation import Outcome, SetParameters
 from regraft import CallFailed
 from services.bt_executor.adapting import AdaptPeriodically
 from tests.adapting.helpers import Bench, FakeContext, bench

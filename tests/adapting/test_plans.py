@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from behavior_tree import Input, LoadError, NodeError, load_text
-from bus_schema.adaptation import Connect, Outcome, SetParameters
+from bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from regraft import CallFailed
 from services.bt_executor.adapting import AdaptOnStart, AdaptOnSuccess, Change, Impossible, Result
 from services.bt_executor.node_types import NODE_TYPES, node_types

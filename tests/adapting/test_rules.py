@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behavior_tree import Input, LoadError, NodeError
-from bus_schema.adaptation import ChangeState, Connect
-from bus_schema.lifecycle import Transition
+from bus_schema.model.adaptation import ChangeState, Connect
+from bus_schema.model.lifecycle import Transition
 from services.bt_executor.adapting import AdaptOnStart, Step
 from tests.adapting.helpers import bench, speed_change
 

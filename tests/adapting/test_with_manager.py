@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.adaptation import AdaptationReport, Outcome
-from bus_schema.architecture import Architecture, TopicSpec
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from bus_schema.model.adaptation import AdaptationReport, Outcome
+from bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.memory_bus import MemoryHub
 from services.bt_executor.executor import Executor
 from tests.adaptation import parts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ComponentView, Peer, Rewire, RewireStep
 from bus_schema.messages.geometry import Vector3

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlError, Snapshot
 from bus_schema.messages.health import ComponentStatus
@@ -26,7 +26,7 @@ from tests.waiting import PATIENCE, wait_for
 
 TESTS = Path(__file__).parents[1]
 RUN_KIT_COMPONENT = (
-    "import sys; from bus_schema import codec; from regraft.assignment import Assignment;"
+    "import sys; from bus_schema.encoding import codec; from regraft.assignment import Assignment;"
     "from regraft.process import run_component;"
     "sys.exit(run_component(codec.decode(sys.stdin.buffer.read(), Assignment)))"
 )

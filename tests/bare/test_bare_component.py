@@ -11,10 +11,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.description import Description
-from bus_schema.envelope import Envelope
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.messages.control import (
     ComponentView,
     ControlCode,
@@ -29,7 +28,8 @@ from bus_schema.messages.control import (
 )
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
 from bus_schema.messages.sensors import LightLevel
-from bus_schema.registry import type_of
+from bus_schema.model.description import Description
+from bus_schema.model.lifecycle import State, Transition
 from tests.waiting import PATIENCE, wait_for
 
 from .kit_side import Asker, Lamp, Recorder

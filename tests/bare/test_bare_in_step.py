@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.messages.requests import Answer, Request, Verb

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import Event
 from bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
 from bus_schema.messages.power import BatteryState
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from regraft.cli.closing import Closing
 from regraft.cli.display import event_line, status_line
 from regraft.cli.extensions import add_extensions

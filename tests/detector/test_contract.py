@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Diagnostic, Level
 from bus_schema.messages.perception import Detect, Sightings

@@ -15,13 +15,13 @@ import pytest
 import typer
 import yaml
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest
-from bus_schema.registry import known_types
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import known_types
+from bus_schema.model.adaptation import AdaptationRequest
 from dashboard_api import app
-from dashboard_api.callers import Callers
-from dashboard_api.event_buffer import EventBuffer
-from dashboard_api.manager import Services
+from dashboard_api.backend.event_buffer import EventBuffer
+from dashboard_api.backend.manager import Services
+from dashboard_api.http.callers import Callers
 from regraft.client import Client
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.process import load_class

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from bus_schema.consistency import violations
+from bus_schema.model.consistency import violations
 from evaluation.campaign import Wanted
 from evaluation.finding import find_study, studies
 from evaluation.rows import Rows

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, Connect, Outcome
+from bus_schema.encoding import codec
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, Connect, Outcome
 from evaluation.quality_over_time import report
 from evaluation.quality_run import QualityRun, run_mission
 from tests.missions.robot import MISSIONS, STACKS

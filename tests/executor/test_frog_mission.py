@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.lifecycle import Transition
 from bus_schema.messages.mission import MissionState
+from bus_schema.model.lifecycle import Transition
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, status

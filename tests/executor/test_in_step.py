@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bus_schema.lifecycle import State
 from bus_schema.messages.maps import Goals
 from bus_schema.messages.mission import (
     BlackboardEntries,
@@ -12,6 +11,7 @@ from bus_schema.messages.mission import (
     MissionTransitions,
     WriteBlackboard,
 )
+from bus_schema.model.lifecycle import State
 from regraft import Component, Input, Output, every
 from services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, tree

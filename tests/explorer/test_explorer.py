@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bus_schema.lifecycle import Transition
 from bus_schema.messages.maps import Frontier, NextFrontier, OccupancyGrid
+from bus_schema.model.lifecycle import Transition
 from regraft import CallFailed, Component, Output, every
 from regraft.testing import Rig
 from services.explorer.explorer import Explorer

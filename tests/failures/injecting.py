@@ -14,10 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from adaptation_manager import transaction
+from adaptation_manager.execution import transaction
+from adaptation_manager.execution.performing import perform
 from adaptation_manager.manager import AdaptationManager
-from adaptation_manager.performing import perform
-from adaptation_manager.site import Site
+from adaptation_manager.targets.site import Site
 from regraft import Parameter
 from tests.failures.parts import LATE
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bus_schema.adaptation import Add, Change, ChangeState, Connect, EnterMode, Move, Remove, SetParameters, Swap
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.lifecycle import Transition
+from bus_schema.model.adaptation import Add, Change, ChangeState, Connect, EnterMode, Move, Remove, SetParameters, Swap
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import Transition
 
 STACK = """\
 system: tests

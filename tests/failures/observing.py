@@ -6,11 +6,11 @@ import contextlib
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.lifecycle import State
 from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.guests import Guest

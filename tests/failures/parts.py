@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bus_schema.annotations import Count, PlainValue
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every
 
 LATE = 0.7

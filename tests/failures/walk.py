@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 
-from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Move, Outcome, Swap
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Move, Outcome, Swap
 from regraft import CallFailed
 from tests.failures.injecting import Fault
 from tests.failures.kinds import WITH_A_GAP

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest
+from bus_schema.encoding import codec
 from bus_schema.messages.perception import Detect, Sightings
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft import Component, Parameter
 
 

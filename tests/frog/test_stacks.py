@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.description import Description
+from bus_schema.model.description import Description
 from regraft.stack import load
 from tests.frog.frog import STACK
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Swap
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.mission import MissionState, MissionStatus
 from bus_schema.messages.perception import Detections
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Swap
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, run_frog, speed_of
 from tests.frog.scripted import applied, scripted, twice

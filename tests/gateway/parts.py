@@ -6,23 +6,10 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.adaptation import (
-    AdaptationReport,
-    AdaptationRequest,
-    ChangeState,
-    Move,
-    Outcome,
-    SetParameters,
-    StepReport,
-    StepState,
-    Swap,
-    Violation,
-)
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import after
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.host import HostStatus, HostView, LogLines, LogRequest, ProcessState, ProcessStatus
@@ -35,7 +22,20 @@ from bus_schema.messages.manager import (
     UndoAdaptation,
 )
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
-from bus_schema.registry import type_of
+from bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    ChangeState,
+    Move,
+    Outcome,
+    SetParameters,
+    StepReport,
+    StepState,
+    Swap,
+    Violation,
+)
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import after
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.bus import Bus
 from regraft.component import class_path, describe

@@ -16,12 +16,12 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI
 
-from bus_schema.description import ParameterDescription, ServiceDescription
-from dashboard_api import peers
-from dashboard_api.callers import Callers, user_name
-from dashboard_api.document import ROLE
-from dashboard_api.gate import Gate
-from dashboard_api.roles import READING_METHODS, ROLES
+from bus_schema.model.description import ParameterDescription, ServiceDescription
+from dashboard_api.http import peers
+from dashboard_api.http.callers import Callers, user_name
+from dashboard_api.http.document import ROLE
+from dashboard_api.http.gate import Gate
+from dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft import rundir
 from regraft.tokens import Role, Tokens
 from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave

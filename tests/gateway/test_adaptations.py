@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from bus_schema.adaptation import Outcome, Swap
-from dashboard_api.callers import user_name
+from bus_schema.model.adaptation import Outcome, Swap
+from dashboard_api.http.callers import user_name
 from regraft import RefusalCode, RequestRefused
 from tests.gateway.conftest import Running
 from tests.waiting import PATIENCE, wait_until

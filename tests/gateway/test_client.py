@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bus_schema import codec
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import State, Transition
 from bus_schema.messages.control import ParameterValues, SetTransition
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Event
@@ -20,7 +20,7 @@ from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRe
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.requests import Answer
 from bus_schema.messages.sensors import Image
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Output, Parameter, RequestRefused, action, service
 from regraft.bus import Sample
 from regraft.client import (

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from bus_schema.lifecycle import State, Transition
+from bus_schema.model.lifecycle import State, Transition
 from dashboard_api.gateway import Gateway
 from dashboard_api.server import CannotServe, bind
 from regraft.assignment import Assignment

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import IO
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from regraft.assignment import Assignment
 from regraft.host.children import die_with_parent
 from regraft.process import run_component

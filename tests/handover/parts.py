@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count, PlainValue
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 from regraft import CallFailed, Component, Input, Output, Parameter, action, every, service
 from tests.waiting import PATIENCE
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ComponentView, ControlError, Peer, Rewire, RewireStep
 from bus_schema.messages.handover import Handover, HandoverStep

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.control import ControlCode, ParameterValues, Rewire, RewireStep, SetTransition
 from bus_schema.messages.handover import HandoverStep
 from bus_schema.messages.health import ComponentStatus
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.model.lifecycle import State, Transition
 from regraft import Component
 from regraft.client.requests import ClientGoal
 from regraft.client.sending import Sender

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus import Sample
 from regraft.runtime import held
 from regraft.runtime.held import Held, envelope_of, is_held

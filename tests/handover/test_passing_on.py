@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope, Kind
-from bus_schema.lifecycle import State
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope, Kind
+from bus_schema.encoding.registry import type_of
 from bus_schema.messages.handover import Place
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State
 from regraft import Component
 from regraft.assignment import Assignment, Succession
 from regraft.bus import Sample

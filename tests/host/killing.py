@@ -9,7 +9,9 @@ import threading
 from collections import Counter
 from dataclasses import dataclass, field
 
-from bus_schema.adaptation import (
+from bus_schema.messages.control import ComponentView
+from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -21,10 +23,8 @@ from bus_schema.adaptation import (
     SetParameters,
     Swap,
 )
-from bus_schema.architecture import Architecture, ComponentSpec
-from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.control import ComponentView
-from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.system import System

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change, Move
 from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Move
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.host.guests import Guest
 from tests.host.several import Site

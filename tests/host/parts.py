@@ -14,8 +14,8 @@ import time
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count, PlainValue
-from bus_schema.description import Resources
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
+from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every, service
 from tests.handover.parts import Item, Sink, Totaller
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest
-from bus_schema.lifecycle import State
 from bus_schema.messages.manager import JournalPage, JournalRequest
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
+from bus_schema.model.lifecycle import State
 from tests.host.guests import Guest, Link
 from tests.host.system import System
 from tests.waiting import PATIENCE, wait_until

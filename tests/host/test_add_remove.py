@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
-from bus_schema.architecture import ComponentSpec, TopicSpec
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
+from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import State
 from tests.host.conftest import HEAD, Start
 from tests.host.system import System, children_of, exists
 from tests.waiting import PATIENCE, wait_until

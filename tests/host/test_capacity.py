@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.architecture import ComponentSpec
+from bus_schema.model.architecture import ComponentSpec
 from regraft import capacity, rundir
 from regraft.capacity import Room, TooMany, room_here
 from tests.host.system import ROOT

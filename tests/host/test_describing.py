@@ -8,11 +8,11 @@ from typing import Any, cast
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.architecture import ComponentSpec
+from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.control import ControlError
 from bus_schema.messages.host import DescribeComponent, DescribedComponent
+from bus_schema.model.architecture import ComponentSpec
 from regraft.host.describe_process import be_describer, describe_component
 from regraft.host.describer import DESCRIBED_WITHIN, MOST_AT_ONCE, Describer
 from regraft.host.zygote import Zygote

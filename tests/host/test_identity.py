@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.host import HostState

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.adaptation import Add, Outcome, Swap
-from bus_schema.architecture import ComponentSpec, Limits, TopicSpec
 from bus_schema.messages.host import ProcessState
+from bus_schema.model.adaptation import Add, Outcome, Swap
+from bus_schema.model.architecture import ComponentSpec, Limits, TopicSpec
 from regraft import CallFailed
 from regraft.host.memory_use import resident_size
 from tests.host.conftest import Start

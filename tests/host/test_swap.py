@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.adaptation import (
+from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Change,
@@ -18,9 +20,7 @@ from bus_schema.adaptation import (
     SetParameters,
     Swap,
 )
-from bus_schema.lifecycle import Transition
-from bus_schema.messages.host import ProcessState, ProcessStatus
-from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.model.lifecycle import Transition
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
 from tests.host.system import System, children_of, exists

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.architecture import Architecture
 from bus_schema.messages.joining import JoinHost
+from bus_schema.model.architecture import Architecture
 from regraft import rundir
 from regraft.host.others import Others
 from regraft.host.voice import Refused

@@ -9,9 +9,9 @@ from typing import Any
 
 import zenoh
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
-from bus_schema.registry import type_of
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from regraft.rundir import RunInfo
 from regraft.zenoh_config import config
 from tests.waiting import PATIENCE

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.adaptation import Outcome, SetParameters
-from bus_schema.lifecycle import State
+from bus_schema.encoding import codec
 from bus_schema.messages.control import ControlCode, ControlError, ParameterValues
 from bus_schema.messages.host import StopComponent
+from bus_schema.model.adaptation import Outcome, SetParameters
+from bus_schema.model.lifecycle import State
 from tests.host.system import System
 from tests.hostile.conftest import SOURCE, Start
 from tests.hostile.parts import Number, Word

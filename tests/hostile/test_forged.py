@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.control import (
     ControlCode,
     ControlError,
@@ -20,6 +19,7 @@ from bus_schema.messages.control import (
 )
 from bus_schema.messages.health import ComponentStatus
 from bus_schema.messages.host import HostStatus, ProcessState, ProcessStatus, StartComponent, StopComponent, UpdateSpecs
+from bus_schema.model.lifecycle import State, Transition
 from tests.frog.frog import in_parallel, pause
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start

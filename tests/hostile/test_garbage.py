@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.keys import CONTROL_VERBS
 from bus_schema.messages.control import ControlError
 from bus_schema.messages.requests import Request, Verb
-from bus_schema.registry import type_of
 from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.system import System

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count, PlainValue, Ratio
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
 from tests.waiting import PATIENCE
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import threading
 from typing import Any, TypeVar
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope, Kind
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope, Kind
+from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
 from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State
 from regraft.assignment import Assignment
 from regraft.bus import Bus
 from regraft.client import Client

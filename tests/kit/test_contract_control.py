@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.control import (
     AskQualities,
     ControlCode,
@@ -15,6 +14,7 @@ from bus_schema.messages.control import (
     StateRequest,
     StateStep,
 )
+from bus_schema.model.lifecycle import State, Transition
 from regraft.client.errors import ControlRefused
 from regraft.parameters import ParameterError
 from regraft.runtime.stream import Stream

@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.messages.requests import Answer, Reply, Request, Verb
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, RefusalCode
 from regraft.client import Client
 from regraft.clock import RealClock

@@ -6,10 +6,10 @@ import time
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_of
 from bus_schema.messages.health import Event
-from bus_schema.registry import type_of
 from regraft.bus import Bus
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN
 from regraft.runtime.writers import Identity, Writers

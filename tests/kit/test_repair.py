@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import pytest
 
 from bus_schema.annotations import Count
-from bus_schema.envelope import Envelope
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import message
 from bus_schema.keys import Keys
-from bus_schema.lifecycle import State
-from bus_schema.registry import message
+from bus_schema.model.lifecycle import State
 from regraft import Component, Input, Output, every
 from regraft.assignment import Assignment
 from regraft.clock import RealClock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.lifecycle import State, Transition
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Output
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker

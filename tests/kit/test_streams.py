@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.envelope import Envelope
+from bus_schema.encoding.envelope import Envelope
 from regraft.bus import Sample
 from regraft.runtime.stream import HOLE_CLOSES_WITHIN, LONGEST_HOLE, Stream
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Diagnostic
 from regraft.testing import Rig

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from evaluation.map_quality import MapQuality, map_quality
 from regraft import CallFailed

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import Transition
+from bus_schema.encoding import codec
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Diagnostic
+from bus_schema.model.lifecycle import Transition
 from regraft.component import describe
 from regraft.testing import Rig
 from services.mapper.map_localizer import MapLocalizer

@@ -7,7 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema.adaptation import (
+from bus_schema.messages.control import Rewire, RewireStep
+from bus_schema.messages.geometry import Pose
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.reflection import ReflectedEntry, Reflection
+from bus_schema.messages.sensors import Image
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
@@ -16,14 +21,9 @@ from bus_schema.adaptation import (
     SetParameters,
     Violation,
 )
-from bus_schema.architecture import Architecture
-from bus_schema.consistency import violations
-from bus_schema.lifecycle import State, Transition
-from bus_schema.messages.control import Rewire, RewireStep
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.reflection import ReflectedEntry, Reflection
-from bus_schema.messages.sensors import Image
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.consistency import violations
+from bus_schema.model.lifecycle import State, Transition
 from regraft import Component, Output, Parameter, every, service
 from regraft.runtime.rewiring import Pending
 from regraft.stack import load

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import services
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from bus_schema.messages.geometry import FramedPose, Pose, Vector3
 from bus_schema.messages.health import SensorFault, SensorHealth
 from bus_schema.messages.maps import Frontier, MapFile, NextFrontier, SaveMap
@@ -13,6 +12,7 @@ from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgre
 from bus_schema.messages.perception import Detect, Detection, Sightings
 from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress
 from bus_schema.messages.sensors import LightLevel
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from regraft import Cancelled, Component, Parameter, RequestRefused, action, service
 from regraft.testing import Rig
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.adaptation import ChangeState, SetParameters
-from bus_schema.lifecycle import Transition
 from bus_schema.messages.mission import Command, MissionState
+from bus_schema.model.adaptation import ChangeState, SetParameters
+from bus_schema.model.lifecycle import Transition
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, refusal, run, status, tree

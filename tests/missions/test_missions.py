@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.adaptation import ChangeState
 from bus_schema.messages.mission import MissionState
+from bus_schema.model.adaptation import ChangeState
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from tests.executor.helpers import kinds, status

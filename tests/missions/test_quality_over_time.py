@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
 from evaluation.quality_over_time import Spell, Standing, report, satisfied_share, spells, write_report
 from evaluation.quality_run import QualityRun
 

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.adaptation import Connect, Outcome, SetParameters
 from bus_schema.messages.mission import MissionState
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from services.detector.detector import Detector as RealDetector

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.architecture import Architecture
-from bus_schema.consistency import violations
-from bus_schema.lifecycle import State
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.consistency import violations
+from bus_schema.model.lifecycle import State
 from regraft.stack import load
 from tests.missions.robot import MISSIONS, STACKS
 

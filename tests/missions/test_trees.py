@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.adaptation import Outcome
 from bus_schema.messages.mission import Command, MissionState
+from bus_schema.model.adaptation import Outcome
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, kinds, status

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.geometry import FramedPose, Twist
 from bus_schema.messages.health import Diagnostic

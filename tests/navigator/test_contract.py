@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.health import Level
+from bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from services.navigator.geometry import Pose, wrap_angle
 from services.navigator.grid import OccupancyGrid

@@ -8,7 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.adaptation import (
+from bus_schema.messages.geometry import Twist
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.planning import Proposal, ProposalRequest
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
@@ -17,11 +20,8 @@ from bus_schema.adaptation import (
     SetParameters,
     Violation,
 )
-from bus_schema.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.lifecycle import State, Transition, after
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.planning import Proposal, ProposalRequest
+from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from bus_schema.model.lifecycle import State, Transition, after
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.component import class_path, describe
 from regraft.testing import Rig

@@ -13,11 +13,11 @@ from jsonschema import Draft202012Validator
 
 from adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
 from adaptation_manager.planners.forecast.planner import ForecastPlanner
-from bus_schema.adaptation import Outcome, SetParameters
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from bus_schema.model.adaptation import Outcome, SetParameters
 from regraft import CallFailed, Component, Output, Parameter
 from regraft.client import as_json
 from regraft.testing import Rig

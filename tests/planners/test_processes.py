@@ -13,7 +13,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.control import Snapshot
 from bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.zenoh_bus import open_bus

@@ -11,9 +11,9 @@ import httpx
 import pytest
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.adaptation import Outcome
-from dashboard_api.callers import user_name
-from dashboard_api.planners import PROPOSAL_EXAMPLE
+from bus_schema.model.adaptation import Outcome
+from dashboard_api.http.callers import user_name
+from dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
 from tests.kit.site import Site

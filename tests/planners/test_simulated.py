@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.architecture import Architecture, TopicSpec
 from bus_schema.messages.planning import Proposal, ProposalRequest
+from bus_schema.model.architecture import Architecture, TopicSpec
 from regraft import Component
 from regraft.assignment import Assignment
 from regraft.memory_bus import MemoryHub

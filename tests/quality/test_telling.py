@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from bus_schema import codec
-from bus_schema.lifecycle import State
+from bus_schema.encoding import codec
 from bus_schema.messages.mission import Command, MissionState
 from bus_schema.messages.quality import Quality, QualityLevel
+from bus_schema.model.lifecycle import State
 from regraft.memory_bus import MemoryBus, MemoryHub
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from behavior_tree import Blackboard, Entry
-from bus_schema.lifecycle import Transition
 from bus_schema.messages.mission import Command, MissionState
 from bus_schema.messages.reflection import ReflectedEntry, Reflection
+from bus_schema.model.lifecycle import Transition
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from services.system_reflection import SystemReflection

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from bus_schema.annotations import PlainValue
-from bus_schema.lifecycle import State
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.reflection import Reflection
+from bus_schema.model.lifecycle import State
 from regraft import Component, Input
 from services.bt_executor.executor import Executor
 from services.system_reflection import SystemReflection

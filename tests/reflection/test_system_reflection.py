@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from bus_schema import codec
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import MessageType
 from bus_schema.messages.geometry import Vector3
 from bus_schema.messages.health import Event, SystemStatus
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.reflection import ReflectedEntry, Reflection
 from bus_schema.messages.sensors import LightLevel
-from bus_schema.registry import MessageType
 from regraft.testing import Rig
 from services.system_reflection import SystemReflection
 from tests.reflection.parts import Battery, Wheels, battery_state, odometry_of

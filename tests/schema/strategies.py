@@ -14,11 +14,9 @@ from hypothesis.strategies import SearchStrategy
 import bus_schema
 import bus_schema.messages
 import regraft.assignment
-from bus_schema.messages.requests import Request
-from bus_schema.messages.sensors import Image
-from bus_schema.records import RecordShape, UnionShape
-from bus_schema.registry import MessageType, known_types
-from bus_schema.shapes import (
+from bus_schema.encoding.records import RecordShape, UnionShape
+from bus_schema.encoding.registry import MessageType, known_types
+from bus_schema.encoding.shapes import (
     ArrayShape,
     BoolShape,
     BytesShape,
@@ -32,6 +30,8 @@ from bus_schema.shapes import (
     TextShape,
     TupleShape,
 )
+from bus_schema.messages.requests import Request
+from bus_schema.messages.sensors import Image
 
 Values = SearchStrategy[Any]
 

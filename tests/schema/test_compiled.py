@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bus_schema import codec
-from bus_schema.compiled import compile_unpack
+from bus_schema.encoding import codec
+from bus_schema.encoding.compiled import compile_unpack
+from bus_schema.encoding.registry import MessageType
 from bus_schema.errors import BadMessage
-from bus_schema.registry import MessageType
 
 from .comparing import same
 from .misfits import misfits, places

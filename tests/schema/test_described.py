@@ -13,15 +13,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bus_schema import codec
 from bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
 from bus_schema.described import DescribedType, describe_type, described_type
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.sensors import LaserScan
-from bus_schema.records import RecordShape, UnionShape
-from bus_schema.registry import MessageType, message, type_of
-from bus_schema.shapes import (
+from bus_schema.encoding import codec
+from bus_schema.encoding.records import RecordShape, UnionShape
+from bus_schema.encoding.registry import MessageType, message, type_of
+from bus_schema.encoding.shapes import (
     ArrayShape,
     BytesShape,
     FloatShape,
@@ -31,6 +28,9 @@ from bus_schema.shapes import (
     Shape,
     TupleShape,
 )
+from bus_schema.errors import BadMessage
+from bus_schema.messages.geometry import Pose
+from bus_schema.messages.sensors import LaserScan
 
 from .comparing import same
 from .strategies import all_types, values

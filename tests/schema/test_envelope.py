@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.envelope import LAYOUT, LONGEST_SOURCE, Envelope, Kind
+from bus_schema.encoding.envelope import LAYOUT, LONGEST_SOURCE, Envelope, Kind
 from bus_schema.errors import BadMessage
 
 U32 = st.integers(0, 2**32 - 1)

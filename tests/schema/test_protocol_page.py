@@ -12,17 +12,17 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from bus_schema import codec, envelope
-from bus_schema.envelope import Envelope
+from bus_schema.encoding import codec, envelope
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_named
+from bus_schema.encoding.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
 from bus_schema.keys import CONTROL_VERBS, Keys
-from bus_schema.lifecycle import TRANSITIONS, State, Transition
 from bus_schema.messages.clock import StepKind
 from bus_schema.messages.control import ControlCode, RewireStep
 from bus_schema.messages.handover import HandoverStep
 from bus_schema.messages.requests import Answer, RefusalCode, Verb
-from bus_schema.registry import type_named
-from bus_schema.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
-from dashboard_api.refusals import KINDS
+from bus_schema.model.lifecycle import TRANSITIONS, State, Transition
+from dashboard_api.backend.refusals import KINDS
 from regraft.assignment import Assignment
 from regraft.client.json_view import as_json
 from regraft.host import children, host, silence

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bus_schema import registry
 from bus_schema.annotations import Array, Tagged
+from bus_schema.encoding import registry
+from bus_schema.encoding.registry import known_types, message, type_named, type_of
 from bus_schema.errors import BadType
 from bus_schema.messages.geometry import Twist, Vector3
 from bus_schema.messages.sensors import Image
-from bus_schema.registry import known_types, message, type_named, type_of
 
 Tail = Annotated[NDArray[np.uint8], Array("|u1", (None,), tail=True)]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.control import ParameterValues
 from bus_schema.messages.sensors import Image
 from regraft.runtime.calling import Goal

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.health import Diagnostic, Level
 from bus_schema.messages.sensors import Image, LightLevel
 from bus_schema.messages.world import WorldState
+from bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from sim_service import camera_component, renderers
 from sim_service.camera_component import Camera

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bus_schema.lifecycle import Transition
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.perception import Detect, Detection, Detections, Sightings
 from bus_schema.messages.power import EnergyUse
 from bus_schema.messages.sensors import Image, Odometry
+from bus_schema.model.lifecycle import Transition
 from regraft import CallFailed, Component, Output, every
 from regraft.testing import Rig
 from services.detector.detector import Detector

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import Twist
 from bus_schema.messages.power import BatteryState, ChargerState
 from bus_schema.messages.sensors import Image, LaserScan, Odometry
 from bus_schema.messages.world import GroundTruth
+from bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.testing import Rig
 from sim_service.camera_component import Camera

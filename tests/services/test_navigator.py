@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import FramedPose, Pose, Twist
 from bus_schema.messages.maps import Goals, OccupancyGrid
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from bus_schema.messages.sensors import Odometry
 from bus_schema.messages.world import GroundTruth
+from bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.calling import Goal
 from regraft.testing import Rig
 from services.navigator.navigator import Navigator

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
 from bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw

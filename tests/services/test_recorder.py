@@ -4,8 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.adaptation import (
+from bus_schema.encoding import codec
+from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from bus_schema.messages.geometry import FramedPose, Pose, Twist, Vector3
+from bus_schema.messages.maps import Goals, NamedGoal
+from bus_schema.messages.perception import Detection, Detections
+from bus_schema.messages.world import GroundTruth
+from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Outcome,
@@ -13,11 +18,6 @@ from bus_schema.adaptation import (
     StepReport,
     StepState,
 )
-from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from bus_schema.messages.geometry import FramedPose, Pose, Twist, Vector3
-from bus_schema.messages.maps import Goals, NamedGoal
-from bus_schema.messages.perception import Detection, Detections
-from bus_schema.messages.world import GroundTruth
 from evaluation.recorder import Recorder
 from regraft.testing import Rig
 

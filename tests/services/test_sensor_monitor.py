@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Diagnostic, Level, SensorHealth
 from bus_schema.messages.sensors import Image, LightLevel, Odometry
+from bus_schema.model.lifecycle import State, Transition
 from regraft.component import describe
 from regraft.runtime.lifecycle import TransitionFailed
 from regraft.testing import Rig

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.adaptation import Violation
-from bus_schema.architecture import (
+from bus_schema.model.adaptation import Violation
+from bus_schema.model.architecture import (
     Architecture,
     ComponentSpec,
     Constraint,
@@ -18,16 +18,16 @@ from bus_schema.architecture import (
     TopicSpec,
     Writers,
 )
-from bus_schema.consistency import value_violations, violations
-from bus_schema.description import (
+from bus_schema.model.consistency import value_violations, violations
+from bus_schema.model.description import (
     Description,
     ParameterDescription,
     PortDescription,
     Resources,
     ServiceDescription,
 )
-from bus_schema.lifecycle import State
-from bus_schema.parameter_values import parameter_problem
+from bus_schema.model.lifecycle import State
+from bus_schema.model.parameter_values import parameter_problem
 from regraft import Parameter
 from regraft.parameters import ParameterError
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.architecture import HostRules
+from bus_schema.model.architecture import HostRules
 from regraft.stack import StackError, load, with_places
 
 STACK = """\

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.registry import type_named
+from bus_schema.encoding.registry import type_named
+from bus_schema.encoding.topic_types import PROTOCOL, know_schema
 from bus_schema.suggestions import near
-from bus_schema.topic_types import PROTOCOL, know_schema
 from regraft.process import NoSuchClass, load_class
 from regraft.stack import load
 from tests.stack.files import problems, write

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.adaptation import AdaptationRequest, ChangeState, SetParameters
-from bus_schema.lifecycle import State, Transition
-from bus_schema.modes import as_needed, is_in_force
+from bus_schema.encoding import codec
+from bus_schema.model.adaptation import AdaptationRequest, ChangeState, SetParameters
+from bus_schema.model.lifecycle import State, Transition
+from bus_schema.model.modes import as_needed, is_in_force
 from regraft.stack import StackError, load
 from regraft.stack.system_modes import read_system_modes
 from tests.adaptation.system import small_architecture

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 
 from bus_schema.annotations import Count
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
 from regraft.stepped.source import TimeSource
 

@@ -7,10 +7,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema import codec
-from bus_schema.lifecycle import State
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import type_of
 from bus_schema.messages.clock import ClockTime
-from bus_schema.registry import type_of
+from bus_schema.model.lifecycle import State
 from regraft.assignment import Assignment
 from regraft.bus import Bus, Sample
 from regraft.client import Client

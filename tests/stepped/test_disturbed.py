@@ -7,10 +7,10 @@ import threading
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.clock import Wiring
 from bus_schema.messages.control import SetTransition
+from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Input, service
 from regraft.stepped.roster import MOST_BACKLOG, Roster
 from tests.kit.parts import Follower, Number, Walker

@@ -9,10 +9,10 @@ from typing import ClassVar
 
 import pytest
 
-from bus_schema import codec
-from bus_schema.lifecycle import State, Transition
+from bus_schema.encoding import codec
 from bus_schema.messages.clock import ClockMember, Membership
 from bus_schema.messages.control import ControlError, SetTransition
+from bus_schema.model.lifecycle import State, Transition
 from regraft import Component, Input, Output, every
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite

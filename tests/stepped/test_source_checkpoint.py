@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema import codec
+from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.control import Snapshot
 from regraft.bus import Sample

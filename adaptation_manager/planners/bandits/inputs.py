@@ -10,9 +10,9 @@ from typing import Annotated, Any, Final
 from adaptation_manager.planners.bandits.constraints import OPERATORS
 from adaptation_manager.planners.bandits.dimensions import Dimension, Kind, identity
 from bus_schema.annotations import Bounds, PlainValue, Seconds, Text
+from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import Transition
-from bus_schema.records import record_shape
+from bus_schema.model.lifecycle import Transition
 
 MOST_DIMENSIONS: Final = 64
 MOST_CHOICES: Final = 1000

@@ -13,8 +13,8 @@ from adaptation_manager.planners.bandits.registry import Strategies
 from adaptation_manager.planners.bandits.strategy import CannotLearn, Knobs, Offer, Strategy
 from adaptation_manager.planners.bandits.tickets import Ticket, Told, stakes_of, ticket_from
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
 from bus_schema.errors import BadMessage
+from bus_schema.model.architecture import Architecture
 
 MOST_TICKETS: Final = 32
 """Tickets of a task that are remembered; an older one cannot be credited any more."""

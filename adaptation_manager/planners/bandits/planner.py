@@ -14,10 +14,10 @@ from adaptation_manager.planners.bandits.space import options_of
 from adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
 from adaptation_manager.planners.bandits.tickets import Told
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
-from bus_schema.description import Resources
 from bus_schema.errors import BadMessage
 from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.description import Resources
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
 MOST_TASKS: Final = 256

@@ -15,9 +15,9 @@ from adaptation_manager.planners.bandits.strategies.thompson import Thompson
 from adaptation_manager.planners.bandits.strategies.ucb import Ucb1, UcbTuned
 from adaptation_manager.planners.bandits.strategy import Knobs, Strategy
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding.records import RecordShape, record_shape
 from bus_schema.errors import BadMessage, BadType
 from bus_schema.messages.planning import StrategyDescription
-from bus_schema.records import RecordShape, record_shape
 from bus_schema.suggestions import instead_of
 from regraft.modules import CannotImport, imported
 

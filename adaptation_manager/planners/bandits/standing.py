@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from adaptation_manager.planners.bandits.dimensions import Dimension, Kind, identity
-from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture, ComponentSpec
 from bus_schema.errors import BadMessage
-from bus_schema.lifecycle import State, Transition, route
-from bus_schema.parameter_values import effective_parameter, parameter_problem
+from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from bus_schema.model.architecture import Architecture, ComponentSpec
+from bus_schema.model.lifecycle import State, Transition, route
+from bus_schema.model.parameter_values import effective_parameter, parameter_problem
 from bus_schema.suggestions import instead_of
 
 MOST_TOLD: Final = 10

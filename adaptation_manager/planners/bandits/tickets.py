@@ -9,7 +9,7 @@ from adaptation_manager.planners.bandits.dimensions import Dimension, Kind
 from adaptation_manager.planners.bandits.inputs import Credit, seconds
 from adaptation_manager.planners.bandits.standing import stands
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
+from bus_schema.model.architecture import Architecture
 
 ROUNDING = 1e-6
 """Seconds by which stamps may differ that are meant to be equal."""

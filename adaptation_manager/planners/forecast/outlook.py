@@ -9,9 +9,9 @@ from typing import Final
 from adaptation_manager.planners.bandits.dimensions import Dimension, Kind, Option
 from adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture, ComponentSpec
+from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
-from bus_schema.records import record_shape
+from bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.process import NoSuchClass, load_class
 
 MOST_ASSUMED: Final = 32

@@ -11,8 +11,7 @@ from adaptation_manager.planners.bandits.space import options_of
 from adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
 from adaptation_manager.planners.forecast.outlook import ForecastKnobs, Model, Outlook, model_of, outlook
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
-from bus_schema.description import Resources
+from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
 from bus_schema.messages.planning import (
     PlannerDescription,
@@ -21,7 +20,8 @@ from bus_schema.messages.planning import (
     ProposalRequest,
     StrategyDescription,
 )
-from bus_schema.records import record_shape
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.description import Resources
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
 STRATEGY: Final = "expected_utility"

@@ -15,7 +15,7 @@ A plan in Python is a small class, in any package that the executor's parameter 
             return None
 """
 
-from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
+from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
 from services.bt_executor.adapting.decorator import AdaptDecorator
 from services.bt_executor.adapting.results import Result
 from services.bt_executor.adapting.variants import (

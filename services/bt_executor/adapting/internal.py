@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from bus_schema.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
 from bus_schema.errors import BadMessage
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from bus_schema.model.architecture import Architecture
 from regraft import CallFailed
 from services.bt_executor.adapting.asking import Asker, Attempt, Turns
 from services.bt_executor.adapting.journal import decision_context

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from behavior_tree import Node
-from bus_schema.adaptation import LARGEST_CONTEXT, plain_size
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.quality import Quality
+from bus_schema.model.adaptation import LARGEST_CONTEXT, plain_size
 from services.bt_executor.nodes.context import LeafContext
 
 ROOM_FOR_THE_REST = 2_000

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from bus_schema.adaptation import AdaptationReport, Outcome
 from bus_schema.messages.requests import Answer
+from bus_schema.model.adaptation import AdaptationReport, Outcome
 from regraft import CallFailed
 
 APPLIED: Final = Outcome.APPLIED.value

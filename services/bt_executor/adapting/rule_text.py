@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from bus_schema.lifecycle import Transition
+from bus_schema.model.lifecycle import Transition
 
 _NAME: Final = r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
 _SET: Final = re.compile(

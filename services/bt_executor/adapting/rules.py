@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from behavior_tree import Node
-from bus_schema.adaptation import ChangeState, Connect, SetParameters
+from bus_schema.model.adaptation import ChangeState, Connect, SetParameters
 from services.bt_executor.adapting.rule_text import (
     ActionText,
     ConnectText,

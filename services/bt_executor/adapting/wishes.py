@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from bus_schema.adaptation import Change, ChangeState, Connect, SetParameters
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
-from bus_schema.lifecycle import TRANSITIONS
+from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.lifecycle import TRANSITIONS
 
 _DIGITS: Final = 12
 """Significant digits that steps keep, so that 0.26 - 0.08 is 0.18."""

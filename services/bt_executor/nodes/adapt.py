@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import SUCCESS, Input, Node, Output, Status
-from bus_schema.adaptation import APPLIED, AdaptationReport, AdaptationRequest
 from bus_schema.annotations import PlainValue
-from bus_schema.registry import type_of
+from bus_schema.encoding.registry import type_of
+from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest
 from services.bt_executor.nodes.asking import Asking, write_if_connected
 from services.bt_executor.nodes.context import Asked
 from services.bt_executor.nodes.plain_messages import as_plain, filled, has_references, make_message, read_json

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from behavior_tree import SUCCESS, Input, Node, Output, Status
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
 from services.bt_executor.nodes.asking import Asking, write_if_connected
 from services.bt_executor.nodes.context import Asked
 from services.bt_executor.nodes.plain_messages import (

@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import Any, Final
 
 from behavior_tree import Blackboard
-from bus_schema import codec
 from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import MessageType, type_named, type_of
 from bus_schema.errors import BadMessage, BadType
-from bus_schema.registry import MessageType, type_named, type_of
 from regraft.modules import CannotImport, imported
 
 _PREFIX: Final = "json:"

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from behavior_tree import SUCCESS, Input, NodeSetup, PortError, Status
-from bus_schema.adaptation import Change
+from bus_schema.model.adaptation import Change
 from services.bt_executor.adapting import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
 from services.bt_executor.adapting.results import Result
 from services.bt_executor.quality import QualityTeller, TaskLevelQR

@@ -7,15 +7,15 @@ from collections import Counter
 
 import numpy as np
 
-from bus_schema.adaptation import AdaptationReport, Outcome, SetParameters
 from bus_schema.annotations import PlainValue
-from bus_schema.architecture import Architecture
 from bus_schema.messages.mission import MissionStatus
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.power import EnergyUse, PowerDraw
 from bus_schema.messages.quality import Quality
 from bus_schema.messages.sensors import LaserScan, LightLevel
 from bus_schema.messages.world import GroundTruth
+from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
+from bus_schema.model.architecture import Architecture
 from evaluation.rows import Cell, RowRecorder
 from regraft import Input
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bus_schema.annotations import Bounds, Seconds, Unit
-from bus_schema.registry import message
+from bus_schema.encoding.registry import message
 
 
 @message("acme/Weather")

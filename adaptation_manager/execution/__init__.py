@@ -1,0 +1,1 @@
+"""One adaptation after the other: transaction, verification, confirmation, undo, recovery."""

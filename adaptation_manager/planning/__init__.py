@@ -1,0 +1,1 @@
+"""From a request to a plan: what is checked, which steps it takes, what it would take and give."""

@@ -1,0 +1,1 @@
+"""Where requests wait: until the manager has started, and for their turn."""

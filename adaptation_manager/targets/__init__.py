@@ -1,0 +1,1 @@
+"""Components and hosts, as an adaptation asks them for something."""
