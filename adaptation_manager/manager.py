@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from adaptation_manager.execution.undoing import undo_of
-from adaptation_manager.execution.working import Working
-from adaptation_manager.journal.books import Books
+from adaptation_manager.execution.undo import undo_of
+from adaptation_manager.execution.worker import Worker
+from adaptation_manager.journal.architecture_store import ArchitectureStore
 from adaptation_manager.journal.journal import Journal, JournalError
+from adaptation_manager.journal.publisher import JournalPublisher
 from adaptation_manager.journal.reports import pending
-from adaptation_manager.journal.telling import Telling
-from adaptation_manager.queue.gate import Gate
-from adaptation_manager.queue.line import Entry, Line, Prepare
+from adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry, Prepare
+from adaptation_manager.queue.startup_gate import StartupGate
 from adaptation_manager.queue.throttle import TURN, Throttle
-from adaptation_manager.targets.site import Bounds
+from adaptation_manager.targets.context import Bounds
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
@@ -43,10 +43,10 @@ class AdaptationManager(Component):
     """Carries out adaptations of the architecture as transactions, and keeps the journal of them."""
 
     resources = Resources(cpu=0.01, memory=25.0)
-    indispensable = "it carries out every change of the system, its own removal included"
+    removal_forbidden = "it carries out every change of the system, its own removal included"
 
-    adaptations = Output(AdaptationReport, text="every adaptation at its end")
-    architecture = Output(Architecture, text="the architecture at every new revision")
+    adaptations = Output(AdaptationReport, description="every adaptation at its end")
+    architecture = Output(Architecture, description="the architecture at every new revision")
 
     journal = Parameter("", "the journal's file; empty keeps it in memory", unit="path", read_only=True)
     queue_limit = Parameter(32, "adaptations that may wait for their turn", minimum=1, maximum=1000)
@@ -67,16 +67,16 @@ class AdaptationManager(Component):
         20.0, "time that a component's process may take to come up", minimum=0.1, maximum=600.0, unit="s"
     )
 
-    longest_handler = 1.0
+    handler_timeout = 1.0
 
     def on_activate(self) -> None:
         """Take over: from the hosts, from the journal, and from any older manager."""
-        self._line = Line()
+        self._line = AdaptationQueue()
         self._throttle = Throttle()
-        self._gate = Gate()
-        self._books = Books(self.journal, self.kit.event)
-        self._telling = Telling(self.kit, self.adaptations, self.architecture, self._current)
-        self._working = Working(self.kit, self._line, self._gate, self._books, self._telling, self._bounds)
+        self._gate = StartupGate()
+        self._books = ArchitectureStore(self.journal, self.kit.event)
+        self._telling = JournalPublisher(self.kit, self.adaptations, self.architecture, self._current)
+        self._working = Worker(self.kit, self._line, self._gate, self._books, self._telling, self._bounds)
         self.kit.spawn(self._working.run(), "adaptations")
 
     def on_deactivate(self) -> None:
@@ -110,7 +110,7 @@ class AdaptationManager(Component):
         if not undone.request.changes:
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone", RefusalCode.CONFLICT)
         reason = wanted.reason or f"undo {undone.id}"
-        request = AdaptationRequest((), reason, wanted.who, dry_run=wanted.dry_run, undoes=undone.id)
+        request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
         return await self._stand_in_line(
             request, lambda r: undo_of(undone, r, self._books.ready(), self._current())
         ).ended()

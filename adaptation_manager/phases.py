@@ -12,7 +12,6 @@ class Phases:
     """Times the phases of one adaptation, by the wall clock."""
 
     def __init__(self) -> None:
-        """Begin with none, and tell nobody."""
         self.ended: list[PhaseReport] = []
         self._phase: Phase | None = None
         self._since = 0.0

@@ -24,11 +24,8 @@ Where it differs from BehaviorTree.CPP 4.10 on purpose:
 - ``ros_pkg`` is looked up on a search path.
 """
 
-from .blackboard import Blackboard, Entry
 from .clock import Clock, ManualClock, MonotonicClock
-from .control import Control
-from .coroutine import CoroutineAction, Steps
-from .decorator import Decorator
+from .data.blackboard import Blackboard, Entry
 from .errors import (
     BlackboardError,
     LoadError,
@@ -39,26 +36,19 @@ from .errors import (
     TreeError,
     UnknownTypeError,
 )
-from .leaf import Condition, StatefulAction, SyncAction
-from .limits import Limits
 from .load import load_file, load_text
-from .manifest import Direction, NodeKind, NodeManifest, PortModel
 from .mocking import mock_models
-from .node import Node, NodeSetup, PostTickHook, PreTickHook
-from .ports import InOut, Input, Output
+from .nodes.control import Control
+from .nodes.coroutine import CoroutineAction, Steps
+from .nodes.decorator import Decorator
+from .nodes.leaf import Condition, StatefulAction, SyncAction
+from .nodes.limits import Limits
+from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
+from .nodes.node import Node, NodeSetup, PostTickHook, PreTickHook
+from .nodes.ports import InOut, Input, Output
+from .nodes.runtime import TransitionHook
 from .registry import Registry
-from .runtime import TransitionHook
-from .status import (
-    FAILURE,
-    IDLE,
-    RUNNING,
-    SKIPPED,
-    SUCCESS,
-    Status,
-    is_completed,
-    status_from_name,
-    status_name,
-)
+from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status, is_completed, status_from_name, status_name
 from .substitution import MockConfig
 from .tree import Tree
 from .xml.models import read_manifests

@@ -5,25 +5,13 @@ from typing import Final
 from .controls.branches import IfThenElse, WhileDoElse
 from .controls.parallels import Parallel, ParallelAll
 from .controls.reactive import ReactiveFallback, ReactiveSequence
-from .controls.sequences import (
-    AsyncFallback,
-    AsyncSequence,
-    Fallback,
-    Sequence,
-    SequenceWithMemory,
-)
+from .controls.sequences import AsyncFallback, AsyncSequence, Fallback, Sequence, SequenceWithMemory
 from .controls.switches import Switch2, Switch3, Switch4, Switch5, Switch6
 from .controls.try_catch import TryCatch
 from .decorators.loops import Repeat, RetryUntilSuccessful
 from .decorators.precondition import Precondition
 from .decorators.queues import LoopBool, LoopDouble, LoopInt, LoopString
-from .decorators.results import (
-    ForceFailure,
-    ForceSuccess,
-    Inverter,
-    KeepRunningUntilFailure,
-    RunOnce,
-)
+from .decorators.results import ForceFailure, ForceSuccess, Inverter, KeepRunningUntilFailure, RunOnce
 from .decorators.subtree import SubTree
 from .decorators.timing import Delay, Timeout
 from .decorators.updates import SkipUnlessUpdated, WaitValueUpdate
@@ -31,7 +19,7 @@ from .leaves.basic import AlwaysFailure, AlwaysSuccess, Sleep
 from .leaves.board import SetBlackboard, UnsetBlackboard
 from .leaves.scripts import Script, ScriptCondition
 from .leaves.updates import WasEntryUpdated
-from .node import Node
+from .nodes.node import Node
 
 BUILTIN_NODES: Final[tuple[type[Node], ...]] = (
     AlwaysFailure,

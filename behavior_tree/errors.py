@@ -11,7 +11,6 @@ class TreeError(Exception):
     """
 
     def __init__(self, message: str, *, file: str = "", line: int = 0, node: str = "") -> None:
-        """Describe the fault by a message and, where known, its place."""
         self.message = message
         self.file = file
         self.line = line

@@ -4,12 +4,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from .blackboard import Blackboard
 from .clock import Clock, MonotonicClock
-from .limits import Limits
+from .data.blackboard import Blackboard
 from .mocking import mock_unknown_types
+from .nodes.limits import Limits
+from .nodes.runtime import Runtime
 from .registry import Registry
-from .runtime import Runtime
 from .tree import Tree
 from .xml.builder import Builder
 from .xml.checks import check_structure, total_size

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from .errors import RegistryError
-from .manifest import Direction, NodeKind, NodeManifest, PortModel
-from .node import Node
+from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
+from .nodes.node import Node
 from .registry import Registry
 from .substitution import MockAction, MockCondition, MockControl, MockDecorator
 from .xml.collection import TreeCollection

@@ -6,12 +6,12 @@ from functools import partial
 from typing import Any
 
 from .builtin import BUILTIN_NODES
+from .data.values import Converter
 from .errors import RegistryError
-from .manifest import NodeManifest, check_port_name, check_type_id
-from .node import Node, NodeSetup
-from .ports import declared_ports
+from .nodes.manifest import NodeManifest, check_port_name, check_type_id
+from .nodes.node import Node, NodeSetup
+from .nodes.ports import declared_ports
 from .substitution import MockAction, MockConfig, Substitution, Substitutions
-from .values import Converter
 
 Factory = Callable[[NodeSetup], Node]
 
@@ -26,7 +26,6 @@ class Registry:
     """
 
     def __init__(self) -> None:
-        """Register the built-in node types."""
         self.converters: dict[Any, Converter] = {}
         self.enums: dict[str, int] = {}
         self.substitutions = Substitutions()

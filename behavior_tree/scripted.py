@@ -8,9 +8,9 @@ letter behind.
 from collections.abc import MutableSequence
 from typing import Final
 
-from .leaf import Condition, StatefulAction, SyncAction
-from .node import Node, NodeSetup
-from .ports import Input, Output
+from .nodes.leaf import Condition, StatefulAction, SyncAction
+from .nodes.node import Node, NodeSetup
+from .nodes.ports import Input, Output
 from .registry import Registry
 from .status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 

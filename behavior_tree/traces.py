@@ -20,7 +20,7 @@ from .tree import Tree
 ERROR: Final = "error"
 CRASH: Final = "crash"
 MODES: Final = ("exact", "once")
-MOST_TICKS: Final = 10_000
+MAX_TICKS: Final = 10_000
 """Root ticks in one line; a tree that wants more will never have enough."""
 
 
@@ -126,7 +126,7 @@ def _step(tree: Tree, record: Record, number: int, events: list[str]) -> tuple[L
         elif record.mode == "exact":
             root = LETTERS[tree.tick_exactly_once()]
         else:
-            root = LETTERS[tree.tick_once(MOST_TICKS)]
+            root = LETTERS[tree.tick_once(MAX_TICKS)]
     except Exception as error:
         root = ERROR if _is_ours(error) else CRASH
         reason = _shown(error)

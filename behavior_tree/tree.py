@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from .blackboard import Blackboard
+from .data.blackboard import Blackboard
 from .errors import NodeError
-from .node import Node
-from .runtime import Runtime, TransitionHook
+from .nodes.node import Node
+from .nodes.runtime import Runtime, TransitionHook
 from .status import COMPLETED, IDLE, RUNNING, Status, status_name
 
 
@@ -34,7 +34,6 @@ class Tree:
         runtime: Runtime,
         warnings: tuple[str, ...] = (),
     ) -> None:
-        """Put the parts together."""
         self.tree_id = tree_id
         self.root = nodes[0]
         self.nodes = nodes

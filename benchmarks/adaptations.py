@@ -9,29 +9,29 @@ import time
 import zenoh
 
 from benchmarks.harness import Effort, Result, compared, in_turns, percentile
-from benchmarks.links import wait_until
-from benchmarks.processes import Processes
-from benchmarks.raw import QUESTION, READY, answerer
-from benchmarks.system import MANAGER, System
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.processes import Processes
+from benchmarks.sides.raw import QUESTION, READY, answerer
+from benchmarks.sides.system import MANAGER, System
 from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
 from bus_schema.model.lifecycle import Transition
-from regraft.zenoh_config import config
+from regraft.bus.zenoh_config import config
 
 TENS, KILLS = 20, 12
 TAIL = 0.95
-BACK_WITHIN = 20.0
+BACK_TIMEOUT = 20.0
 KILLED_OFTEN = "    restart: {limit: 1000, window: 1}\n"
 TOPICS = """  numbers: {type: benchmark/Number}
   others: {type: benchmark/Number}
   spare: {type: benchmark/Number}
 """
 COMPONENTS = """
-  talker: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}}
-  other: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}, connect: {numbers: others}}
-  extra: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}, connect: {numbers: spare}}
-  first: {class: benchmarks.counting:Listener, connect: {heard: numbers}, services: {tell: tell_first}}
-  second: {class: benchmarks.counting:Listener, connect: {heard: numbers}, services: {tell: tell_second}}
-  third: {class: benchmarks.counting:Listener, connect: {heard: numbers}, services: {tell: tell_third}}
+  talker: {class: benchmarks.sides.counting:Talker, parameters: {rate: 10.0}}
+  other: {class: benchmarks.sides.counting:Talker, parameters: {rate: 10.0}, connect: {numbers: others}}
+  extra: {class: benchmarks.sides.counting:Talker, parameters: {rate: 10.0}, connect: {numbers: spare}}
+  first: {class: benchmarks.sides.counting:Listener, connect: {heard: numbers}, services: {tell: tell_first}}
+  second: {class: benchmarks.sides.counting:Listener, connect: {heard: numbers}, services: {tell: tell_second}}
+  third: {class: benchmarks.sides.counting:Listener, connect: {heard: numbers}, services: {tell: tell_third}}
 """
 NAMES = ("talker", "other", "extra", "first", "second", "third", "adaptation_manager")
 
@@ -42,7 +42,7 @@ def adaptations(effort: Effort) -> list[Result]:
     with System(TOPICS, COMPONENTS + MANAGER + KILLED_OFTEN) as system, Processes() as processes:
         system.wait_for_components(*NAMES)
         processes.spawn(answerer, system.info.hub)
-        session = zenoh.open(config(system.info.hub, in_step=False))
+        session = zenoh.open(config(system.info.hub, lockstep=False))
         try:
             wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
             sides = in_turns(effort.rounds, lambda: _in_tens(system, tens), lambda: _ten_queries(session, tens))
@@ -107,5 +107,5 @@ def _kill_the_manager(system: System, number: int) -> float:
     system.adapt(SetParameters("talker", {"gain": 0.3 + 0.4 * (number % 2)}))
     took = time.monotonic() - begun
     # Its host names the new run only with its next status.
-    wait_until(lambda: system.processes()["adaptation_manager"].pid not in (0, process.pid), "a new run", BACK_WITHIN)
+    wait_until(lambda: system.processes()["adaptation_manager"].pid not in (0, process.pid), "a new run", BACK_TIMEOUT)
     return took

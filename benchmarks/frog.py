@@ -9,15 +9,15 @@ import tempfile
 from typing import Any
 
 from benchmarks.harness import Effort, Result
-from benchmarks.system import ROOT
-from regraft.own_python import own_environment, own_python
+from benchmarks.sides.system import ROOT
+from regraft.process.own_python import own_environment, own_python
 
 STACK = ROOT / "stacks" / "frog"
 SIMULATED = 60.0
 """Simulated seconds of a run."""
 LEAST = 3.0
 RUNS = 2
-ENDS_WITHIN = 180.0
+END_TIMEOUT = 180.0
 RAY = ("--set", "camera.renderer=ray", "--set", "corner_camera.renderer=ray")
 """The ray camera's own defaults are 160 x 120 at 2 Hz, those of GL are 320 x 240 at 5 Hz."""
 
@@ -59,7 +59,7 @@ def _run(seconds: float, *options: str) -> dict[str, Any]:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=ENDS_WITHIN,
+            timeout=END_TIMEOUT,
             check=False,
         )
     if not ended.stdout.strip():

@@ -8,25 +8,25 @@ from contextlib import contextmanager
 
 import zenoh
 
-from benchmarks.ear import COMPONENTS, TOPICS, Handed, heard, results
 from benchmarks.harness import Effort, Result
-from benchmarks.links import wait_until
-from benchmarks.system import MANAGER, ROOT, System
-from bus_schema.messages.host import HostState
+from benchmarks.sides.ear import COMPONENTS, TOPICS, Handed, heard, results
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.system import MANAGER, ROOT, System
+from bus_schema.messages.protocol.host import HostState
 from bus_schema.model.adaptation import Move
-from regraft.own_python import own_environment, own_python
-from regraft.zenoh_config import config
+from regraft.bus.zenoh_config import config
+from regraft.process.own_python import own_environment, own_python
 
 MOVES = 40
 EDGE, HOME = "edge", "local"
-END_WITHIN = 20.0
+END_TIMEOUT = 20.0
 
 
 def move(effort: Effort) -> list[Result]:
     """Move a relay there and back again and again; by hand there is nothing that could be compared with it."""
     with System(TOPICS, COMPONENTS + MANAGER, hosts=(EDGE,)) as system, _second_host(system):
         system.wait_for_components("talker", "relay", "adaptation_manager")
-        session = zenoh.open(config(system.info.hub, in_step=False))
+        session = zenoh.open(config(system.info.hub, lockstep=False))
         try:
             with heard(session, "passed") as ear:
                 both = [
@@ -57,7 +57,7 @@ def _second_host(system: System) -> Iterator[None]:
     finally:
         process.terminate()
         try:
-            process.wait(END_WITHIN)
+            process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()

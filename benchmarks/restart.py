@@ -13,21 +13,21 @@ import signal
 import time
 
 from benchmarks.harness import Effort, Result, Sides, compared, percentile
-from benchmarks.links import wait_until
-from benchmarks.processes import Processes
-from benchmarks.respawn import ALIVE, respawner
-from benchmarks.system import SYSTEM, System
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.processes import Processes
+from benchmarks.sides.respawn import ALIVE, respawner
+from benchmarks.sides.system import SYSTEM, System
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
 from bus_schema.messages.health import ComponentStatus
 from bus_schema.model.lifecycle import State
-from regraft.bus import Presence
-from regraft.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.interface import Presence
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
 
 KILLS, HANGS = 24, 5
 KILL_LIMIT, HANG_LIMIT = 0.3, 0.6
 TAIL = 0.95
-BACK_WITHIN = 20.0
+BACK_TIMEOUT = 20.0
 TOPICS = "  numbers: {type: benchmark/Number, writers: many}"
 
 
@@ -35,7 +35,9 @@ def restart(effort: Effort) -> list[Result]:
     """Kill, and stop."""
     kills, hangs = effort.count(KILLS, least=2), effort.count(HANGS)
     names = [f"victim_{number}" for number in range(kills + hangs)]
-    specs = "".join(f"\n  {name}: {{class: benchmarks.counting:Trivial, connect: {{out: numbers}}}}" for name in names)
+    specs = "".join(
+        f"\n  {name}: {{class: benchmarks.sides.counting:Trivial, connect: {{out: numbers}}}}" for name in names
+    )
     with System(TOPICS, specs) as system, Processes() as processes:
         system.wait_for_components(*names)
         wait_until(lambda: all(p.pid for p in system.processes().values()), "all processes told of")
@@ -102,14 +104,14 @@ def _kill(system: System, bus: ZenohBus, processes: Processes, names: list[str])
 
 def _wait_for_active(statuses: queue.Queue[ComponentStatus], name: str, incarnation: int) -> None:
     while True:
-        status = statuses.get(timeout=BACK_WITHIN)
+        status = statuses.get(timeout=BACK_TIMEOUT)
         if status.component == name and status.incarnation >= incarnation and status.state is State.ACTIVE:
             return
 
 
 def _wait_for_token(tokens: queue.Queue[Presence], number: int) -> None:
     while True:
-        presence = tokens.get(timeout=BACK_WITHIN)
+        presence = tokens.get(timeout=BACK_TIMEOUT)
         if presence.present and presence.key == f"{ALIVE}/{number}":
             return
 
@@ -122,5 +124,5 @@ def _stop(system: System, name: str) -> float:
     def said() -> list[float]:
         return [when for when, event in list(system.events) if event.kind == "component.hung" and event.subject == name]
 
-    wait_until(said, f"{name} found hung", BACK_WITHIN)
+    wait_until(said, f"{name} found hung", BACK_TIMEOUT)
     return said()[0] - begun

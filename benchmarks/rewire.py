@@ -12,23 +12,23 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from benchmarks.counting import Ask, Heard, Number
 from benchmarks.harness import Effort, Result
-from benchmarks.links import wait_until
-from benchmarks.system import MANAGER, System
+from benchmarks.sides.counting import Ask, Heard, Number
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.system import MANAGER, System
 from bus_schema.model.adaptation import Connect
 
 MOVES, SILENT_MOVES = 300, 60
 SETTLE = 0.3
 TOPICS = "\n".join(f"  {name}: {{type: benchmark/Number}}" for name in ("one", "two", "silent", "left", "right"))
 COMPONENTS = """
-  first: {class: benchmarks.counting:Talker, connect: {numbers: one}}
-  second: {class: benchmarks.counting:Talker, connect: {numbers: two}}
-  speaker: {class: benchmarks.counting:Speaker, connect: {numbers: silent}, services: {say: say}}
-  mover: {class: benchmarks.counting:Listener, connect: {heard: one}, services: {tell: mover/tell}}
-  rover: {class: benchmarks.counting:Talker, connect: {numbers: left}}
-  lefty: {class: benchmarks.counting:Listener, connect: {heard: left}, services: {tell: lefty/tell}}
-  righty: {class: benchmarks.counting:Listener, connect: {heard: right}, services: {tell: righty/tell}}
+  first: {class: benchmarks.sides.counting:Talker, connect: {numbers: one}}
+  second: {class: benchmarks.sides.counting:Talker, connect: {numbers: two}}
+  speaker: {class: benchmarks.sides.counting:Speaker, connect: {numbers: silent}, services: {say: say}}
+  mover: {class: benchmarks.sides.counting:Listener, connect: {heard: one}, services: {tell: mover/tell}}
+  rover: {class: benchmarks.sides.counting:Talker, connect: {numbers: left}}
+  lefty: {class: benchmarks.sides.counting:Listener, connect: {heard: left}, services: {tell: lefty/tell}}
+  righty: {class: benchmarks.sides.counting:Listener, connect: {heard: right}, services: {tell: righty/tell}}
 """
 NAMES = ("first", "second", "speaker", "mover", "rover", "lefty", "righty", "adaptation_manager")
 

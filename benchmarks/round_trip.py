@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from benchmarks.harness import Effort, Result, Sides, compared, in_turns
-from benchmarks.links import Site
-from benchmarks.raw import ASKED, READY, VOLLEY, VOLLEY_WITHIN, echo, pinger
-from benchmarks.volleys import Echo, ImageEcho, ImagePinger, Pinger, Times, Volley
-from regraft.component import Component
+from benchmarks.sides.links import Site
+from benchmarks.sides.raw import ASKED, READY, VOLLEY, VOLLEY_TIMEOUT, echo, pinger
+from benchmarks.sides.volleys import Echo, ImageEcho, ImagePinger, Pinger, Times, Volley
+from regraft.component.component import Component
 
 SMALL = ((64, "64 B"), (1024, "1 KB"))
 LARGE = ((1_000_000, "1 MB", 1.4, 60), (6_000_000, "6 MB frame", 1.5, 20))
@@ -60,12 +60,12 @@ def _start(site: Site, pinging: type[Component], echoing: type[Component]) -> No
 
 def _play(site: Site, service: str, count: int, size: int, rounds: int) -> Sides:
     def ours(number: int) -> list[float]:
-        times = site.client.call(service, Volley(number, size), Times, VOLLEY_WITHIN)
+        times = site.client.call(service, Volley(number, size), Times, VOLLEY_TIMEOUT)
         return list(times.seconds)
 
     def theirs(number: int) -> list[float]:
         for _ in range(ATTEMPTS):
-            for answer in site.bus.query(VOLLEY, ASKED.pack(number, size), VOLLEY_WITHIN):
+            for answer in site.bus.query(VOLLEY, ASKED.pack(number, size), VOLLEY_TIMEOUT):
                 return [float(number) for number in memoryview(answer.payload).cast("d")]
         raise TimeoutError(f"the raw side has not answered {ATTEMPTS} times")
 

@@ -7,12 +7,12 @@ import time
 import zenoh
 
 from benchmarks.harness import Effort, Result, compared, in_turns
-from benchmarks.links import wait_until
-from benchmarks.processes import Processes
-from benchmarks.raw import QUESTION, READY, answerer
-from benchmarks.system import MANAGER, System
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.processes import Processes
+from benchmarks.sides.raw import QUESTION, READY, answerer
+from benchmarks.sides.system import MANAGER, System
 from bus_schema.model.adaptation import SetParameters
-from regraft.zenoh_config import config
+from regraft.bus.zenoh_config import config
 
 COUNT = 60
 LIMIT = 4.0
@@ -21,7 +21,7 @@ PAUSE = 0.01
 """Seconds between two, on either side: what the one before told everybody is over when the next begins."""
 TOPICS = "  numbers: {type: benchmark/Number}"
 COMPONENTS = """
-  talker: {class: benchmarks.counting:Talker, parameters: {rate: 10.0}}
+  talker: {class: benchmarks.sides.counting:Talker, parameters: {rate: 10.0}}
 """
 
 
@@ -31,7 +31,7 @@ def set_parameter(effort: Effort) -> list[Result]:
     with System(TOPICS, COMPONENTS + MANAGER) as system, Processes() as processes:
         system.wait_for_components("talker", "adaptation_manager")
         processes.spawn(answerer, system.info.hub)
-        session = zenoh.open(config(system.info.hub, in_step=False))
+        session = zenoh.open(config(system.info.hub, lockstep=False))
         try:
             wait_until(lambda: list(session.liveliness().get(f"{READY}/answerer", timeout=1.0)), "the answerer")
             sides = in_turns(effort.rounds, lambda: _adaptations(system, count), lambda: _queries(session, count))

@@ -13,18 +13,18 @@ import sys
 import time
 
 from benchmarks.harness import Effort, Result, Sides, compared, in_turns
-from benchmarks.links import wait_until
-from benchmarks.system import SYSTEM, System
+from benchmarks.sides.links import wait_until
+from benchmarks.sides.system import SYSTEM, System
 from bus_schema.keys import Keys
-from regraft.bus import Presence
-from regraft.launch import free_endpoint
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
+from regraft.bus.interface import Presence
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
+from regraft.system.launch import free_endpoint
 
 COUNT, LEAST = 50, 3
 ROUNDS = 3
 LIMIT = 1.3
-ALL_WITHIN = 60.0
+ALL_TIMEOUT = 60.0
 TOPICS = "  numbers: {type: benchmark/Number, writers: many}"
 BARE = """
 import sys, threading, zenoh
@@ -63,7 +63,7 @@ def start_up(effort: Effort) -> list[Result]:
 
 def _components(count: int) -> tuple[float, float]:
     """Return the seconds from the command, and from the first process's start, to the last token."""
-    trivial = "{class: benchmarks.counting:Trivial, connect: {out: numbers}}"
+    trivial = "{class: benchmarks.sides.counting:Trivial, connect: {out: numbers}}"
     specs = "".join(f"\n  trivial_{number}: {trivial}" for number in range(count))
     with System(TOPICS, specs) as system:
         bus = open_bus(system.info.hub)
@@ -104,11 +104,11 @@ def _when_all_are_there(bus: ZenohBus, key: str, count: int) -> float:
     keys: set[str] = set()
     try:
         while True:
-            when, presence = seen.get(timeout=ALL_WITHIN)
+            when, presence = seen.get(timeout=ALL_TIMEOUT)
             keys.add(presence.key)
             if len(keys) == count:
                 return when
     except queue.Empty:
-        raise TimeoutError(f"{len(keys)} of {count} tokens within {ALL_WITHIN:g} s") from None
+        raise TimeoutError(f"{len(keys)} of {count} tokens within {ALL_TIMEOUT:g} s") from None
     finally:
         watching.close()

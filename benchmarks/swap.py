@@ -11,25 +11,25 @@ from multiprocessing.connection import Connection
 
 import zenoh
 
-from benchmarks.ear import COMPONENTS, RATE, TOPICS, Ear, Handed, heard, results
 from benchmarks.harness import Effort, Result
-from benchmarks.links import UP_WITHIN, wait_until
-from benchmarks.processes import Processes
-from benchmarks.raw_swap import NUMBER, OUT, SERVING, relays, source
-from benchmarks.system import MANAGER, System
+from benchmarks.sides.ear import COMPONENTS, RATE, TOPICS, Ear, Handed, heard, results
+from benchmarks.sides.links import UP_TIMEOUT, wait_until
+from benchmarks.sides.processes import Processes
+from benchmarks.sides.raw_swap import NUMBER, OUT, SERVING, relays, source
+from benchmarks.sides.system import MANAGER, System
 from bus_schema.model.adaptation import Swap
-from regraft.zenoh_config import Endpoints, config
+from regraft.bus.zenoh_config import Endpoints, config
 
 SWAPS, BY_HAND = 60, 20
 SWAP_LIMIT, GAP_LIMIT = 100.0, 20.0
-CLASSES = ("benchmarks.counting:OtherRelay", "benchmarks.counting:Relay")
+CLASSES = ("benchmarks.sides.counting:OtherRelay", "benchmarks.sides.counting:Relay")
 
 
 def swap(effort: Effort) -> list[Result]:
     """Swap through the manager, then by hand in both ways."""
     with System(TOPICS, COMPONENTS + MANAGER) as system, Processes() as processes:
         system.wait_for_components("talker", "relay", "adaptation_manager")
-        session = zenoh.open(config(system.info.hub, in_step=False))
+        session = zenoh.open(config(system.info.hub, lockstep=False))
         try:
             ours = _through_the_manager(system, session, effort.count(SWAPS, least=2))
             by_hand = effort.count(BY_HAND, least=2)
@@ -93,6 +93,6 @@ class _Hand:
 
     def _tell(self, verb: str, number: int) -> None:
         self._pipe.send((verb, number))
-        if not self._pipe.poll(UP_WITHIN):
+        if not self._pipe.poll(UP_TIMEOUT):
             raise TimeoutError(f"relay {number} was not told of: {verb}")
         self._pipe.recv()

@@ -8,15 +8,7 @@ from functools import partial
 
 import py_trees
 
-from behavior_tree import (
-    RUNNING,
-    SUCCESS,
-    Condition,
-    Registry,
-    StatefulAction,
-    Status,
-    load_text,
-)
+from behavior_tree import RUNNING, SUCCESS, Condition, Registry, StatefulAction, Status, load_text
 from benchmarks.harness import Effort, Result, compared, in_turns
 
 TICKS = 300

@@ -44,6 +44,13 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
+class Named:
+    """The name under which a field travels, where that of its attribute is another: Python reserves ``class``."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class MayBeInfinite:
     """Marks a float that may be infinite; no float may be NaN."""
 
@@ -78,6 +85,10 @@ Watts = Annotated[float, Unit("W")]
 Joules = Annotated[float, Unit("J")]
 Ratio = Annotated[float, Unit("1"), Bounds(0.0, 1.0)]
 Count = Annotated[int, Bounds(minimum=0)]
+ClassPath = Annotated[str, Named("class")]
+"""``module:Class``, as a field named ``class``."""
+Connections = Annotated[dict[str, str], Named("connect")]
+"""Port to topic, as a field named ``connect``."""
 Told = Annotated[str, Text(65_536, cut=True)]
 ToldBriefly = Annotated[str, Text(4096, cut=True)]
 

@@ -33,7 +33,7 @@ from bus_schema.encoding.shapes import (
     TupleShape,
 )
 from bus_schema.errors import BadMessage
-from bus_schema.messages.control import TypeDescription
+from bus_schema.messages.protocol.control import TypeDescription
 from bus_schema.suggestions import instead_of
 
 INFINITIES = {"Infinity": math.inf, "-Infinity": -math.inf}

@@ -10,17 +10,17 @@ from dataclasses import dataclass
 
 from bus_schema.errors import BadKey
 
-LONGEST_WORD = 64
-LONGEST_OWN_NAME = 128
+MAX_WORD_LENGTH = 64
+MAX_OWN_NAME_LENGTH = 128
 """Characters of a name that stands in no key: of a parameter, port or mode, or what a class calls its service."""
-WORD = rf"[A-Za-z0-9_][A-Za-z0-9_-]{{0,{LONGEST_WORD - 1}}}"
+WORD = rf"[A-Za-z0-9_][A-Za-z0-9_-]{{0,{MAX_WORD_LENGTH - 1}}}"
 SYSTEM_NAME = re.compile(WORD)
 COMPONENT_NAME = re.compile(rf"{WORD}(\.{WORD})?")
 CLIENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,160}")
 TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 
-OF_A_WORD = f"letters, digits, _ and -, at most {LONGEST_WORD}"
-LONGEST_SHOWN = 100
+OF_A_WORD = f"letters, digits, _ and -, at most {MAX_WORD_LENGTH}"
+MAX_SHOWN_LENGTH = 100
 
 CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types")
 
@@ -57,8 +57,8 @@ def client_name(name: str) -> str:
 
 def own_name(name: str, kind: str) -> str:
     """Return ``name`` if it can name a ``kind`` of thing that stands in no key, such as a parameter; raises BadKey."""
-    if not 0 < len(name) <= LONGEST_OWN_NAME:
-        raise BadKey(f"{_shown(name)} cannot name a {kind}: must be 1 to {LONGEST_OWN_NAME} characters")
+    if not 0 < len(name) <= MAX_OWN_NAME_LENGTH:
+        raise BadKey(f"{_shown(name)} cannot name a {kind}: must be 1 to {MAX_OWN_NAME_LENGTH} characters")
     return name
 
 
@@ -69,8 +69,8 @@ def _matched(pattern: re.Pattern[str], name: str, kind: str, right: str) -> str:
 
 
 def _shown(name: object) -> str:
-    if isinstance(name, str) and len(name) > LONGEST_SHOWN:
-        return f"{name[:LONGEST_SHOWN]!r}... ({len(name)} characters)"
+    if isinstance(name, str) and len(name) > MAX_SHOWN_LENGTH:
+        return f"{name[:MAX_SHOWN_LENGTH]!r}... ({len(name)} characters)"
     return repr(name)
 
 

@@ -10,7 +10,7 @@ from itertools import takewhile
 LISTED = 12
 CANDIDATES = 5
 SEPARATOR = re.compile("[/.:]")
-MOST_HINTS = 20
+MAX_HINTS = 20
 """Names of one request for which a near one is looked up: that takes a fifth of a millisecond each."""
 
 
@@ -61,7 +61,7 @@ class Hints:
     def __init__(self, known: Iterable[str]) -> None:
         """Suggest names of ``known``."""
         self._known = sorted(set(known))
-        self._left = MOST_HINTS
+        self._left = MAX_HINTS
 
     def instead_of(self, name: str) -> str:
         """Say what may have been meant by ``name``."""

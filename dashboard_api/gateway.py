@@ -12,10 +12,10 @@ from dashboard_api.http.callers import Callers
 from dashboard_api.server import HttpServer, bind
 from regraft import Component, Parameter, every
 from regraft.client import Client
-from regraft.rundir import folder
-from regraft.tokens import Tokens
+from regraft.run_directory import folder
+from regraft.security.tokens import Tokens
 
-TURN_WITHIN = 60.0
+TURN_TIMEOUT = 60.0
 """Seconds without a turn of its loop after which a server has failed, if no host has found the gateway hung earlier."""
 
 
@@ -26,10 +26,10 @@ class Gateway(Component):
     """
 
     resources = Resources(cpu=0.04, memory=40.0)
-    in_step = False
+    lockstep = False
     exclusive = True  # of its port
-    indispensable = "those who watch and adapt the system over HTTP would be cut off"
-    longest_handler = 8.0
+    removal_forbidden = "those who watch and adapt the system over HTTP would be cut off"
+    handler_timeout = 8.0
 
     address = Parameter("127.0.0.1", "a loopback address of this machine", read_only=True)
     port = Parameter(8000, "0 takes any that is free", minimum=0, maximum=65535, read_only=True)
@@ -37,7 +37,6 @@ class Gateway(Component):
     adaptation_within = Parameter(30.0, "patience with an adaptation's outcome", minimum=0.1, maximum=600.0, unit="s")
 
     def __init__(self) -> None:
-        """Begin without a server."""
         self._callers = Callers(Tokens(folder(self.kit.system)))
         self._client: Client | None = None
         self._services: Services | None = None
@@ -58,13 +57,13 @@ class Gateway(Component):
         except Exception:
             self._stop()
             raise
-        self.kit.say(self._server.url + PREFIX, url=self._server.url + PREFIX)
+        self.kit.set_status_text(self._server.url + PREFIX, url=self._server.url + PREFIX)
         self.kit.event("gateway.ready", f"serving at {self._server.url}{PREFIX}", url=self._server.url + PREFIX)
 
     def on_deactivate(self) -> None:
         """Serve no more: readers of events are sent home, waiting requests answered as unavailable."""
         self._stop()
-        self.kit.say("")
+        self.kit.set_status_text("")
 
     def on_parameters(self, changed: frozenset[str]) -> None:
         """Wait as long as is wanted now."""
@@ -79,10 +78,10 @@ class Gateway(Component):
     @every(seconds=1.0)
     def check(self) -> None:
         """Find out if the server has ended by itself, and be as hung as it is."""
-        if self._server and not self._server.turns(TURN_WITHIN):
+        if self._server and not self._server.turns(TURN_TIMEOUT):
             why = "hangs" if self._server.running else "has ended by itself"
             self._server = None
-            self.kit.say(f"the HTTP server {why}")
+            self.kit.set_status_text(f"the HTTP server {why}")
             raise RuntimeError(f"the HTTP server {why}: deactivate and activate the gateway")
 
     def _stop(self) -> None:

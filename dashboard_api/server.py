@@ -13,10 +13,10 @@ import uvicorn
 
 from dashboard_api.http.peers import KnownConnection
 
-START_WITHIN = 5.0
+START_TIMEOUT = 5.0
 GRACE = 1
 """Seconds that open requests get to finish when the server stops."""
-STOP_WITHIN = 3.0
+STOP_TIMEOUT = 3.0
 POLL = 0.005
 BACKLOG = 128
 
@@ -93,7 +93,7 @@ class HttpServer:
     def start(self) -> None:
         """Serve from now on; raises CannotServe."""
         self._thread.start()
-        deadline = time.monotonic() + START_WITHIN
+        deadline = time.monotonic() + START_TIMEOUT
         while not self._server.started:
             if not self._thread.is_alive() or time.monotonic() > deadline:
                 self.stop()
@@ -103,10 +103,10 @@ class HttpServer:
     def stop(self) -> bool:
         """Stop within bounds; tells whether it ended. Requests under way get a moment to finish."""
         self._server.should_exit = True
-        self._thread.join(STOP_WITHIN)
+        self._thread.join(STOP_TIMEOUT)
         if self._thread.is_alive():
             self._server.force_exit = True
-            self._thread.join(STOP_WITHIN)
+            self._thread.join(STOP_TIMEOUT)
         self._bound.close()
         return not self._thread.is_alive()
 

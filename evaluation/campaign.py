@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from evaluation.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run
-from evaluation.run_process import RunProcess
+from evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run
+from evaluation.runs.run_process import RunProcess
 from evaluation.study import Configuration, Failure, Results, RunRecord, Study
 
 RUNS, WORK, FAILED, ABOUT = "runs", "work", "failed", "campaign.json"
 WHY: Final = "why.txt"
-LOOK_EVERY: Final = 0.1
+LOOK_INTERVAL: Final = 0.1
 
 
 class BadCampaign(ValueError):
@@ -159,7 +159,7 @@ class Campaign:
                     self._start(self._todo.pop(0))
                 self._look(say)
                 tell(self.progress())
-                time.sleep(LOOK_EVERY)
+                time.sleep(LOOK_INTERVAL)
         except OSError as error:
             raise _no_room(self.folder, error) from None
         finally:

@@ -15,13 +15,13 @@ import typer
 from bus_schema.suggestions import instead_of
 from evaluation.campaign import BadCampaign, Campaign, NoRoom, Progress, Wanted, write_files
 from evaluation.finding import NoSuchStudy, find_study
-from evaluation.run_directory import BadRun
+from evaluation.runs.run_directory import BadRun
 from evaluation.study import Configuration, Study
-from regraft.cli.group import FAILED, BadInput, Failed
-from regraft.cli.numbers import seconds as parse_seconds
-from regraft.cli.numbers import whole
-from regraft.cli.output import complain, say
-from regraft.trial_import import check_imports
+from regraft.cli.outcomes import FAILED, BadInput, Failed
+from regraft.cli.terminal.numbers import seconds as parse_seconds
+from regraft.cli.terminal.numbers import whole
+from regraft.cli.terminal.output import complain, say
+from regraft.process.trial.trial_import import check_imports
 
 REPORT = "report.md"
 

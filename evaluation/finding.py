@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bus_schema.suggestions import instead_of
 from evaluation.study import Study
-from regraft.modules import CannotImport, after_failure, imported
+from regraft.process.modules import CannotImport, after_failure, imported
 
 ENTRY_POINTS: Final = "regraft.studies"
 """The entry point group of studies from other packages: each is a `Study`."""

@@ -22,7 +22,7 @@ TRUTHS_KEPT = 200
 """Poses that others' messages of the same moment are compared with."""
 PLUGGED_IN = 2.0
 """s on the charger that make a visit."""
-AT_REST_AFTER = 1.0
+AT_REST_TIMEOUT = 1.0
 """s after a mission's end in which the robot comes to rest where the mission left it."""
 ENDED = (MissionState.SUCCEEDED, MissionState.FAILED, MissionState.HALTED)
 
@@ -36,19 +36,19 @@ class Judge(Component):
     """
 
     resources = Resources(cpu=0.03, memory=25.0)
-    longest_handler = 2.0
+    handler_timeout = 2.0
 
     pose_error_at = Parameter(300.0, "when the localization is to be judged", minimum=0.0, unit="s")
     target = Parameter("hydrant", "the object that the mission is to locate, of those to be visited")
     result = Parameter("hydrant", "where the blackboard has its place: RESULT_x and RESULT_y")
 
-    ground_truth = Input(GroundTruth, keep=4096, text="where the robot really is")
-    true_map = Input(OccupancyGrid, latest_only=True, text="what really stands in the room")
-    true_goals = Input(Goals, latest_only=True, text="from where the objects to be visited can be seen")
-    odometry = Input(Odometry, keep=4096, text="where the robot is by the wheels")
-    localization = Input(Odometry, keep=4096, required=False, text="where the robot thinks that it is")
-    localization_given = Input(Odometry, keep=4096, required=False, text="the same, when it no longer maps")
-    map = Input(OccupancyGrid, latest_only=True, required=False, text="the robot's map")
+    ground_truth = Input(GroundTruth, keep=4096, description="where the robot really is")
+    true_map = Input(OccupancyGrid, latest_only=True, description="what really stands in the room")
+    true_goals = Input(Goals, latest_only=True, description="from where the objects to be visited can be seen")
+    odometry = Input(Odometry, keep=4096, description="where the robot is by the wheels")
+    localization = Input(Odometry, keep=4096, required=False, description="where the robot thinks that it is")
+    localization_given = Input(Odometry, keep=4096, required=False, description="the same, when it no longer maps")
+    map = Input(OccupancyGrid, latest_only=True, required=False, description="the robot's map")
     charger = Input(ChargerState, keep=4096, required=False)
     battery = Input(BatteryState, keep=4096, required=False)
     mission = Input(MissionStatus, latest_only=True, required=False)
@@ -80,7 +80,7 @@ class Judge(Component):
             self._objects = true_objects(self.true_map.latest, self.true_goals.latest)
         for truth in self.ground_truth.take():
             self._truths.append((_milliseconds(truth.stamp), truth.pose))
-            if self._ended is None or truth.stamp <= self._ended + AT_REST_AFTER:
+            if self._ended is None or truth.stamp <= self._ended + AT_REST_TIMEOUT:
                 self._follow(truth)
         self._compare()
         self._note_power(str(status.blackboard.get("phase") or "") if status else "")

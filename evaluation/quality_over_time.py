@@ -22,8 +22,8 @@ from typing import IO, Any
 from bus_schema.encoding import codec
 from bus_schema.messages.quality import Quality
 from bus_schema.model.adaptation import AdaptationReport, Outcome
-from evaluation.quality_run import QualityRun, run_mission
-from evaluation.stack_run import RunFailed
+from evaluation.runs.quality_run import QualityRun, run_mission
+from evaluation.runs.stack_run import RunFailed
 
 
 class Standing(Enum):

@@ -36,8 +36,8 @@ class Recorder(Component):
     state_version = 1
     checkpoint_every = 1.0
 
-    ground_truth = Input(GroundTruth, keep=4096, text="what the robot really did")
-    goals = Input(Goals, latest_only=True, required=False, text="whose visits are counted")
+    ground_truth = Input(GroundTruth, keep=4096, description="what the robot really did")
+    goals = Input(Goals, latest_only=True, required=False, description="whose visits are counted")
     detections = Input(Detections, keep=4096, required=False)
     adaptations = Input(AdaptationReport, keep=4096, required=False)
 

@@ -26,7 +26,7 @@ class RowRecorder(Component):
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
-    longest_handler = 2.0
+    handler_timeout = 2.0
 
     file = Parameter("", "the CSV file that is written", unit="path", read_only=True)
 
@@ -73,7 +73,6 @@ class Rows:
     """A run's rows, read back: columns by name."""
 
     def __init__(self, columns: Mapping[str, list[str]]) -> None:
-        """Hold columns of equal length."""
         self._columns = dict(columns)
 
     def __len__(self) -> int:

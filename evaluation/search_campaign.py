@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bus_schema.encoding import codec
-from evaluation.search_run import SearchRun, run_search
-from evaluation.stack_run import RunFailed
+from evaluation.runs.search_run import SearchRun, run_search
+from evaluation.runs.stack_run import RunFailed
 
 STACK = Path("stacks/frog/search.yaml")
 AT_LEAST, AT_MOST = 305.0, 900.0

@@ -1,30 +1,47 @@
-"""Regraft: robots that adapt while they work. This is the kit that a component's author imports."""
+"""Regraft: robots that adapt while they work. An author of components imports all that one needs from here."""
 
 import os
 
 # Before numpy is loaded: a robot has many small processes, and those that are forked must begin with one thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from bus_schema.messages.requests import RefusalCode
-from regraft.component import Component
-from regraft.parameters import Parameter
-from regraft.ports import Input, Output
-from regraft.records import Records
-from regraft.requests import action, every, service
-from regraft.runtime.calling import CallFailed
-from regraft.runtime.serving import RequestRefused
-from regraft.runtime.tasks import Cancelled
+from bus_schema.messages.health import Level
+from bus_schema.messages.protocol.requests import RefusalCode
+from bus_schema.model.description import Resources
+from bus_schema.model.lifecycle import State
+from regraft.component.component import Component
+from regraft.component.errors import CallFailed, NotActive, RequestRefused
+from regraft.component.future import Cancelled, Future
+from regraft.component.goal import Goal
+from regraft.component.handlers import action, every, service
+from regraft.component.kit import ExclusiveSlot, Kit, Task
+from regraft.component.live_ports import InputPort, OutputPort
+from regraft.component.parameters import Parameter, ParameterError
+from regraft.component.ports import Input, Output
+from regraft.component.records import Records
 
 __all__ = [
     "CallFailed",
     "Cancelled",
     "Component",
+    "ExclusiveSlot",
+    "Future",
+    "Goal",
     "Input",
+    "InputPort",
+    "Kit",
+    "Level",
+    "NotActive",
     "Output",
+    "OutputPort",
     "Parameter",
+    "ParameterError",
     "Records",
     "RefusalCode",
     "RequestRefused",
+    "Resources",
+    "State",
+    "Task",
     "action",
     "every",
     "service",

@@ -30,7 +30,6 @@ class Patience:
     """A bound in seconds that count in full only while every thread that wants to run does."""
 
     def __init__(self, seconds: float) -> None:
-        """Start now."""
         self._left = seconds
         self._looked = time.monotonic()
 

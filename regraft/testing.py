@@ -28,18 +28,19 @@ from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
 from bus_schema.messages.health import Event
 from bus_schema.model.lifecycle import State, Transition
-from regraft.assignment import Assignment
-from regraft.clock import SteppedClock
-from regraft.component import Component
-from regraft.inbox import Inbox
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.bus.inbox import Inbox
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.component.component import Component
+from regraft.component.goal import Goal
 from regraft.runtime import loop
-from regraft.runtime.calling import Caller, Goal
-from regraft.runtime.herald import Herald
-from regraft.runtime.inbound import Inbound
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.core.clock import SteppedClock
+from regraft.runtime.core.timers import Timers
+from regraft.runtime.data.inbound import Inbound
+from regraft.runtime.data.status_reporter import StatusReporter
+from regraft.runtime.data.writers import Identity, Writers
+from regraft.runtime.requests.request_client import Caller
 from regraft.runtime.runtime import Runtime
-from regraft.runtime.timers import Timers
-from regraft.runtime.writers import Identity, Writers
 
 C = TypeVar("C", bound=Component)
 M = TypeVar("M")
@@ -47,7 +48,7 @@ A = TypeVar("A")
 
 FINEST = 1_000_000
 """Nanoseconds by which the clock moves at the least."""
-HEAVY_WORK_WITHIN = 10.0
+HEAVY_WORK_TIMEOUT = 10.0
 
 
 class Rig:
@@ -67,21 +68,19 @@ class Rig:
         identity = Identity("rig", 1, 1)
         self._writers = Writers(self.bus, self.clock, identity)
         self._timers = Timers()
-        self._herald = Herald(self.bus, self.keys, self.clock, identity, 3600.0)
+        self._reporter = StatusReporter(self.bus, self.keys, self.clock, identity, 3600.0)
         self._inbound = Inbound(self.clock, stepped=False)
-        self._caller = Caller(self.keys, "rig-1", self._writers, self._timers, self._herald)
+        self._caller = Caller(self.keys, "rig-1", self._writers, self._timers, self._reporter)
         self._inbound.add(self.keys.reply("**", "rig-1"), self._caller)
         self.bus.subscribe(self.keys.reply("**", "rig-1"), self._inbox.put)
         self.bus.subscribe(self.keys.event, lambda s: self.events.append(codec.decode(s.payload, Event)))
 
     def __enter__(self) -> Rig:
-        """Use it as a context, so that everything ends with the test."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End all components."""
         for runtime in self.runtimes.values():
             runtime.leave()
         self.bus.close()
@@ -192,11 +191,11 @@ class Rig:
 
     @staticmethod
     def _settle_one(runtime: Runtime) -> bool:
-        item = runtime.inbox.get(HEAVY_WORK_WITHIN if runtime.computing else 0.0)
+        item = runtime.inbox.get(HEAVY_WORK_TIMEOUT if runtime.compute.under_way else 0.0)
         busy = item is not None
         while item is not None:
             runtime.take(item)
             runtime.work()
             item = runtime.inbox.get(0.0)
         loop.pump(runtime)
-        return busy or bool(runtime.computing)
+        return busy or bool(runtime.compute.under_way)

@@ -35,11 +35,11 @@ class Battery(Component):
     recharged = Parameter(0.98, "charge at which one below the limit is all right again", minimum=0.0, maximum=1.0)
     low = Parameter(0.2, "charge below which it is called low", minimum=0.0, maximum=1.0)
 
-    odometry = Input(Odometry, keep=4096, text="how fast the robot drives")
-    energy = Input(EnergyUse, keep=4096, required=False, text="what is taken at once, as for a picture")
-    charger = Input(ChargerState, keep=256, required=False, text="what is put in, if there is a charger")
-    battery = Output(BatteryState, text="what is left")
-    power = Output(PowerDraw, text="what each part draws, as the mean since the last message")
+    odometry = Input(Odometry, keep=4096, description="how fast the robot drives")
+    energy = Input(EnergyUse, keep=4096, required=False, description="what is taken at once, as for a picture")
+    charger = Input(ChargerState, keep=256, required=False, description="what is put in, if there is a charger")
+    battery = Output(BatteryState, description="what is left")
+    power = Output(PowerDraw, description="what each part draws, as the mean since the last message")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

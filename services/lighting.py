@@ -31,7 +31,7 @@ class Lighting(Component):
     phase = Parameter(51.8, "how far the curve is at time 0", unit="s")
     darkest = Parameter(1.0, "darkness at the darkest", minimum=0.0, maximum=1.0)
 
-    light = Output(LightLevel, text="how dark it is now")
+    light = Output(LightLevel, description="how dark it is now")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

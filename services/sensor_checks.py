@@ -22,7 +22,7 @@ SILENT, FROZEN, BLACK, BLANK, BLIND, DROPOUTS, JUMPY = (
     "jumpy",
 )
 PIXELS_LOOKED_AT = 400
-LEAST_MOTION = 0.02
+MIN_MOTION = 0.02
 """m/s and rad/s: slower is standing."""
 FASTEST, FASTEST_TURN = 0.5, 2.0
 """m/s and rad/s: faster the robot can't be."""
@@ -78,7 +78,6 @@ class Sameness:
     """For how long the same has come again and again."""
 
     def __init__(self) -> None:
-        """Nothing has come yet."""
         self._last: object = None
         self._since = 0.0
 
@@ -97,7 +96,6 @@ class Jumps:
     """Notices a pose that moves farther than the robot can."""
 
     def __init__(self) -> None:
-        """No pose is known yet."""
         self._last: tuple[float, Pose] | None = None
 
     def jump(self, stamp: float, pose: Pose, tolerance: float) -> float:
@@ -114,4 +112,4 @@ class Jumps:
 
 def is_moving(twist: Twist) -> bool:
     """Tell whether a twist is more than standing."""
-    return abs(twist.forward) > LEAST_MOTION or abs(twist.turn) > LEAST_MOTION
+    return abs(twist.forward) > MIN_MOTION or abs(twist.turn) > MIN_MOTION

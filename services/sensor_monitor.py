@@ -64,12 +64,12 @@ class SensorMonitor(Component):
     largest_jump = Parameter(0.2, "how far a pose may jump beyond what the robot can drive", minimum=0.0, unit="m")
     jumpy_for = Parameter(5.0, "how long a jump is held against a pose", minimum=0.0, unit="s")
 
-    image = Input(Image, latest_only=True, required=False, text="the pictures to watch")
-    scan = Input(LaserScan, latest_only=True, required=False, text="the scans to watch")
-    odometry = Input(Odometry, latest_only=True, required=False, text="the pose by the wheels to watch")
-    localization = Input(Odometry, latest_only=True, required=False, text="the pose in the map to watch")
-    velocity = Input(Twist, latest_only=True, required=False, text="whether the robot is told to move")
-    sensor_health = Output(SensorHealth, text="what is wrong")
+    image = Input(Image, latest_only=True, required=False, description="the pictures to watch")
+    scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")
+    odometry = Input(Odometry, latest_only=True, required=False, description="the pose by the wheels to watch")
+    localization = Input(Odometry, latest_only=True, required=False, description="the pose in the map to watch")
+    velocity = Input(Twist, latest_only=True, required=False, description="whether the robot is told to move")
+    sensor_health = Output(SensorHealth, description="what is wrong")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

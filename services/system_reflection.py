@@ -12,9 +12,7 @@ from bus_schema.encoding.reading import Reading, Reduce, read
 from bus_schema.errors import BadMessage
 from bus_schema.messages.reflection import ReflectedEntry, Reflection
 from bus_schema.model.description import Resources
-from regraft import Component, Input, Output, Records
-from regraft.runtime.inputs import InputPort
-from regraft.runtime.tasks import Waiting
+from regraft import Component, Future, Input, InputPort, Output, Records
 
 ENTRY = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 RESERVED = ("_age", "_stale")
@@ -35,7 +33,6 @@ class Mapped:
     stale_after: Annotated[float, Unit("s"), Bounds(minimum=0.0)] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what can be no entry, and bounds for what has none."""
         if not ENTRY.fullmatch(self.entry):
             raise BadMessage(f"{self.entry!r} must be a letter, then letters, digits and '_'", ("entry",))
         if self.entry.endswith(RESERVED):
@@ -60,7 +57,7 @@ class SystemReflection(Component):
 
     mapping = Records(Mapped, "which field of which topic is which entry, how often, and what is made of it")
 
-    reflection = Output(Reflection, text="the entries, whenever one of them is new")
+    reflection = Output(Reflection, description="the entries, whenever one of them is new")
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
@@ -71,7 +68,7 @@ class SystemReflection(Component):
                 topic=mapped.topic,
                 latest_only=True,
                 required=False,
-                text=f"for {{@{mapped.entry}}}",
+                description=f"for {{@{mapped.entry}}}",
                 reads=(mapped.reading,),
                 name=mapped.entry,
                 origin=f"mapping.{index}",
@@ -83,7 +80,7 @@ class SystemReflection(Component):
         if not self._entries:
             return
         self._tell()
-        self._news: Waiting[None] = Waiting()
+        self._news: Future[None] = Future()
         self.kit.spawn(self._tell_news(), "telling what is new")
         for entry in self._entries:
             self.kit.spawn(self._follow(entry), entry.mapped.entry)
@@ -101,7 +98,7 @@ class SystemReflection(Component):
         """Tell of all entries that are new at one time in one message."""
         while True:
             await self._news
-            self._news = Waiting()
+            self._news = Future()
             self._tell()
 
     def _look(self, entry: _Entry) -> bool:

@@ -14,16 +14,16 @@ from bus_schema.messages.sensors import Image
 from bus_schema.messages.world import WorldState
 from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter
-from sim_service import renderers
-from sim_service.camera import Camera as Eye
-from sim_service.camera import CameraSettings, RenderState, SensorNoise
-from sim_service.camera import Image as Pixels
-from sim_service.camera_mount import CameraMount, camera_mount
-from sim_service.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
-from sim_service.identity import world_hash
-from sim_service.placement import draw_placement
-from sim_service.renderers import Probe, RendererName, make_camera
-from sim_service.scene import load_scene
+from sim_service.cameras import renderers
+from sim_service.cameras.camera import Camera as Eye
+from sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.cameras.camera import Image as Pixels
+from sim_service.cameras.camera_mount import CameraMount, camera_mount
+from sim_service.cameras.renderers import Probe, RendererName, make_camera
+from sim_service.layout.identity import world_hash
+from sim_service.layout.placement import draw_placement
+from sim_service.layout.scene import load_scene
+from sim_service.robot.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
 
 GL_DEFAULTS = (320, 240, 5.0)
 RAY_DEFAULTS = (160, 120, 2.0)
@@ -58,7 +58,7 @@ class Camera(Component):
     which counts while the parameter says none.
     """
 
-    longest_handler = 2.0
+    handler_timeout = 2.0
     resources = Resources(cpu=0.05, memory=130.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
@@ -78,8 +78,8 @@ class Camera(Component):
     failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
     failures = Parameter("", "when it fails, while 'failure' is none, as '30 black, 60 none'", read_only=True)
 
-    world_state = Input(WorldState, latest_only=True, text="the tick to draw")
-    image = Output(Image, text="the pictures")
+    world_state = Input(WorldState, latest_only=True, description="the tick to draw")
+    image = Output(Image, description="the pictures")
 
     _eye: Eye | None = None
 
@@ -120,7 +120,7 @@ class Camera(Component):
         self._hash = world_hash(scene, placement)
         self._foreign = ""
         self._eye = make_camera(renderer, scene, placement, settings)
-        self.kit.say(f"renders {self._size[0]}x{self._size[1]} on {renderer}", renderer=renderer)
+        self.kit.set_status_text(f"renders {self._size[0]}x{self._size[1]} on {renderer}", renderer=renderer)
 
     def _choose_renderer(self) -> RendererName:
         for name in renderers.NAMES:
@@ -151,7 +151,7 @@ class Camera(Component):
             return
         eye = self._eye
         self._note_rate()
-        self.image.promise(lambda: self._picture(eye, state, failure))
+        self.image.publish_deferred(lambda: self._picture(eye, state, failure))
 
     def _picture(self, eye: Eye, state: WorldState, failure: str) -> Image:
         try:

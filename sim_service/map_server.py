@@ -6,7 +6,7 @@ from bus_schema.messages.geometry import FramedPose, Pose
 from bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from bus_schema.model.description import Resources
 from regraft import Component, Output, Parameter, every
-from sim_service.scene import load_scene
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 from sim_service.world import MAP_FRAME
 
@@ -17,7 +17,7 @@ class MapServer(Component):
     Both are made from the world file and the run's seed, so they fit the running world without asking it.
     """
 
-    longest_handler = 2.0
+    handler_timeout = 2.0
     resources = Resources(cpu=0.01, memory=30.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
@@ -25,8 +25,8 @@ class MapServer(Component):
     resolution = Parameter(0.05, "side of a map cell", minimum=0.01, maximum=0.5, unit="m", read_only=True)
     rate = Parameter(0.5, "how often the map and the goals are published", minimum=0.01, maximum=10.0, unit="Hz")
 
-    map = Output(OccupancyGrid, text="the map")
-    goals = Output(Goals, text="where to look at the objects from, in the order of the visits")
+    map = Output(OccupancyGrid, description="the map")
+    goals = Output(Goals, description="where to look at the objects from, in the order of the visits")
 
     def on_configure(self) -> None:
         """Make the map and the goals; raises SceneError, PlacementError, GoalError."""

@@ -10,12 +10,12 @@ import cv2
 import mujoco
 import numpy as np
 
-from sim_service.camera import CameraSettings, Image, RenderState, image_size
-from sim_service.gl_camera import Backend, GLCamera
-from sim_service.placement import Placement, PlacementError, draw_placement
-from sim_service.ray_camera import RayCamera
-from sim_service.renderers import probe
-from sim_service.scene import Scene, SceneError, load_scene
+from sim_service.cameras.camera import CameraSettings, Image, RenderState, image_size
+from sim_service.cameras.gl_camera import Backend, GLCamera
+from sim_service.cameras.ray_camera import RayCamera
+from sim_service.cameras.renderers import probe
+from sim_service.layout.placement import Placement, PlacementError, draw_placement
+from sim_service.layout.scene import Scene, SceneError, load_scene
 
 FINER = 2
 """Pixels drawn for each pixel of the picture, in either direction: that makes edges smooth."""
@@ -113,7 +113,6 @@ class Painter(GLCamera):
     """A camera that takes its time: it draws shadows."""
 
     def __init__(self, scene: Scene, placement: Placement, settings: CameraSettings, backend: Backend) -> None:
-        """Load the world, and switch on what robots' cameras do without."""
         super().__init__(scene, placement, settings, backend)
         self._picture.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 1
 

@@ -10,18 +10,18 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_service.camera import RenderState
-from sim_service.contacts import ContactEvent, ContactMonitor
-from sim_service.drive import DifferentialDrive, DriveSettings
-from sim_service.goals import ViewingGoal, viewing_goals
-from sim_service.ground_map import GroundMap, Rasteriser
-from sim_service.lidar import Lidar, LidarSettings, Scan
-from sim_service.lights import check_level
-from sim_service.odometry import NO_DRIFT, Drift, Odometry, OdometryReading, OdometrySettings
-from sim_service.placement import Placement, draw_placement
-from sim_service.poses import Pose2D, Twist2D, yaw_of_matrix
-from sim_service.scene import Scene
-from sim_service.visitor import Visitor, Walk
+from sim_service.cameras.camera import RenderState
+from sim_service.cameras.lights import check_level
+from sim_service.layout.goals import ViewingGoal, viewing_goals
+from sim_service.layout.ground_map import GroundMap, Rasteriser
+from sim_service.layout.placement import Placement, draw_placement
+from sim_service.layout.poses import Pose2D, Twist2D, yaw_of_matrix
+from sim_service.layout.scene import Scene
+from sim_service.layout.visitor import Visitor, Walk
+from sim_service.robot.contacts import ContactEvent, ContactMonitor
+from sim_service.robot.drive import DifferentialDrive, DriveSettings
+from sim_service.robot.lidar import Lidar, LidarSettings, Scan
+from sim_service.robot.odometry import NO_DRIFT, Drift, Odometry, OdometryReading, OdometrySettings
 
 SNAPSHOT_VERSION = 2
 DOCK = "dock"
@@ -79,7 +79,6 @@ class Simulation:
         settings: SimulationSettings | None = None,
         placement: Placement | None = None,
     ) -> None:
-        """Build the world and put the robot at its start."""
         self._scene = scene
         self._settings = settings or SimulationSettings()
         self._seed = seed

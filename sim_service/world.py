@@ -11,8 +11,12 @@ from bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
 from bus_schema.messages.world import GroundTruth, WorldState
 from bus_schema.model.description import Resources
 from regraft import Input, Output, Parameter
-from regraft.stepped.source import TimeSource
-from sim_service.failures import (
+from regraft.lockstep.source import TimeSource
+from sim_service.layout.identity import world_hash
+from sim_service.layout.poses import Pose2D, Twist2D
+from sim_service.layout.scene import load_scene
+from sim_service.layout.visitor import parse_walk
+from sim_service.robot.failures import (
     DRIFT,
     DROPOUT,
     FROZEN,
@@ -23,13 +27,9 @@ from sim_service.failures import (
     drop_rays,
     parse_schedule,
 )
-from sim_service.identity import world_hash
-from sim_service.lidar import LidarSettings
-from sim_service.odometry import NO_DRIFT, Drift, OdometryReading, OdometrySettings
-from sim_service.poses import Pose2D, Twist2D
-from sim_service.scene import load_scene
+from sim_service.robot.lidar import LidarSettings
+from sim_service.robot.odometry import NO_DRIFT, Drift, OdometryReading, OdometrySettings
 from sim_service.simulation import Simulation, SimulationSettings
-from sim_service.visitor import parse_walk
 
 MAP_FRAME = "map"
 ODOMETRY_FRAME = "odom"
@@ -92,14 +92,14 @@ class World(TimeSource):
     odometry_drift_scale = Parameter(0.1, "share that a drift adds to the way", minimum=-1.0, maximum=1.0)
     failures = Parameter("", "when which sensor fails, as '30 scan silent, 60 scan none'", read_only=True)
 
-    velocity = Input(Twist, text="what the robot shall do now: forward velocity and yaw rate", required=False)
-    light = Input(LightLevel, required=False, text="how far the lamps are dimmed")
-    battery = Input(BatteryState, latest_only=True, required=False, text="whether there is power to drive")
-    odometry = Output(Odometry, text="pose and twist by the wheels, every tick")
-    scan = Output(LaserScan, text="turns of the lidar")
-    charger = Output(ChargerState, text="whether the robot stands on the dock; nothing in worlds without one")
-    world_state = Output(WorldState, text="what a camera needs to draw a tick, if there is one")
-    ground_truth = Output(GroundTruth, text="what really is, every tick; for evaluation and tests only")
+    velocity = Input(Twist, description="what the robot shall do now: forward velocity and yaw rate", required=False)
+    light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
+    battery = Input(BatteryState, latest_only=True, required=False, description="whether there is power to drive")
+    odometry = Output(Odometry, description="pose and twist by the wheels, every tick")
+    scan = Output(LaserScan, description="turns of the lidar")
+    charger = Output(ChargerState, description="whether the robot stands on the dock; nothing in worlds without one")
+    world_state = Output(WorldState, description="what a camera needs to draw a tick, if there is one")
+    ground_truth = Output(GroundTruth, description="what really is, every tick; for evaluation and tests only")
 
     def on_configure(self) -> None:
         """Load the world and place everything; raises SceneError, PlacementError, ScheduleError, WalkError."""
@@ -168,7 +168,7 @@ class World(TimeSource):
         if self.ticks % self._ticks_per_charger == 0:
             self._publish_charger(now)
         truth = self._truth(now)
-        self.ground_truth.promise(lambda: truth)
+        self.ground_truth.publish_deferred(lambda: truth)
         if self.world_state.wanted:
             self._publish_state(now, truth.pose)
 
@@ -233,7 +233,7 @@ class World(TimeSource):
     def _publish_state(self, now: float, base: Pose) -> None:
         state = self.simulation.render_state()
         told = WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base)
-        self.world_state.promise(lambda: told)
+        self.world_state.publish_deferred(lambda: told)
 
     def evaluate(self) -> dict[str, float]:
         """Return how often the robot has touched something, as ``contacts``."""

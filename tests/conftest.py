@@ -8,7 +8,7 @@ from collections.abc import Generator
 import pytest
 from hypothesis import HealthCheck, settings
 
-from sim_service.renderers import RendererName
+from sim_service.cameras.renderers import RendererName
 from tests.renderers import best
 from tests.waiting import slowness
 from tests.workers import give_back_memory, workers
@@ -17,7 +17,7 @@ from tests.workers import give_back_memory, workers
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tests")
 
-LONGEST_TEST = 300.0
+MAX_TEST = 300.0
 """Seconds that a test may take, while every thread that wants to run does."""
 
 
@@ -30,7 +30,7 @@ def pytest_xdist_auto_num_workers() -> int:
 def pytest_runtest_protocol(item: pytest.Item) -> None:
     """Give a test longer on a machine that is busy with other things."""
     marked = item.get_closest_marker("timeout")
-    seconds = marked.args[0] if marked else LONGEST_TEST
+    seconds = marked.args[0] if marked else MAX_TEST
     item.add_marker(pytest.mark.timeout(seconds * slowness()), append=False)
 
 

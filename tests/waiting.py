@@ -11,7 +11,7 @@ from regraft.patience import MAX_CROWDING, Patience, crowding
 
 T = TypeVar("T")
 
-LONGEST_PAUSE = 0.03
+MAX_PAUSE = 0.03
 """Seconds between two looks at what takes its time: looking costs those who are looked at."""
 
 
@@ -40,5 +40,5 @@ def wait_for(look: Callable[[], T | None], what: str, seconds: float = SECONDS) 
         if patience.is_over():
             raise AssertionError(f"{what}: not after {time.monotonic() - began:.0f} s")
         time.sleep(pause)
-        pause = min(1.2 * pause, LONGEST_PAUSE)
+        pause = min(1.2 * pause, MAX_PAUSE)
     return found

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from adaptation_manager.execution.restored import values_of
+from adaptation_manager.execution.restoration import values_of
 from adaptation_manager.execution.verify import differences
-from bus_schema.messages.control import ComponentView
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.architecture import Architecture
 
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from adaptation_manager.execution.transaction import undo
 from adaptation_manager.journal.journal import Journal, OpenLine
 from adaptation_manager.planning.plan import way
-from adaptation_manager.targets.site import Site
-from bus_schema.messages.host import UpdateSpecs
+from adaptation_manager.targets.context import ExecutionContext
+from bus_schema.messages.protocol.host import UpdateSpecs
 from bus_schema.model.adaptation import AdaptationReport, Outcome, StepState
 from bus_schema.model.architecture import Architecture
 
@@ -18,7 +18,7 @@ DAMAGED = "the journal does not say any more how"
 
 
 async def recover(
-    journal: Journal, current: Architecture, site_for: Callable[[Architecture, Architecture], Site]
+    journal: Journal, current: Architecture, site_for: Callable[[Architecture, Architecture], ExecutionContext]
 ) -> list[AdaptationReport]:
     """Undo every open line of the journal, the newest first; returns how each ended. Raises JournalError."""
     ended = []
@@ -30,7 +30,7 @@ async def recover(
 
 
 async def _undone(
-    line: OpenLine, current: Architecture, site_for: Callable[[Architecture, Architecture], Site]
+    line: OpenLine, current: Architecture, site_for: Callable[[Architecture, Architecture], ExecutionContext]
 ) -> AdaptationReport:
     reports, planned, readable = list(line.report.steps), [], []
     for index, step in enumerate(line.steps):

@@ -6,37 +6,37 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from adaptation_manager.execution.performing import perform
-from adaptation_manager.execution.restored import not_restored, wanted_again
+from adaptation_manager.execution.actions import perform
+from adaptation_manager.execution.restoration import not_restored, wanted_again
 from adaptation_manager.execution.verify import verify
 from adaptation_manager.journal.journal import JournalError
 from adaptation_manager.phases import Phases
 from adaptation_manager.planning.plan import Plan
 from adaptation_manager.steps.actions import (
+    ApplyParameters,
     EndProcess,
     EndSuccessor,
-    GiveBack,
-    GiveValues,
     LeaveStopped,
     PlannedStep,
+    Restore,
     StartAgain,
 )
-from adaptation_manager.targets.controls import ControlFailed, NoAnswer
-from adaptation_manager.targets.hosts import Update
-from adaptation_manager.targets.site import Site
-from bus_schema.messages.control import ControlCode
-from bus_schema.messages.host import UpdateSpecs
+from adaptation_manager.targets.component_client import ControlFailed, NoAnswer
+from adaptation_manager.targets.context import ExecutionContext
+from adaptation_manager.targets.host_client import Update
+from bus_schema.messages.protocol.control import ControlCode
+from bus_schema.messages.protocol.host import UpdateSpecs
 from bus_schema.model.adaptation import Outcome, Phase, StepReport, StepState
 from regraft.patience import Patience
 
-UNDO_AGAIN_AFTER = 0.05
+UNDO_INTERVAL = 0.05
 """Seconds between two attempts at undoing a step whose component does not answer."""
 
 MAY_PASS = (None, ControlCode.TIMED_OUT)
 """Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
 
 
-OF_PROCESSES = (EndProcess, EndSuccessor, GiveBack, LeaveStopped, StartAgain)
+OF_PROCESSES = (EndProcess, EndSuccessor, Restore, LeaveStopped, StartAgain)
 """Actions for which a component need not run."""
 
 
@@ -53,7 +53,7 @@ class Transaction:
     """
 
     plan: Plan
-    site: Site
+    site: ExecutionContext
     note: Callable[[dict[int, StepState]], None]
     commit: Callable[[list[StepReport]], None]
     cancelled: Callable[[], bool]
@@ -152,7 +152,9 @@ def _is_fenced(error: Exception) -> bool:
     return isinstance(error, ControlFailed) and error.code is ControlCode.FENCED
 
 
-async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
+async def undo(
+    site: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
+) -> list[str]:
     """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
 
     Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not. In the
@@ -178,7 +180,7 @@ async def undo(site: Site, former: UpdateSpecs, planned: tuple[PlannedStep, ...]
     return problems + await _read_back(site, planned, steps)
 
 
-async def _read_back(site: Site, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
+async def _read_back(site: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
     """Return where components are not as they were before; a step that was undone for nothing is marked as such."""
     undone = [step for step, report in zip(planned, steps, strict=True) if report.state is StepState.UNDONE]
     wrong = await not_restored(site, wanted_again(site, undone))
@@ -189,7 +191,7 @@ async def _read_back(site: Site, planned: tuple[PlannedStep, ...], steps: list[S
     return [f"read back: {difference}" for difference in wrong.values()]
 
 
-async def _give(site: Site, former: UpdateSpecs) -> None:
+async def _give(site: ExecutionContext, former: UpdateSpecs) -> None:
     """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
     patience = Patience(site.bounds.undo)
     while True:
@@ -199,11 +201,11 @@ async def _give(site: Site, former: UpdateSpecs) -> None:
         except ControlFailed as error:
             if error.code is not None or patience.is_over():
                 raise
-        await site.pause(UNDO_AGAIN_AFTER)
+        await site.pause(UNDO_INTERVAL)
         await site.refresh()
 
 
-async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
+async def _undo_step(site: ExecutionContext, step: PlannedStep, state: StepState) -> str:
     """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
     patience = Patience(site.bounds.undo)
     while True:
@@ -220,7 +222,7 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
                 return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
-        await site.pause(UNDO_AGAIN_AFTER)
+        await site.pause(UNDO_INTERVAL)
         try:
             await site.refresh()
         except ControlFailed as error:
@@ -230,4 +232,4 @@ async def _undo_step(site: Site, step: PlannedStep, state: StepState) -> str:
 
 def _is_queued(step: PlannedStep, state: StepState) -> bool:
     """Tell whether a hung component has both the step and its inverse before it, and needs no more."""
-    return isinstance(step.do, GiveValues) and state is not StepState.DONE
+    return isinstance(step.do, ApplyParameters) and state is not StepState.DONE

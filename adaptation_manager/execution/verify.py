@@ -8,24 +8,24 @@ from adaptation_manager.planning.additions import PATH
 from adaptation_manager.planning.plan import Plan
 from adaptation_manager.steps.actions import (
     Action,
+    Activate,
+    ApplyParameters,
     ConnectPort,
-    GiveValues,
     LeaveStopped,
     ReachState,
     RunProcess,
     RunSuccessor,
     TakeOver,
-    TakePart,
 )
-from adaptation_manager.targets.controls import Asked, ControlFailed, NoAnswer
-from adaptation_manager.targets.hosts import Update
-from adaptation_manager.targets.site import Site
-from bus_schema.messages.control import ComponentView
+from adaptation_manager.targets.component_client import ControlFailed, NoAnswer, PendingQuery
+from adaptation_manager.targets.context import ExecutionContext
+from adaptation_manager.targets.host_client import Update
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.lifecycle import State
 
 
-async def verify(plan: Plan, site: Site, update: Update) -> None:
+async def verify(plan: Plan, site: ExecutionContext, update: Update) -> None:
     """Wait until the hosts have the new specs, and read every component of the plan back.
 
     A component that was restarted meanwhile is as good as any other, if it came back with what it should
@@ -46,7 +46,7 @@ async def verify(plan: Plan, site: Site, update: Update) -> None:
         raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
 
 
-async def _newest_view(site: Site, name: str, asked: Asked | None) -> ComponentView:
+async def _newest_view(site: ExecutionContext, name: str, asked: PendingQuery | None) -> ComponentView:
     if asked is None:
         view = site.controls.last_answer(name, site.after.components[name].host)
         if view is not None:
@@ -69,7 +69,7 @@ def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
     """
     found: dict[str, object] = {"state": view.state.value}
     found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
-    found |= {f"connections.{name}": topic for name, topic in view.connections.items() if topic}
+    found |= {f"connect.{name}": topic for name, topic in view.connections.items() if topic}
     return [
         f"{view.component}: {where} is {found[where]!r}, should be {_plain(value)!r}"
         for where, value in wanted.items()
@@ -86,17 +86,17 @@ def _wanted_of(plan: Plan, name: str) -> dict[str, object]:
 
 
 def _wanted(action: Action) -> dict[str, object]:
-    if isinstance(action, GiveValues):
+    if isinstance(action, ApplyParameters):
         return {f"parameters.{name}": value for name, value in action.values.items()}
     if isinstance(action, ConnectPort):
-        return {f"connections.{action.port}": action.topic}
-    if isinstance(action, TakePart):
+        return {f"connect.{action.port}": action.topic}
+    if isinstance(action, Activate):
         return {"state": State.ACTIVE.value}
     if isinstance(action, LeaveStopped):
         return {}  # something is started in its place
     if isinstance(action, RunSuccessor):
         values = {f"parameters.{name}": value for name, value in _same_anywhere(action.spec)}
-        return values | {f"connections.{port}": topic for port, topic in action.spec.connections.items()}
+        return values | {f"connect.{port}": topic for port, topic in action.spec.connections.items()}
     assert isinstance(action, ReachState | RunProcess | TakeOver)
     return {"state": action.state.value}
 

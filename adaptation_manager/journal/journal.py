@@ -12,14 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from adaptation_manager.journal.journal_file import JournalCorrupt, JournalError, JournalFile, set_aside
-from adaptation_manager.journal.journal_schema import FOLLOWING, LINE, PLAN, RUN, STATE
-from adaptation_manager.journal.journal_seals import Field, is_sealed, seal
+from adaptation_manager.journal.file import JournalCorrupt, JournalError, JournalFile, set_aside
+from adaptation_manager.journal.schema import FOLLOWING, LINE, PLAN, RUN, STATE
+from adaptation_manager.journal.seals import Field, is_sealed, seal
 from adaptation_manager.planning.plan import Plan
 from adaptation_manager.steps.actions import PlannedStep
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.host import UpdateSpecs
+from bus_schema.messages.protocol.host import UpdateSpecs
 from bus_schema.model.adaptation import APPLIED, AdaptationReport, Outcome, StepState
 from bus_schema.model.architecture import Architecture
 
@@ -323,7 +323,7 @@ def _line(run: str, report: AdaptationReport) -> tuple[Field, ...]:
         run,
         int(report.id),
         request.key,
-        request.who,
+        request.actor,
         request.reason,
         report.outcome.value,
         _revision(report),

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from adaptation_manager.journal.journal import Journal, JournalCorrupt, OpenLine, set_aside
-from bus_schema.messages.host import HostView, JournalEnd, UpdateSpecs
+from bus_schema.messages.protocol.host import HostView, JournalEnd, UpdateSpecs
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, StepState
 from bus_schema.model.architecture import Architecture
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from adaptation_manager.queue.line import Entry
+from adaptation_manager.queue.adaptation_queue import Entry
 from bus_schema.model.adaptation import AdaptationReport, Outcome
 
 EVENTS = {

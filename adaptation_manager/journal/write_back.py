@@ -8,7 +8,7 @@ import sqlite3
 import threading
 from pathlib import Path
 
-WRITE_BACK_AFTER = 250
+WRITE_BACK_TIMEOUT = 250
 """Transactions after which what was written ahead is long enough to be moved: a few megabytes."""
 TOO_LONG = 4096
 """Pages written ahead, of 4 KiB, from which on whoever commits moves them itself, so that the file cannot grow on."""
@@ -44,7 +44,7 @@ class WriteBack:
     def if_due(self) -> None:
         """Begin, if enough was written ahead and the last time has ended; returns at once."""
         busy = self._thread is not None and self._thread.is_alive()
-        if self._path and self._ahead >= WRITE_BACK_AFTER and not busy:
+        if self._path and self._ahead >= WRITE_BACK_TIMEOUT and not busy:
             self._ahead = 0
             self._thread = threading.Thread(target=self._write_back, name="journal-write-back", daemon=True)
             self._thread.start()

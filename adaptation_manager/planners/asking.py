@@ -9,9 +9,9 @@ from typing import Final
 
 from bus_schema.annotations import PlainValue
 from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.requests import Answer
+from bus_schema.messages.protocol.requests import Answer
 from bus_schema.model.adaptation import (
-    LARGEST_CONTEXT,
+    MAX_CONTEXT_SIZE,
     AdaptationReport,
     AdaptationRequest,
     Change,
@@ -19,29 +19,27 @@ from bus_schema.model.adaptation import (
     plain_size,
 )
 from bus_schema.model.architecture import Architecture
-from regraft import CallFailed, RefusalCode, RequestRefused
-from regraft.runtime.kit import Kit
-from regraft.runtime.tasks import Waiting
+from regraft import CallFailed, Future, Kit, RefusalCode, RequestRefused
 
 ATTEMPTS: Final = 3
 """How often an adaptation is worked out when somebody else was faster each time."""
-MOST_WAITING: Final = 16
-LONGEST_WHO: Final = 200
-LONGEST_REASON: Final = 1000
+MAX_WAITING: Final = 16
+MAX_ACTOR_LENGTH: Final = 200
+MAX_REASON_LENGTH: Final = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Errand:
+class AdaptationOrder:
     """On whose behalf an adaptation is asked for, why, and what was so; texts that are too long are cut."""
 
-    who: str
+    actor: str
     reason: str
     context: dict[str, PlainValue] = field(default_factory=dict)
 
     def request(self, changes: tuple[Change, ...], revision: int) -> AdaptationRequest:
         """Return the request; a context that is too large is left out."""
-        context = self.context if plain_size(self.context, LARGEST_CONTEXT) <= LARGEST_CONTEXT else {}
-        who, reason = self.who[:LONGEST_WHO], self.reason[:LONGEST_REASON]
+        context = self.context if plain_size(self.context, MAX_CONTEXT_SIZE) <= MAX_CONTEXT_SIZE else {}
+        who, reason = self.actor[:MAX_ACTOR_LENGTH], self.reason[:MAX_REASON_LENGTH]
         return AdaptationRequest(changes, reason, who, revision, context=context)
 
 
@@ -69,7 +67,6 @@ class Manager:
     """The adaptation manager, as a planner asks it."""
 
     def __init__(self, kit: Kit) -> None:
-        """Ask through a component's kit."""
         self._kit = kit
 
     async def architecture(self, within: float) -> Architecture:
@@ -83,7 +80,11 @@ class Manager:
             raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
 
     async def carry_out(
-        self, plan: Callable[[Architecture], tuple[Change, ...]], seen: Architecture, errand: Errand, within: float
+        self,
+        plan: Callable[[Architecture], tuple[Change, ...]],
+        seen: Architecture,
+        errand: AdaptationOrder,
+        within: float,
     ) -> CarriedOut:
         """Have what ``plan`` returns for an architecture carried out, unless there is nothing to do.
 
@@ -117,8 +118,7 @@ class Turns:
     """One at a time for each name, in the order of asking: ``await take(name)``, and ``give(name)`` at the end."""
 
     def __init__(self) -> None:
-        """Begin with nobody."""
-        self._waiting: dict[str, deque[Waiting[None]]] = {}
+        self._waiting: dict[str, deque[Future[None]]] = {}
 
     async def take(self, name: str) -> None:
         """Wait for one's turn; raises RequestRefused if too many wait."""
@@ -126,10 +126,10 @@ class Turns:
         if line is None:
             self._waiting[name] = deque()
             return
-        if len(line) >= MOST_WAITING:
-            why = f"the queue is full: {MOST_WAITING} proposals for {name!r} wait already"
+        if len(line) >= MAX_WAITING:
+            why = f"the queue is full: {MAX_WAITING} proposals for {name!r} wait already"
             raise RequestRefused(why, RefusalCode.QUEUE_FULL)
-        waiting: Waiting[None] = Waiting()
+        waiting: Future[None] = Future()
         line.append(waiting)
         await waiting
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from adaptation_manager.steps.succeeding import move_of, swap_of
-from adaptation_manager.targets.controls import ControlFailed
-from adaptation_manager.targets.hosts import Hosts
-from bus_schema.messages.host import DescribedComponent
+from adaptation_manager.targets.component_client import ControlFailed
+from adaptation_manager.targets.host_client import Hosts
+from bus_schema.messages.protocol.host import DescribedComponent
 from bus_schema.model.adaptation import AdaptationRequest, Add, Change, Move, Swap, Violation
 from bus_schema.model.architecture import Architecture, ComponentSpec
 from bus_schema.suggestions import instead_of
@@ -37,7 +37,7 @@ async def described_additions(
             try:
                 described[index] = await hosts.describe(wanted, request.context)
             except ControlFailed as error:
-                violations = [Violation(None, "", "cls" if wanted.cls else "command", str(error))]
+                violations = [Violation(None, "", "class" if wanted.cls else "command", str(error))]
             else:
                 violations = list(described[index].violations)
         found += [replace(violation, change=index, component=change.component) for violation in violations]
@@ -49,7 +49,7 @@ def _of_spec(spec: ComponentSpec, architecture: Architecture) -> list[Violation]
         problem = f"there is no host {spec.host!r}; {instead_of(spec.host, architecture.hosts)}"
         return [Violation(None, "", "host", problem)]
     if bool(spec.cls) == bool(spec.command):
-        return [Violation(None, "", "cls", "a component has either a class or a command")]
+        return [Violation(None, "", "class", "a component has either a class or a command")]
     return []
 
 

@@ -11,11 +11,11 @@ from adaptation_manager.planning.modes import expanded
 from adaptation_manager.planning.plan import Plan
 from adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from adaptation_manager.steps.draft import Draft
-from adaptation_manager.targets.controls import Asked, ControlFailed, Controls, NoAnswer
-from adaptation_manager.targets.hosts import Hosts
+from adaptation_manager.targets.component_client import ComponentClient, ControlFailed, NoAnswer, PendingQuery
+from adaptation_manager.targets.host_client import Hosts
 from adaptation_manager.targets.processes import NOT_RUNNING
-from bus_schema.messages.control import ComponentView
-from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.messages.protocol.control import ComponentView
+from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from bus_schema.model.adaptation import (
     AdaptationRequest,
     Add,
@@ -36,7 +36,7 @@ COMING = (ProcessState.WAITING, ProcessState.STARTING)
 
 
 async def check(
-    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts, manager: str
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
 ) -> tuple[tuple[Violation, ...], Plan]:
     """Judge all changes together against the architecture and the living components, which are only read.
 
@@ -54,7 +54,7 @@ async def check(
 
 
 async def _check_changes(
-    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts, manager: str
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
 ) -> tuple[list[Violation], Plan]:
     found = _contradictions(request.changes)
     live, silent = await _read(request, architecture, controls, hosts)
@@ -78,9 +78,7 @@ async def _check_changes(
     found += draft.violations
     of_result = _of_result(request, architecture, draft.architecture)
     # What cannot be judged might feed others: most of what could be said of connections would be wrong.
-    found += [
-        one for one in of_result if not draft.unclear or not one.field.startswith(("connections.", "constraints."))
-    ]
+    found += [one for one in of_result if not draft.unclear or not one.field.startswith(("connect.", "constraints."))]
     after = replace(draft.architecture, revision=architecture.revision + 1)
     # What a swapped component was given before its swap may be wrong then, and still be wrong in the result.
     found = list(dict.fromkeys(found))
@@ -133,10 +131,10 @@ def _contradictions(changes: Sequence[Change]) -> list[Violation]:
         if isinstance(change, SetParameters):
             values = {f"parameters.{name}": value for name, value in change.parameters.items()}
         elif isinstance(change, Connect):
-            values = {f"connections.{change.port}": change.topic}
+            values = {f"connect.{change.port}": change.topic}
         elif isinstance(change, Swap):
             values = {f"parameters.{name}": value for name, value in change.parameters.items()}
-            values |= {f"connections.{port}": topic for port, topic in change.connections.items()}
+            values |= {f"connect.{port}": topic for port, topic in change.connections.items()}
         for where, value in values.items():
             first = wanted.setdefault((change.component, where), value)
             if first != value:
@@ -146,7 +144,7 @@ def _contradictions(changes: Sequence[Change]) -> list[Violation]:
 
 
 async def _read(
-    request: AdaptationRequest, architecture: Architecture, controls: Controls, hosts: Hosts
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts
 ) -> tuple[dict[str, ComponentView], list[Violation]]:
     """Read every component that is to be changed; returns their views, and those that are not well.
 
@@ -162,7 +160,7 @@ async def _read(
         if all(last):
             return {view.component: view for view in last if view}, []
     # Components are asked where they ran last while hosts say where they run now: few have been restarted.
-    guessed: dict[str, Asked] = {name: controls.read(name) for name in first_use}
+    guessed: dict[str, PendingQuery] = {name: controls.read(name) for name in first_use}
     controls.processes = await hosts.processes(architecture.revision)
     asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
     live, silent = {}, []
@@ -193,7 +191,7 @@ def _keeps_ending(process: ProcessStatus) -> bool:
     return process.restarts > 0 and process.state not in NOT_RUNNING
 
 
-def _why_silent(controls: Controls, name: str, error: ControlFailed) -> str:
+def _why_silent(controls: ComponentClient, name: str, error: ControlFailed) -> str:
     process = controls.processes.get(name)
     if process is None:
         return "is not running: no host has a process for it"
@@ -226,9 +224,9 @@ def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
         change = changes[index]
         if isinstance(change, SetParameters | Swap) and kind == "parameters" and name in change.parameters:
             return index
-        if isinstance(change, Swap) and kind in ("parameters", "connections", "services"):
+        if isinstance(change, Swap) and kind in ("parameters", "connect", "services"):
             return index
-        if isinstance(change, Connect) and kind == "connections" and name == change.port:
+        if isinstance(change, Connect) and kind == "connect" and name == change.port:
             return index
     if same:
         return same[-1]

@@ -24,7 +24,6 @@ class Durations:
     """Learns from adaptations that were applied."""
 
     def __init__(self) -> None:
-        """Know nothing."""
         self._steps: defaultdict[tuple[str, str], deque[float]] = defaultdict(lambda: deque(maxlen=REMEMBERED))
         self._around: defaultdict[Phase, deque[float]] = defaultdict(lambda: deque(maxlen=REMEMBERED))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from adaptation_manager.steps.actions import GiveValues, PlannedStep, TakeOver
-from bus_schema.messages.host import UpdateSpecs
+from adaptation_manager.steps.actions import ApplyParameters, PlannedStep, TakeOver
+from bus_schema.messages.protocol.host import UpdateSpecs
 from bus_schema.model.adaptation import StepReport, StepState
 from bus_schema.model.architecture import Architecture, ComponentSpec
 
@@ -53,7 +53,7 @@ class Plan:
     @property
     def only_gives_values(self) -> bool:
         """Whether all that is done is to set parameters, each step all or nothing."""
-        return all(isinstance(step.do, GiveValues) for step in self.steps)
+        return all(isinstance(step.do, ApplyParameters) for step in self.steps)
 
     def reports(self) -> list[StepReport]:
         """Return the steps as not yet begun."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from regraft import RefusalCode, RequestRefused
 
-MOST_SOURCES = 256
+MAX_SOURCES = 256
 TURN = 0.1
 """Seconds, for each request that waits, after which one more may be welcome."""
 
@@ -30,7 +30,6 @@ class Throttle:
     """A token bucket for every source, and a bound on how many of its requests may wait."""
 
     def __init__(self) -> None:
-        """Nobody has asked for anything."""
         self._buckets: dict[str, Bucket] = {}
 
     def admit(
@@ -59,5 +58,5 @@ class Throttle:
                 retry_after=math.ceil((1.0 - tokens) / rate * 1e3) / 1e3,
             )
         bucket.tokens -= 1.0
-        if len(self._buckets) > MOST_SOURCES:
+        if len(self._buckets) > MAX_SOURCES:
             del self._buckets[next(iter(self._buckets))]

@@ -16,7 +16,7 @@ from bus_schema.model.lifecycle import State, Transition
 
 
 @dataclass(frozen=True, slots=True)
-class GiveValues:
+class ApplyParameters:
     """The component has these parameter values."""
 
     action: ClassVar[str] = "give_values"
@@ -68,7 +68,7 @@ class RunProcess:
 
 
 @dataclass(frozen=True, slots=True)
-class TakePart:
+class Activate:
     """The component, which has just been started, is wired to whom it reads and who reads it, and active."""
 
     action: ClassVar[str] = "take_part"
@@ -141,7 +141,7 @@ class TakeOver:
 
 
 @dataclass(frozen=True, slots=True)
-class GiveBack:
+class Restore:
     """The run that began as ``incumbent`` speaks for the component, with all that its successor knew if that can be.
 
     ``host`` is that of the incumbent, ``successor_host`` that of its successor, empty for the same.
@@ -155,18 +155,18 @@ class GiveBack:
 
 
 Action = Annotated[
-    GiveValues
+    ApplyParameters
     | ConnectPort
     | ReachState
     | RunProcess
-    | TakePart
+    | Activate
     | EndProcess
     | LeaveStopped
     | StartAgain
     | RunSuccessor
     | EndSuccessor
     | TakeOver
-    | GiveBack,
+    | Restore,
     Tagged("action"),
 ]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
+from adaptation_manager.steps.actions import Activate, EndProcess, PlannedStep, RunProcess
 from adaptation_manager.steps.draft import Draft
-from bus_schema.messages.control import ComponentView
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.adaptation import Add
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.lifecycle import State
-from regraft.stack.components import connections
+from regraft.stack.sections.components import connections
 
 
 def plan(draft: Draft, change: Add) -> None:
@@ -54,7 +54,7 @@ def _plan_component(draft: Draft, spec: ComponentSpec, resume: bool) -> None:
     draft.preparing.append(_started(spec, prepared, resume))
     if spec.state is State.ACTIVE:
         draft.steps.append(
-            PlannedStep(spec.name, "connect and activate", TakePart(spec.name), EndProcess(spec.name, spec.host))
+            PlannedStep(spec.name, "connect and activate", Activate(spec.name), EndProcess(spec.name, spec.host))
         )
     defaults = {p.name: p.default for p in spec.description.parameters} if spec.description else {}
     ports = [port.name for port in spec.description.ports] if spec.description else []

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from adaptation_manager.steps.actions import PlannedStep
-from bus_schema.messages.control import ComponentView
-from bus_schema.messages.host import DescribedComponent
+from bus_schema.messages.protocol.control import ComponentView
+from bus_schema.messages.protocol.host import DescribedComponent
 from bus_schema.model.adaptation import Change, Violation
 from bus_schema.model.architecture import Architecture, ComponentSpec
 from bus_schema.model.lifecycle import State
@@ -47,7 +47,6 @@ class Draft:
     _at_first: dict[str, ComponentView] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Remember how it was."""
         self.before = dict(self.architecture.components)
         self._at_first = dict(self.live)
 

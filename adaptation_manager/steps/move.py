@@ -70,7 +70,7 @@ def _of_component(draft: Draft, spec: ComponentSpec) -> list[tuple[str, str]]:
     refused = ""
     if name == draft.manager:
         refused = "cannot be moved: it carries out the move; it is placed by the stack"
-    elif spec.description is not None and spec.description.makes_time:
+    elif spec.description is not None and spec.description.is_time_source:
         refused = "cannot be moved: simulated time goes on with it, at the first host"
     elif not spec.managed:
         refused = "is unmanaged: it does not speak the lifecycle"
@@ -102,7 +102,7 @@ def _of_class(change: Move, spec: ComponentSpec, there: ComponentSpec) -> list[t
     differences = _differences(here, other)
     if differences:
         needed = f"host {change.host!r} has another {spec.cls}: its {differences} differ; both need the same version"
-        return [("cls", needed)]
+        return [("class", needed)]
     problem = of_state(spec, there, with_state=change.with_state)
     return [("with_state", problem)] if problem is not None else []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import GiveValues, PlannedStep
+from adaptation_manager.steps.actions import ApplyParameters, PlannedStep
 from adaptation_manager.steps.draft import Draft
 from bus_schema.model.adaptation import SetParameters
 
@@ -28,8 +28,8 @@ def plan(draft: Draft, change: SetParameters) -> None:
         PlannedStep(
             change.component,
             f"set {text}",
-            GiveValues(change.component, dict(change.parameters)),
-            GiveValues(change.component, former),
+            ApplyParameters(change.component, dict(change.parameters)),
+            ApplyParameters(change.component, former),
         )
     )
     draft.live[change.component] = replace(live, parameters={**live.parameters, **change.parameters})

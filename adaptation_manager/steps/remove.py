@@ -16,7 +16,7 @@ def plan(draft: Draft, change: Remove) -> None:
     """Add the change to the draft. Who then lacks what it needs is judged on the resulting architecture."""
     name = change.component
     spec = draft.spec(name)
-    why = spec.description.indispensable if spec.description else ""
+    why = spec.description.removal_forbidden if spec.description else ""
     if why or name == draft.manager:
         draft.refuse(name, "component", f"cannot be removed: {why or 'it carries out the removal'}")
         return

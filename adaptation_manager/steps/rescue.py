@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import EndProcess, PlannedStep, RunProcess, TakePart
+from adaptation_manager.steps.actions import Activate, EndProcess, PlannedStep, RunProcess
 from adaptation_manager.steps.draft import Draft
 from adaptation_manager.steps.succeeding import view_of_started
-from bus_schema.messages.host import LEAVE_OUT
+from bus_schema.messages.protocol.host import LEAVE_OUT
 from bus_schema.model.adaptation import Move
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.lifecycle import State
@@ -42,7 +42,7 @@ def plan_start(draft: Draft, spec: ComponentSpec, *, with_state: bool = True) ->
     started = PlannedStep(spec.name, f"start {which} on {spec.host}, {since}", run, back)
     (draft.preparing if spec.managed else draft.steps).append(started)
     if spec.managed and spec.state is State.ACTIVE:
-        draft.steps.append(PlannedStep(spec.name, "connect and activate", TakePart(spec.name), back))
+        draft.steps.append(PlannedStep(spec.name, "connect and activate", Activate(spec.name), back))
     draft.update(spec)
     if spec.managed:
         draft.live[spec.name] = view_of_started(spec)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from adaptation_manager.steps.actions import EndSuccessor, GiveBack, PlannedStep, RunSuccessor, TakeOver
+from adaptation_manager.steps.actions import EndSuccessor, PlannedStep, Restore, RunSuccessor, TakeOver
 from adaptation_manager.steps.draft import Draft
-from bus_schema.messages.control import ComponentView
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.adaptation import Change, Move, Swap
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.lifecycle import State
@@ -64,10 +64,10 @@ def of_state(old: ComponentSpec, new: ComponentSpec, *, with_state: bool) -> str
 def of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
     """Return why one run cannot go on where another stopped, under simulated time; None if it can."""
     before, behind = old.description, new.description
-    if not draft.architecture.simulated or before is None or behind is None or before.in_step == behind.in_step:
+    if not draft.architecture.simulated or before is None or behind is None or before.lockstep == behind.lockstep:
         return None
     lives = "lives in simulated time, and the component by the wall clock"
-    if before.in_step:
+    if before.lockstep:
         lives = "lives by the wall clock, and the component in simulated time"
     return f"{new.cls} {lives}: remove it, and add another"
 
@@ -101,6 +101,6 @@ def plan_steps(draft: Draft, succession: Successor, *, start: str, hand_over: st
             name,
             f"{hand_over}{without}{more}",
             TakeOver(name, old.host, incumbent, succession.live.state),
-            GiveBack(name, old.host, incumbent, new.host),
+            Restore(name, old.host, incumbent, new.host),
         )
     )

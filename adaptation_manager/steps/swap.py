@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from adaptation_manager.steps import rescue
-from adaptation_manager.steps.actions import LeaveStopped, PlannedStep, RunProcess, StartAgain, TakePart
+from adaptation_manager.steps.actions import Activate, LeaveStopped, PlannedStep, RunProcess, StartAgain
 from adaptation_manager.steps.draft import Draft
 from adaptation_manager.steps.succeeding import (
     HANDS_OVER,
@@ -21,13 +21,13 @@ from adaptation_manager.steps.succeeding import (
     view_of_started,
 )
 from bus_schema.annotations import PlainValue
-from bus_schema.messages.control import ComponentView
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.adaptation import Connect, SetParameters, Swap
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.consistency import violations
 from bus_schema.model.description import Description, ParameterDescription, PortDescription
 from bus_schema.model.lifecycle import State
-from regraft.stack.components import connections
+from regraft.stack.sections.components import connections
 
 
 def plan(draft: Draft, change: Swap) -> None:
@@ -51,7 +51,7 @@ def plan(draft: Draft, change: Swap) -> None:
         draft.refuse(name, "with_state", problem)
     problem = of_time(draft, spec, new)
     if problem is not None:
-        draft.refuse(name, "cls", problem)
+        draft.refuse(name, "class", problem)
     draft.update(new)
     live = draft.live.get(name)
     if live is not None:
@@ -66,7 +66,7 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
     """Return the field and the reason why there can be no swap at all."""
     name = change.component
     live = draft.live.get(name)
-    if spec.description is not None and spec.description.makes_time:
+    if spec.description is not None and spec.description.is_time_source:
         return "component", "cannot be swapped: simulated time goes on with it; it is exchanged with the stack"
     if name == draft.manager:
         return "component", "cannot be swapped: it carries out the swap; it is exchanged with the stack"
@@ -88,7 +88,7 @@ def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
         if change.component == spec.name and isinstance(change, SetParameters):
             decided |= {f"parameters.{name}": index for name in change.parameters}
         elif change.component == spec.name and isinstance(change, Connect):
-            decided[f"connections.{change.port}"] = index
+            decided[f"connect.{change.port}"] = index
     if decided:
         # As of an inactive component: who feeds it is judged in the end.
         found = violations(draft.architecture.with_component(replace(spec, state=State.INACTIVE)))
@@ -145,7 +145,7 @@ def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> 
     start = RunProcess(name, new, prepared, afresh=not with_state)
     draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))
     if new.state is State.ACTIVE:
-        draft.steps.append(PlannedStep(name, "connect and activate", TakePart(name), stopped))
+        draft.steps.append(PlannedStep(name, "connect and activate", Activate(name), stopped))
     draft.live[name] = view_of_started(new)
 
 

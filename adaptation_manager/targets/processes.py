@@ -6,26 +6,26 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 
-from adaptation_manager.steps.actions import RunProcess, TakePart
-from adaptation_manager.targets.controls import BESIDE, ControlFailed, NoAnswer, refusal
+from adaptation_manager.steps.actions import Activate, RunProcess
+from adaptation_manager.targets.component_client import BESIDE, ControlFailed, NoAnswer, refusal
+from adaptation_manager.targets.context import ExecutionContext
 from adaptation_manager.targets.rewiring import see_through
-from adaptation_manager.targets.site import Site
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys
-from bus_schema.messages.clock import ClockMember, Membership
-from bus_schema.messages.host import ProcessState, UpdateSpecs
+from bus_schema.messages.protocol.clock import ClockMember, Membership
+from bus_schema.messages.protocol.host import ProcessState, UpdateSpecs
 from bus_schema.model.architecture import ComponentSpec, Restart, RestartPolicy
 from bus_schema.model.lifecycle import State, Transition
-from regraft.bus import BusError
+from regraft.bus.interface import BusError
 from regraft.patience import Patience, stretched
 
-LOOK_AGAIN_AFTER = 0.01
+LOOK_AGAIN_INTERVAL = 0.01
 GRACE = 1.0
 """Seconds that a process may take to end by itself when what it was started for is undone."""
-KILLED_WITHIN = 4.0
+KILLED_TIMEOUT = 4.0
 """Seconds after its grace in which a process is gone."""
-TOLD_WITHIN = 3.0
+TOLD_TIMEOUT = 3.0
 """Seconds within which a host knows that a process has ended which is off the bus."""
 NOT_RUNNING = (ProcessState.STOPPED, ProcessState.QUARANTINED)
 """Such a process is started by nobody until someone asks for it."""
@@ -33,7 +33,7 @@ NOT_YET = RestartPolicy(Restart.NEVER)
 """While a component is being added, its end is the adaptation's failure, not its host's business."""
 
 
-async def run_process(site: Site, action: RunProcess) -> None:
+async def run_process(site: ExecutionContext, action: RunProcess) -> None:
     """Start a component's process and bring it to the state that the action names; raises ControlFailed."""
     spec = action.spec
     state = State.UNCONFIGURED if spec.managed else spec.state
@@ -56,7 +56,7 @@ async def run_process(site: Site, action: RunProcess) -> None:
         await _bring(site, spec, Transition.CONFIGURE)
 
 
-async def take_part(site: Site, action: TakePart) -> None:
+async def take_part(site: ExecutionContext, action: Activate) -> None:
     """Wire a component that has just been started, and activate it; raises ControlFailed."""
     view = await site.controls.read(action.component).view()
     if view.state is State.ACTIVE:
@@ -65,7 +65,7 @@ async def take_part(site: Site, action: TakePart) -> None:
     await _bring(site, site.after.components[action.component], Transition.ACTIVATE)
 
 
-async def end_process(site: Site, component: str, host: str, grace: float = GRACE) -> None:
+async def end_process(site: ExecutionContext, component: str, host: str, grace: float = GRACE) -> None:
     """End a component's process and have its host forget it; does nothing if that is so. Raises ControlFailed."""
     await _release(site, component)
     processes = await site.hosts.give(UpdateSpecs(site.revision, removed=(component,)))
@@ -73,37 +73,37 @@ async def end_process(site: Site, component: str, host: str, grace: float = GRAC
         await site.refresh()
         return
     await site.hosts.stop(component, host, grace)
-    patience = Patience(grace + KILLED_WITHIN)
+    patience = Patience(grace + KILLED_TIMEOUT)
     while True:
         await site.refresh()
         if component not in site.controls.processes and host not in site.hosts.silent:
             return
         if patience.is_over():
-            raise NoAnswer(f"host {host!r}: {component} has not ended within {grace + KILLED_WITHIN:g} s")
-        await site.pause(LOOK_AGAIN_AFTER)
+            raise NoAnswer(f"host {host!r}: {component} has not ended within {grace + KILLED_TIMEOUT:g} s")
+        await site.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def leave_stopped(site: Site, component: str, host: str) -> None:
+async def leave_stopped(site: ExecutionContext, component: str, host: str) -> None:
     """End a component's process, and leave it to its host as one that does not run; raises ControlFailed."""
     await _release(site, component)
     await site.hosts.stop(component, host, GRACE)
-    patience = Patience(GRACE + KILLED_WITHIN)
+    patience = Patience(GRACE + KILLED_TIMEOUT)
     while True:
         await site.refresh()
         process = site.controls.processes.get(component)
         if host not in site.hosts.silent and (process is None or process.state in NOT_RUNNING):
             return
         if patience.is_over():
-            raise NoAnswer(f"host {host!r}: {component} has not ended within {GRACE + KILLED_WITHIN:g} s")
-        await site.pause(LOOK_AGAIN_AFTER)
+            raise NoAnswer(f"host {host!r}: {component} has not ended within {GRACE + KILLED_TIMEOUT:g} s")
+        await site.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def start_again(site: Site, component: str, host: str) -> None:
+async def start_again(site: ExecutionContext, component: str, host: str) -> None:
     """Have a component's host start it, and restart it as its policy says; raises ControlFailed."""
     site.controls.processes |= await site.hosts.start(component, host, resume=False)
 
 
-async def _release(site: Site, component: str) -> None:
+async def _release(site: ExecutionContext, component: str) -> None:
     """Let simulated time go on without a component."""
     process = site.controls.processes.get(component)
     if process is not None and site.before.simulated:
@@ -111,7 +111,7 @@ async def _release(site: Site, component: str) -> None:
             await _membership(site, "release", ClockMember(component, process.incarnation))
 
 
-async def _until_it_runs(site: Site, spec: ComponentSpec, patience: Patience) -> None:
+async def _until_it_runs(site: ExecutionContext, spec: ComponentSpec, patience: Patience) -> None:
     while True:
         await site.refresh()
         process = site.controls.processes.get(spec.name)
@@ -122,10 +122,10 @@ async def _until_it_runs(site: Site, spec: ComponentSpec, patience: Patience) ->
             return
         if patience.is_over():
             raise NoAnswer(f"{spec.name}: its process has not come up within {site.start_within(spec):g} s")
-        await site.pause(LOOK_AGAIN_AFTER)
+        await site.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def _answers(site: Site, spec: ComponentSpec) -> bool:
+async def _answers(site: ExecutionContext, spec: ComponentSpec) -> bool:
     if not spec.managed:
         return True
     try:
@@ -135,14 +135,14 @@ async def _answers(site: Site, spec: ComponentSpec) -> bool:
     return True
 
 
-async def ended_as_it_started(site: Site, spec: ComponentSpec, how: str) -> ControlFailed:
+async def ended_as_it_started(site: ExecutionContext, spec: ComponentSpec, how: str) -> ControlFailed:
     """Return that a component's process ended when it had just been started, and the last that it said."""
     line = await site.hosts.last_line(spec.name, spec.host)
     log = f"; its log ends with: {line}" if line else ""
     return ControlFailed(f"{spec.name}: its process ended as it was started: {how or 'nobody knows how'}{log}")
 
 
-async def _bring(site: Site, spec: ComponentSpec, transition: Transition) -> None:
+async def _bring(site: ExecutionContext, spec: ComponentSpec, transition: Transition) -> None:
     """Ask for a transition; a new component may take as long as its class says that a handler of it does."""
     site.touch(spec.name)
     within = max(site.bounds.answer, site.after.handler_timeout(spec)) + 1.0
@@ -150,33 +150,33 @@ async def _bring(site: Site, spec: ComponentSpec, transition: Transition) -> Non
         await site.controls.transition(spec.name, transition, site.revision, within).view()
     except NoAnswer as error:
         # A process that has just ended is off the bus before its host has heard how it ended.
-        patience = Patience(TOLD_WITHIN if error.gone else 0.0)
+        patience = Patience(TOLD_TIMEOUT if error.gone else 0.0)
         await site.refresh()
         while site.controls.living(spec.name) is not None:
             if patience.is_over():
                 raise
-            await site.pause(LOOK_AGAIN_AFTER)
+            await site.pause(LOOK_AGAIN_INTERVAL)
             await site.refresh()
         process = site.controls.processes.get(spec.name)
         raise await ended_as_it_started(site, spec, process.last_end if process else "") from None
 
 
-def _is_in_step(site: Site, spec: ComponentSpec) -> bool:
-    return site.before.simulated and (spec.description is None or spec.description.in_step)
+def _is_in_step(site: ExecutionContext, spec: ComponentSpec) -> bool:
+    return site.before.simulated and (spec.description is None or spec.description.lockstep)
 
 
-async def _until_it_is_a_member(site: Site, spec: ComponentSpec, patience: Patience) -> None:
+async def _until_it_is_a_member(site: ExecutionContext, spec: ComponentSpec, patience: Patience) -> None:
     """Wait until simulated time goes on only with the component, so that it joins at the same tick in every run."""
     process = site.controls.living(spec.name)
     run = ClockMember(spec.name, process.incarnation if process else 0)
     while not await _membership(site, "admit", run):
         if patience.is_over():
             raise NoAnswer(f"{spec.name}: it has not joined simulated time within {site.start_within(spec):g} s")
-        await site.pause(LOOK_AGAIN_AFTER)
+        await site.pause(LOOK_AGAIN_INTERVAL)
     site.touch(spec.name)
 
 
-async def go_on_in_step(site: Site, name: str) -> None:
+async def go_on_in_step(site: ExecutionContext, name: str) -> None:
     """Let simulated time go on with the run that now speaks for a component, in the place of the one before it.
 
     Raises:
@@ -189,21 +189,21 @@ async def go_on_in_step(site: Site, name: str) -> None:
     while not await _membership(site, "succeed", ClockMember(name, site.controls.processes[name].incarnation)):
         if patience.is_over():
             raise NoAnswer(f"{name}: simulated time does not go on with it within {site.start_within(spec):g} s")
-        await site.pause(LOOK_AGAIN_AFTER)
+        await site.pause(LOOK_AGAIN_INTERVAL)
         await site.refresh()
         if site.controls.living(name) is None:
             raise NoAnswer(f"{name}: it has ended as it was to go on in simulated time", gone=True)
     site.touch(name)
 
 
-async def begin_in_step(site: Site, name: str) -> None:
+async def begin_in_step(site: ExecutionContext, name: str) -> None:
     """Take a run into simulated time that goes on alone, where another was lost; raises ControlFailed."""
     spec = site.after.components[name]
     if _is_in_step(site, spec):
         await _until_it_is_a_member(site, spec, Patience(site.start_within(spec)))
 
 
-async def _membership(site: Site, verb: str, run: ClockMember) -> bool:
+async def _membership(site: ExecutionContext, verb: str, run: ClockMember) -> bool:
     """Ask the source of time to admit or release a run; returns whether it is a member then. Raises ControlFailed."""
     try:
         run = replace(run, term=site.controls.term)
@@ -222,13 +222,15 @@ async def _membership(site: Site, verb: str, run: ClockMember) -> bool:
         raise ControlFailed(f"the source of time: {verb}: a reply that cannot be read: {error}") from None
 
 
-async def end_removed(site: Site, removed: tuple[ComponentSpec, ...], tell: Callable[[str, str], object]) -> bool:
+async def end_removed(
+    site: ExecutionContext, removed: tuple[ComponentSpec, ...], tell: Callable[[str, str], object]
+) -> bool:
     """End what an applied adaptation removed; what fails is told. Returns whether all has ended."""
     ended = [await _end_or_tell(site, spec.name, spec.host, 3.0, tell) for spec in removed]
     return all(ended)
 
 
-async def end_strangers(site: Site, tell: Callable[[str, str], object]) -> bool:
+async def end_strangers(site: ExecutionContext, tell: Callable[[str, str], object]) -> bool:
     """End what runs and is in the architecture no more; what fails is told. Returns whether all has ended.
 
     A manager died, or a host was silent, when it was to end.
@@ -241,7 +243,9 @@ async def end_strangers(site: Site, tell: Callable[[str, str], object]) -> bool:
     return all(ended)
 
 
-async def _end_or_tell(site: Site, name: str, host: str, grace: float, tell: Callable[[str, str], object]) -> bool:
+async def _end_or_tell(
+    site: ExecutionContext, name: str, host: str, grace: float, tell: Callable[[str, str], object]
+) -> bool:
     try:
         await end_process(site, name, host, grace)
     except ControlFailed as error:

@@ -1,6 +1,6 @@
 """Moves a running component's port to another topic, with nothing lost and nothing doubled.
 
-The components do the moving (``regraft.runtime.rewiring``); this is the order in which they are asked: open
+The components do the moving (``regraft.runtime.lifecycle.rewiring``); this is the order in which they are asked: open
 the new topic beside the old, see markers through from every publisher to every reader, switch.
 """
 
@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from adaptation_manager.targets.controls import Asked, ControlFailed, NoAnswer
-from adaptation_manager.targets.site import Site
-from bus_schema.messages.control import ComponentView, ControlCode, Peer, Rewire, RewireStep
+from adaptation_manager.targets.component_client import ControlFailed, NoAnswer, PendingQuery
+from adaptation_manager.targets.context import ExecutionContext
+from bus_schema.messages.protocol.control import ComponentView, ControlCode, Peer, Rewire, RewireStep
 from regraft.patience import Patience
 
-OLD_PUBLISHER_WITHIN = 0.5
+OLD_PUBLISHER_TIMEOUT = 0.5
 """Seconds that a publisher of the topic being left may take for its marker: it may be why it is left."""
 
 
-async def move_port(site: Site, component: str, port: str, topic: str) -> None:
+async def move_port(site: ExecutionContext, component: str, port: str, topic: str) -> None:
     """Move a connected port to ``topic``; raises ControlFailed, with the port on either topic but working."""
     site.touch(component)
     if site.direction(component, port) == "input":
@@ -26,13 +26,13 @@ async def move_port(site: Site, component: str, port: str, topic: str) -> None:
         await _move_output(site, component, port, topic)
 
 
-async def abandon(site: Site, component: str, port: str) -> None:
+async def abandon(site: ExecutionContext, component: str, port: str) -> None:
     """Give up a move that was begun; does nothing if there was none."""
     site.touch(component)
     await site.controls.rewire(component, Rewire(RewireStep.ABANDON, port)).view()
 
 
-async def see_through(site: Site, view: ComponentView, run: str = "") -> None:
+async def see_through(site: ExecutionContext, view: ComponentView, run: str = "") -> None:
     """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed.
 
     ``run`` is the name of one that stands beside a component.
@@ -47,7 +47,7 @@ async def see_through(site: Site, view: ComponentView, run: str = "") -> None:
             await _bind(site, readers, "", topic, [run])
 
 
-async def _move_input(site: Site, component: str, port: str, topic: str) -> None:
+async def _move_input(site: ExecutionContext, component: str, port: str, topic: str) -> None:
     opened = await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     former = opened.connections[port]
     await _bind(site, (component,), port, topic, site.writers(topic))
@@ -61,7 +61,7 @@ async def _move_input(site: Site, component: str, port: str, topic: str) -> None
         )
 
 
-async def _move_output(site: Site, component: str, port: str, topic: str) -> None:
+async def _move_output(site: ExecutionContext, component: str, port: str, topic: str) -> None:
     await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     readers = await _connected_readers(site, topic)
     await _bind(site, readers, "", topic, [component])
@@ -70,7 +70,7 @@ async def _move_output(site: Site, component: str, port: str, topic: str) -> Non
     await site.controls.rewire(component, Rewire(RewireStep.SWITCH, port, topic, revision=site.revision)).view()
 
 
-async def _connected_readers(site: Site, topic: str) -> tuple[str, ...]:
+async def _connected_readers(site: ExecutionContext, topic: str) -> tuple[str, ...]:
     """Return the components that read ``topic`` now; one that hangs is an error, one that is gone is none."""
     asked = [site.controls.read(name) for name in site.readers(topic)]
     connected = []
@@ -81,7 +81,7 @@ async def _connected_readers(site: Site, topic: str) -> tuple[str, ...]:
     return tuple(connected)
 
 
-async def _unless_gone(asked: Asked) -> ComponentView | None:
+async def _unless_gone(asked: PendingQuery) -> ComponentView | None:
     try:
         return await asked.view()
     except NoAnswer as error:
@@ -90,7 +90,7 @@ async def _unless_gone(asked: Asked) -> ComponentView | None:
         raise
 
 
-async def _bind(site: Site, readers: Iterable[str], port: str, topic: str, writers: list[str]) -> None:
+async def _bind(site: ExecutionContext, readers: Iterable[str], port: str, topic: str, writers: list[str]) -> None:
     """Have markers put until every reader has seen every writer's; raises ControlFailed at the bound."""
     patience = Patience(site.bounds.bind)
     peers = await _mark(site, writers, topic)
@@ -114,7 +114,7 @@ async def _bind(site: Site, readers: Iterable[str], port: str, topic: str, write
         await _mark(site, late, topic)
 
 
-async def _mark(site: Site, writers: list[str], topic: str) -> dict[str, Peer]:
+async def _mark(site: ExecutionContext, writers: list[str], topic: str) -> dict[str, Peer]:
     """Have writers put markers; returns the runs that did, without those that are gone or write elsewhere."""
     asked = [(name, site.controls.rewire(name, Rewire(RewireStep.MARK, topic=topic))) for name in writers]
     peers = {}
@@ -131,10 +131,10 @@ async def _mark(site: Site, writers: list[str], topic: str) -> dict[str, Peer]:
     return peers
 
 
-async def _cuts(site: Site, topic: str) -> dict[str, int]:
+async def _cuts(site: ExecutionContext, topic: str) -> dict[str, int]:
     """Return how far each publisher of ``topic`` has come; one that does not say so is not waited for."""
     mark = Rewire(RewireStep.MARK, topic=topic)
-    asked = [(name, site.controls.rewire(name, mark, OLD_PUBLISHER_WITHIN)) for name in site.writers(topic)]
+    asked = [(name, site.controls.rewire(name, mark, OLD_PUBLISHER_TIMEOUT)) for name in site.writers(topic)]
     cuts = {}
     for name, one in asked:
         try:

@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from ..control import Control
-from ..node import Node, NodeSetup
+from ..nodes.control import Control
+from ..nodes.node import Node, NodeSetup
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 
@@ -33,7 +33,6 @@ class IfThenElse(_Branching):
     """
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a branch."""
         super().__init__(setup)
         self._branch = 0
 

@@ -1,8 +1,8 @@
 """Nodes that tick several unfinished children in one tick."""
 
-from ..control import Control
-from ..node import Node, NodeSetup
-from ..ports import Input
+from ..nodes.control import Control
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 

@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from ..control import Control
-from ..node import Node
+from ..nodes.control import Control
+from ..nodes.node import Node
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 

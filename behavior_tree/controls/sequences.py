@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from ..control import Control
-from ..node import NodeSetup
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
-from ..control import Control
-from ..node import NodeSetup
-from ..ports import Input
+from ..data.values import parse_int, parse_real
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..script.operators import TOLERANCE
 from ..status import RUNNING, SKIPPED, Status
-from ..values import parse_int, parse_real
 
 
 def same_value(first: str, second: str, enums: Mapping[str, int]) -> bool:
@@ -40,7 +40,6 @@ class Switch2(Control):
     case_2 = Input(str, description="chooses the second child")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a chosen child."""
         super().__init__(setup)
         self._cases = [f"case_{number}" for number in range(1, self.min_children)]
         self._running: int | None = None

@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
-from ..control import Control
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 
@@ -16,7 +16,6 @@ class TryCatch(Control):
     catch_on_halt = Input(bool, default=False, description="whether being halted ticks the last child once, too")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with the first child."""
         super().__init__(setup)
         self._index = 0
         self._skipped = 0

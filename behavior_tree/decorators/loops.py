@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from ..decorator import Decorator
-from ..node import Node, NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import Input
 from ..script import compile_condition
 from ..status import COMPLETED, FAILURE, Status
 
@@ -24,7 +24,6 @@ class Precondition(Decorator):
     otherwise = Input(Status, name="else", default=FAILURE, description="the status while the script is false")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with a child that has not started."""
         super().__init__(setup)
         self._text = ""
         self._holds: Callable[[], bool] = _never

@@ -3,11 +3,11 @@
 from collections import deque
 from typing import Any, ClassVar
 
-from ..decorator import Decorator
-from ..node import Node, NodeSetup
-from ..ports import InOut, Input, Output
+from ..data.values import from_text, split_list, to_type
+from ..nodes.decorator import Decorator
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import InOut, Input, Output
 from ..status import COMPLETED, FAILURE, IDLE, RUNNING, SUCCESS, Status
-from ..values import from_text, split_list, to_type
 
 
 class _Loop(Decorator):

@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import COMPLETED, FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status
 
 
@@ -67,7 +67,6 @@ class RunOnce(Decorator):
     then_skip = Input(bool, default=True, description="true: skip from then on; false: repeat the first result")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with a child that has not completed."""
         super().__init__(setup)
         self._result = IDLE
 

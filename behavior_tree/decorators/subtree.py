@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from ..decorator import Decorator
-from ..manifest import NodeKind
+from ..nodes.decorator import Decorator
+from ..nodes.manifest import NodeKind
 from ..status import COMPLETED, Status
 
 

@@ -4,9 +4,9 @@ They never wait: while there is nothing to do they return RUNNING, and the tree'
 timer comes due.
 """
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import COMPLETED, FAILURE, RUNNING, Status
 
 
@@ -16,7 +16,6 @@ class Delay(Decorator):
     delay_msec = Input(int, description="how long to wait, in milliseconds")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a timer."""
         super().__init__(setup)
         self._deadline: float | None = None
 
@@ -51,7 +50,6 @@ class Timeout(Decorator):
     msec = Input(int, description="how long the child may take, in milliseconds; 0: for ever")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a timer."""
         super().__init__(setup)
         self._started = False
         self._deadline: float | None = None

@@ -2,11 +2,11 @@
 
 from typing import Any, ClassVar
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
+from ..nodes.updates import EntryWatch
 from ..status import RUNNING, SKIPPED, Status
-from ..updates import EntryWatch
 
 
 class SkipUnlessUpdated(Decorator):
@@ -17,7 +17,6 @@ class SkipUnlessUpdated(Decorator):
     entry = Input[Any](description="the blackboard entry to watch")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin to watch."""
         super().__init__(setup)
         self._watch = EntryWatch(self)
         self._child_runs = False

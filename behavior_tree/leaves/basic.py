@@ -1,8 +1,8 @@
 """Leaves with a fixed result, and the leaf that waits."""
 
-from ..leaf import StatefulAction, SyncAction
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.leaf import StatefulAction, SyncAction
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SUCCESS, Status
 
 
@@ -28,7 +28,6 @@ class Sleep(StatefulAction):
     msec = Input(int, description="how long, in milliseconds")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a timer."""
         super().__init__(setup)
         self._deadline = 0.0
 

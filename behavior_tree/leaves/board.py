@@ -3,10 +3,10 @@
 from typing import Any
 
 from ..errors import PortError
-from ..leaf import SyncAction
-from ..ports import InOut, Input
+from ..nodes.leaf import SyncAction
+from ..nodes.ports import InOut, Input
+from ..nodes.text import board_key
 from ..status import FAILURE, SUCCESS, Status
-from ..text import board_key
 
 
 class SetBlackboard(SyncAction):

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ..leaf import Condition, SyncAction
-from ..node import Node, NodeSetup
-from ..ports import Input
+from ..nodes.leaf import Condition, SyncAction
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import Input
 from ..script import compile_script
 from ..script.operators import truth
 from ..status import SUCCESS, Status

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from ..leaf import SyncAction
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.leaf import SyncAction
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
+from ..nodes.updates import EntryWatch
 from ..status import FAILURE, SUCCESS, Status
-from ..updates import EntryWatch
 
 
 class WasEntryUpdated(SyncAction):
@@ -15,7 +15,6 @@ class WasEntryUpdated(SyncAction):
     entry = Input[Any](description="the blackboard entry to watch")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin to watch."""
         super().__init__(setup)
         self._watch = EntryWatch(self)
 

@@ -12,7 +12,7 @@ paths may look like is said in `geometry`. A PauseResumeController is told by it
 
 from typing import Final
 
-from ..node import Node
+from ..nodes.node import Node
 from ..registry import Registry
 from .distance import DistanceController
 from .goals import GoalUpdatedController, GoalUpdater

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Status
 from .geometry import Position, position_of
 
@@ -21,7 +21,6 @@ class DistanceController(Decorator):
     pose = Input[Any](default="{@robot_pose}", description="where the robot is")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a place."""
         super().__init__(setup)
         self._is_first = True
         self._start: Position = (0.0, 0.0)

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ..decorator import Decorator
-from ..node import Node, NodeSetup
-from ..ports import Input, Output
+from ..nodes.decorator import Decorator
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import Input, Output
 from ..status import IDLE, RUNNING, Status
 from .geometry import poses_of, same, stamp_of
 
@@ -16,7 +16,6 @@ class GoalUpdatedController(Decorator):
     goals = Input[Any](default="{goals}", description="the goals")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without goals."""
         super().__init__(setup)
         self._goals: tuple[Any, Any] = (None, None)
         self._is_new = True

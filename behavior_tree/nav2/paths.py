@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import COMPLETED, SUCCESS, Status
 from .geometry import length_of, poses_of, same_pose
 
@@ -21,7 +21,6 @@ class PathLongerOnApproach(Decorator):
     length_factor = Input(float, default=2.0, description="how many times as long the new path must be")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a path."""
         super().__init__(setup)
         self._old: Sequence[Any] = ()
 

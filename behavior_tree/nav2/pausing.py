@@ -4,9 +4,9 @@ from collections.abc import Callable
 from enum import Enum
 from typing import ClassVar, Final
 
-from ..control import Control
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Status
 
 OfferService = Callable[[str, Callable[[], bool]], object]

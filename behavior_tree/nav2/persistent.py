@@ -1,8 +1,8 @@
 """A sequence that keeps its place on the blackboard."""
 
-from ..control import Control
-from ..node import Node
-from ..ports import InOut
+from ..nodes.control import Control
+from ..nodes.node import Node
+from ..nodes.ports import InOut
 from ..status import FAILURE, RUNNING, SUCCESS, Status
 
 

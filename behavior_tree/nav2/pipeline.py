@@ -1,7 +1,7 @@
 """Control nodes that keep several children going at once."""
 
-from ..control import Control
-from ..node import NodeSetup
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 
@@ -12,7 +12,6 @@ class PipelineSequence(Control):
     """
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with the first child."""
         super().__init__(setup)
         self._furthest = 0
 

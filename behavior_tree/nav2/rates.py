@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ..decorator import Decorator
-from ..node import Node, NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import Node, NodeSetup
+from ..nodes.ports import Input
 from ..status import IDLE, RUNNING, SUCCESS, Status
 from .geometry import same
 
@@ -21,7 +21,6 @@ class RateController(Decorator):
     hz = Input(float, default=10.0, description="how often a second")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a timer."""
         super().__init__(setup)
         self._is_first = True
         self._due = 0.0
@@ -72,7 +71,6 @@ class SpeedController(Decorator):
     speed = Input(float, default="{@robot_speed}", description="the robot's smoothed speed; 0 while unknown")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin without a timer."""
         super().__init__(setup)
         self._is_first = True
         self._goals: tuple[Any, Any] = (None, None)

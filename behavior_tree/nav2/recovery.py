@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
-from ..control import Control
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, Status
 
 
@@ -17,7 +17,6 @@ class RecoveryNode(Control):
     number_of_retries = Input(int, default=1, description="how often the first child is tried again")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with the first child."""
         super().__init__(setup)
         self._recovering = False
         self._retries = 0

@@ -1,8 +1,8 @@
 """The node whose children take turns."""
 
-from ..control import Control
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.control import Control
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 
@@ -16,7 +16,6 @@ class RoundRobin(Control):
     wrap_around = Input(bool, default=False, description="whether the first child follows the last")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with the first child."""
         super().__init__(setup)
         self._index = 0
         self._failures = 0

@@ -1,8 +1,8 @@
 """The decorator that runs the child once for each start."""
 
-from ..decorator import Decorator
-from ..node import NodeSetup
-from ..ports import Input
+from ..nodes.decorator import Decorator
+from ..nodes.node import NodeSetup
+from ..nodes.ports import Input
 from ..status import COMPLETED, FAILURE, IDLE, Status
 
 
@@ -15,7 +15,6 @@ class SingleTrigger(Decorator):
     is_global = Input(bool, default=False, description="once for each run_id, not for each start")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin armed."""
         super().__init__(setup)
         self._is_armed = True
         self._run_id: object = None

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..blackboard import Blackboard, Entry
+from ..data.blackboard import Blackboard, Entry
+from ..data.values import from_text, to_type
 from ..errors import ScriptError
-from ..values import from_text, to_type
 from .operators import BINARY, number_from_text
 
 

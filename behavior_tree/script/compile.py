@@ -4,21 +4,12 @@ from collections.abc import Callable, Mapping
 from functools import singledispatchmethod
 from typing import Any
 
-from ..blackboard import Blackboard
+from ..data.blackboard import Blackboard
 from ..errors import ScriptError
 from .assignment import assign, assign_combined, entry_for
 from .operators import BINARY, UNARY, chosen, relation, truth
 from .parser import parse
-from .syntax import (
-    Assignment,
-    Binary,
-    Comparison,
-    Conditional,
-    Expression,
-    Literal,
-    Name,
-    Unary,
-)
+from .syntax import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary
 
 Script = Callable[[], Any]
 """A compiled script: runs on the board that it was compiled for and returns its last statement's value."""

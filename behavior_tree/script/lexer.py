@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
+from ..data.values import INT64_MAX
 from ..errors import ScriptError
-from ..values import INT64_MAX
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ _KINDS: Final = {"quoted": "text"}
 _BASES: Final = {"int": 10, "hex": 16}
 _MAX_DIGITS: Final = 100
 """More digits than any number of 64 bits needs, leading zeros included; Python refuses to read thousands."""
-_LONGEST_SHOWN: Final = 200
+_MAX_SHOWN_LENGTH: Final = 200
 
 
 def tokenize(script: str) -> list[Token]:
@@ -66,7 +66,7 @@ def tokenize(script: str) -> list[Token]:
 
 def place(script: str, position: int) -> str:
     """Return where in a script something is wrong, for messages."""
-    shown = script if len(script) <= _LONGEST_SHOWN else f"{script[:_LONGEST_SHOWN]}…"
+    shown = script if len(script) <= _MAX_SHOWN_LENGTH else f"{script[:_MAX_SHOWN_LENGTH]}…"
     return f"column {position + 1} of '{shown}'"
 
 

@@ -8,8 +8,8 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from ..data.values import exact_int, number_text, parse_real
 from ..errors import ScriptError
-from ..values import exact_int, number_text, parse_real
 
 TOLERANCE: Final = 2.0**-23
 """Numbers this close are equal: the machine epsilon of a 32-bit float, as in BehaviorTree.CPP."""

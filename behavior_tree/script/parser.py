@@ -5,16 +5,7 @@ from typing import Final
 from ..errors import ScriptError
 from .lexer import Token, place, tokenize
 from .operators import TRUTH
-from .syntax import (
-    Assignment,
-    Binary,
-    Comparison,
-    Conditional,
-    Expression,
-    Literal,
-    Name,
-    Unary,
-)
+from .syntax import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary
 
 ASSIGNMENTS: Final = (":=", "=", "+=", "-=", "*=", "/=")
 COMPARISONS: Final = ("==", "!=", "<", ">", "<=", ">=")

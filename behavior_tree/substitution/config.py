@@ -31,7 +31,6 @@ class MockConfig:
     post_script: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a result that no node may have."""
         if self.return_status == IDLE and not self.return_status_script:
             raise ValueError(f"return_status is IDLE; a node returns one of {', '.join(STATUS_NAMES[1:])}")
         if self.async_delay < 0:

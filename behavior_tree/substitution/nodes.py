@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from ..controls.sequences import Sequence
-from ..decorator import Decorator
-from ..leaf import Condition, StatefulAction
-from ..node import Node, NodeSetup
+from ..data.values import to_type
+from ..nodes.decorator import Decorator
+from ..nodes.leaf import Condition, StatefulAction
+from ..nodes.node import Node, NodeSetup
 from ..script import compile_script
 from ..status import COMPLETED, RUNNING, STATUS_NAMES, SUCCESS, Status
-from ..values import to_type
 from .config import MockConfig
 
 _STATUS_ENUM: Final = {name: number for number, name in enumerate(STATUS_NAMES)}

@@ -31,7 +31,6 @@ class Substitutions:
     """
 
     def __init__(self) -> None:
-        """Begin without rules."""
         self._rules: list[_Rule] = []
 
     def __len__(self) -> int:

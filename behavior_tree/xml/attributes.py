@@ -5,15 +5,10 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, Final
 
-from ..blackboard import Blackboard
+from ..data.blackboard import Blackboard
 from ..errors import ScriptError
-from ..manifest import (
-    CONDITION_ATTRIBUTES,
-    NodeKind,
-    NodeManifest,
-    has_control_character,
-)
-from ..node import Conditions
+from ..nodes.manifest import CONDITION_ATTRIBUTES, NodeKind, NodeManifest, has_control_character
+from ..nodes.node import Conditions
 from ..script import compile_condition, compile_script
 from .document import Element
 

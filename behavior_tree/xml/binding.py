@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..blackboard import Blackboard
+from ..data.blackboard import Blackboard
+from ..data.values import from_text, to_type, type_name
 from ..errors import BlackboardError, PortError
-from ..manifest import NodeManifest, PortModel
-from ..text import board_key
-from ..values import from_text, to_type, type_name
+from ..nodes.manifest import NodeManifest, PortModel
+from ..nodes.text import board_key
 from .document import Element
 
 Reader = Callable[[], Any]

@@ -3,16 +3,16 @@
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from ..blackboard import Blackboard
+from ..data.blackboard import Blackboard
+from ..data.values import literal_value, parse_bool
 from ..errors import LoadError, TreeError
-from ..leaf import StatefulAction
-from ..manifest import NodeKind
-from ..node import Node, NodeSetup
+from ..nodes.leaf import StatefulAction
+from ..nodes.manifest import NodeKind
+from ..nodes.node import Node, NodeSetup
+from ..nodes.runtime import Runtime
+from ..nodes.text import board_key
 from ..registry import Registry
-from ..runtime import Runtime
 from ..substitution import Substitution
-from ..text import board_key
-from ..values import literal_value, parse_bool
 from .attributes import compile_conditions, sort_attributes
 from .binding import bind_ports
 from .checks import type_of

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Final
 
-from ..limits import Size
-from ..manifest import NodeKind, NodeManifest
+from ..nodes.limits import Size
+from ..nodes.manifest import NodeKind, NodeManifest
 from .collection import TreeCollection
 from .document import Element
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from ..errors import LoadError
-from ..limits import Limits
-from ..manifest import NodeKind, NodeManifest, PortModel
+from ..nodes.limits import Limits
+from ..nodes.manifest import NodeKind, NodeManifest, PortModel
 from .document import Element, parse_document, parse_leniently
 from .models import manifests_of
 
-DEEPEST_INCLUDE: Final = 100
+MAX_INCLUDE: Final = 100
 _TAGS: Final = ("include", "BehaviorTree", "TreeNodesModel")
 
 
@@ -114,8 +114,8 @@ class Collector:
         if self.collection.document is None:
             self.collection.document = root
         for include in root.children_of("include"):
-            if self._depth >= DEEPEST_INCLUDE:
-                raise include.error(f"files are included through more than {DEEPEST_INCLUDE} others")
+            if self._depth >= MAX_INCLUDE:
+                raise include.error(f"files are included through more than {MAX_INCLUDE} others")
             self._depth += 1
             self.add_file(self._included(include, folder))
             self._depth -= 1

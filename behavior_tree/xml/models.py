@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from ..errors import RegistryError
-from ..manifest import Direction, NodeKind, NodeManifest, PortModel, check_port_name
+from ..nodes.manifest import Direction, NodeKind, NodeManifest, PortModel, check_port_name
 from ..status import Status
 from .document import Element, parse_document
 

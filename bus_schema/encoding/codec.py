@@ -15,8 +15,8 @@ from bus_schema.encoding.registry import MessageType, type_of
 from bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
 from bus_schema.errors import BadMessage
 
-LARGEST_MESSAGE = 64 * 1024 * 1024
-LARGEST_MAP = 1_000_000
+MAX_MESSAGE_SIZE = 64 * 1024 * 1024
+MAX_MAP_SIZE = 1_000_000
 HEADER_LENGTH = struct.Struct("<I")
 KNOWN_DTYPES = frozenset(
     {b"|u1", b"|i1", b"|b1", b"<u2", b"<i2", b"<u4", b"<i4", b"<u8", b"<i8", b"<f2", b"<f4", b"<f8"}
@@ -56,13 +56,13 @@ def decode(payload: bytes, cls: type[T]) -> T:
 
 def decode_as(kind: MessageType, payload: bytes) -> Any:
     """Return the message of a known kind that ``payload`` holds; raises BadMessage if it does not fit."""
-    if len(payload) > LARGEST_MESSAGE:
-        raise BadMessage(f"is {len(payload)} bytes long, must be at most {LARGEST_MESSAGE}")
+    if len(payload) > MAX_MESSAGE_SIZE:
+        raise BadMessage(f"is {len(payload)} bytes long, must be at most {MAX_MESSAGE_SIZE}")
     if kind.tail:
         return kind.unpack(_plain_with_tail(payload))
     # What _unpacked does, without its frame: every small message comes this way.
     try:
-        plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=LARGEST_MAP)
+        plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
     except MALFORMED as error:
         raise _malformed(error) from None
     return kind.unpack(plain)
@@ -98,7 +98,7 @@ def encoding_fits(encoding: str, kind: MessageType) -> bool:
 
 def _unpacked(payload: bytes, extension: Any) -> Any:
     try:
-        return _unpack(payload, ext_hook=extension, strict_map_key=True, max_map_len=LARGEST_MAP)
+        return _unpack(payload, ext_hook=extension, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
     except MALFORMED as error:
         raise _malformed(error) from None
 

@@ -61,7 +61,7 @@ def compile_pack(cls: type) -> Convert:
     fields = [_packing(inner, names) for _, inner in shape.fields]
     variables = [f"v{index}" for index in range(len(fields))]
     reads = "\n    ".join(
-        f"{variable} = record.{name}" for variable, (name, _) in zip(variables, shape.fields, strict=True)
+        f"{variable} = record.{attribute}" for variable, attribute in zip(variables, shape.attributes, strict=True)
     )
     items = ", ".join(
         f"{name!r}: {field.value.format(v=variable)}"
@@ -113,7 +113,7 @@ def unpack(plain):
 def _making(shape: RecordShape, values: list[str], names: _Names) -> list[str]:
     """Return the statements that make and return the record; without checks of its own, it needs no ``__init__``."""
     cls: Any = shape.cls
-    slots = [vars(cls).get(name) for name, _ in shape.fields]
+    slots = [vars(cls).get(attribute) for attribute in shape.attributes]
     if (
         hasattr(cls, "__post_init__")
         or not cls.__dataclass_params__.init

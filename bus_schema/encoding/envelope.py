@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 from bus_schema.errors import BadMessage
 
-VERSION = 1
+VERSION = 2
 LAYOUT = struct.Struct("<BBHIIQq")
 PLACE = struct.Struct("<Qq")
 """The part of the layout that differs from sample to sample: sequence and stamp; the run's part comes before it."""
 RUN_ENDS, PLACE_ENDS = LAYOUT.size - PLACE.size, LAYOUT.size
 """What is before and behind the place is the same in all data samples of one run of one source, and in no others."""
-LONGEST_SOURCE = 160
+MAX_SOURCE_LENGTH = 160
 """Bytes of a source's name: the longest component name is 129, the longest client name 160."""
 
 
@@ -54,14 +54,14 @@ class Envelope(NamedTuple):
             head = LAYOUT.pack(VERSION, self.kind, 0, self.epoch, self.incarnation, self.sequence, self.stamp)
         except (struct.error, UnicodeEncodeError) as error:
             raise BadMessage(f"does not fit an envelope: {error}") from None
-        if not 0 < len(source) <= LONGEST_SOURCE:
-            raise BadMessage(f"has a source of {len(source)} bytes, must be 1 to {LONGEST_SOURCE}")
+        if not 0 < len(source) <= MAX_SOURCE_LENGTH:
+            raise BadMessage(f"has a source of {len(source)} bytes, must be 1 to {MAX_SOURCE_LENGTH}")
         return head + source
 
     @classmethod
     def from_bytes(cls, attachment: bytes) -> Envelope:
         """Return the envelope in ``attachment``; raises BadMessage if it is none."""
-        if len(attachment) <= LAYOUT.size or len(attachment) > LAYOUT.size + LONGEST_SOURCE:
+        if len(attachment) <= LAYOUT.size or len(attachment) > LAYOUT.size + MAX_SOURCE_LENGTH:
             raise BadMessage(f"has an attachment of {len(attachment)} bytes, not an envelope")
         version, kind, _, epoch, incarnation, sequence, stamp = LAYOUT.unpack_from(attachment)
         if version != VERSION:

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from bus_schema.annotations import PlainValue, Text
+from bus_schema.encoding.records import attributes_of
 from bus_schema.encoding.registry import message
 from bus_schema.errors import BadMessage
 
@@ -96,7 +97,10 @@ def _part(value: Any, part: str) -> Any:
     if isinstance(value, list | tuple | np.ndarray):
         item = value[int(part)] if is_index(part) and int(part) < len(value) else None
         return item.item() if isinstance(item, np.generic) else item
-    return getattr(value, part, None) if is_dataclass(value) else None
+    if not is_dataclass(value):
+        return None
+    attribute = attributes_of(value.__class__).get(part)
+    return getattr(value, attribute) if attribute is not None else None
 
 
 def _plain(value: Any, reading: Reading) -> PlainValue:

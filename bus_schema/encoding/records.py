@@ -11,18 +11,34 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from bus_schema.annotations import Array, Bounds, MayBeInfinite, Tagged, Text, Unit
+from bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, Tagged, Text, Unit
 from bus_schema.encoding import shapes
 from bus_schema.encoding.shapes import JsonSchema, Shape
 from bus_schema.errors import BadMessage, BadType
 
+FORMER_NAMES = {
+    "cls": "class",
+    "connections": "connect",
+    "who": "actor",
+    "text": "description",
+    "longest_handler": "handler_timeout",
+    "indispensable": "removal_forbidden",
+    "makes_time": "is_time_source",
+    "in_step": "lockstep",
+}
+"""Names of fields in version 1 of the protocol, and what they are called since."""
+
 
 @dataclass(frozen=True, slots=True)
 class RecordShape:
-    """A dataclass: a map from field name to value. Unknown fields are refused, absent ones take their default."""
+    """A dataclass: a map from field name to value. Unknown fields are refused, absent ones take their default.
+
+    ``attributes`` are the attributes of the ``fields``, in their order.
+    """
 
     cls: type
     fields: tuple[tuple[str, Shape], ...]
+    attributes: tuple[str, ...]
     optional: frozenset[str]
     tag: tuple[str, str] | None = None
     names: frozenset[str] = field(default=frozenset())
@@ -34,8 +50,8 @@ class RecordShape:
         plain: dict[str, Any] = {self.tag[0]: self.tag[1]} if self.tag else {}
         name = ""
         try:
-            for name, shape in self.fields:
-                plain[name] = shape.pack(getattr(value, name))
+            for (name, shape), attribute in zip(self.fields, self.attributes, strict=True):
+                plain[name] = shape.pack(getattr(value, attribute))
         except BadMessage as error:
             raise error.inside(name) from None
         return plain
@@ -47,10 +63,11 @@ class RecordShape:
         values = {}
         name = ""
         try:
-            for name, shape in self.fields:
+            for (name, shape), attribute in zip(self.fields, self.attributes, strict=True):
                 if name in plain:
-                    values[name] = shape.unpack(plain[name])
+                    values[attribute] = shape.unpack(plain[name])
                 elif name not in self.optional:
+                    self._refuse_former_names(plain)
                     raise BadMessage("is missing")
         except BadMessage as error:
             raise error.inside(name) from None
@@ -63,7 +80,13 @@ class RecordShape:
         except ValueError as error:
             raise BadMessage(str(error)) from None
 
+    def _refuse_former_names(self, plain: dict[str, Any]) -> None:
+        for name, present in FORMER_NAMES.items():
+            if name in plain and name not in self.names and present in self.names:
+                raise BadMessage(f"has no field {name!r}: it is called {present!r}")
+
     def _refuse_unknown(self, plain: dict[str, Any]) -> None:
+        self._refuse_former_names(plain)
         unknown = sorted(str(key) for key in plain if key not in self.names)
         if unknown:
             known = ", ".join(sorted(self.names))
@@ -128,16 +151,33 @@ def record_shape(cls: type, tag: tuple[str, str] | None = None) -> RecordShape:
         raise BadType(f"{cls.__qualname__} must be a dataclass")
     hints = get_type_hints(cls, include_extras=True)
     fields = []
+    attributes = []
     optional = set()
     for spec in dataclasses.fields(cls):
+        name = _name_of(spec.name, hints[spec.name])
         try:
-            fields.append((spec.name, shape_of(hints[spec.name])))
+            fields.append((name, shape_of(hints[spec.name])))
         except BadType as error:
             raise BadType(f"{cls.__qualname__}.{spec.name}: {error}") from None
+        attributes.append(spec.name)
         if spec.default is not dataclasses.MISSING or spec.default_factory is not dataclasses.MISSING:
-            optional.add(spec.name)
+            optional.add(name)
     names = frozenset(name for name, _ in fields) | ({tag[0]} if tag else frozenset())
-    return _accepting_tag(RecordShape(cls, tuple(fields), frozenset(optional), tag, names))
+    if len(names) < len(fields):
+        raise BadType(f"{cls.__qualname__} has two fields of one name")
+    return _accepting_tag(RecordShape(cls, tuple(fields), tuple(attributes), frozenset(optional), tag, names))
+
+
+@cache
+def attributes_of(cls: type) -> dict[str, str]:
+    """Return the attributes of a dataclass by the names under which they travel; raises BadType."""
+    shape = record_shape(cls)
+    return {name: attribute for (name, _), attribute in zip(shape.fields, shape.attributes, strict=True)}
+
+
+def _name_of(attribute: str, hint: Any) -> str:
+    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    return next((note.name for note in notes if isinstance(note, Named)), attribute)
 
 
 def _accepting_tag(shape: RecordShape) -> RecordShape:

@@ -26,7 +26,7 @@ TAIL_EXTENSION = 2
 
 JsonSchema = dict[str, Any]
 
-DEEPEST_PLAIN_VALUE = 16
+MAX_PLAIN_DEPTH = 16
 INT_RANGE = range(-(2**63), 2**64)
 
 
@@ -315,8 +315,8 @@ class PlainShape:
             return PLAIN_INT.pack(value)
         if isinstance(value, float):
             return PLAIN_FLOAT.pack(value)
-        if depth >= DEEPEST_PLAIN_VALUE:
-            raise BadMessage(f"is nested deeper than {DEEPEST_PLAIN_VALUE} levels")
+        if depth >= MAX_PLAIN_DEPTH:
+            raise BadMessage(f"is nested deeper than {MAX_PLAIN_DEPTH} levels")
         if isinstance(value, list | tuple):
             return [self.pack(item, depth + 1) for item in value]
         if isinstance(value, Mapping):

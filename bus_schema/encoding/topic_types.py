@@ -13,15 +13,15 @@ PROTOCOL = frozenset(
     {
         "bus_schema.model.description",
         "bus_schema.model.estimates",
-        "bus_schema.messages.clock",
-        "bus_schema.messages.control",
-        "bus_schema.messages.handover",
-        "bus_schema.messages.host",
-        "bus_schema.messages.joining",
+        "bus_schema.messages.protocol.clock",
+        "bus_schema.messages.protocol.control",
+        "bus_schema.messages.protocol.handover",
+        "bus_schema.messages.protocol.host",
+        "bus_schema.messages.protocol.joining",
         "bus_schema.messages.manager",
-        "bus_schema.messages.requests",
+        "bus_schema.messages.protocol.requests",
         "bus_schema.encoding.reading",
-        "regraft.assignment",
+        "regraft.runtime.core.assignment",
     }
 )
 """The modules of what components, hosts and the clock ask each other: their types travel on no topic."""

@@ -16,7 +16,7 @@ class UndoAdaptation:
     """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing."""
 
     id: str
-    who: Annotated[str, Text(200)] = ""
+    actor: Annotated[str, Text(200)] = ""
     reason: Annotated[str, Text(1000)] = ""
     dry_run: bool = False
 

@@ -59,7 +59,7 @@ class ProposalRequest:
 
     task: Annotated[str, Text(200)]
     reason: Annotated[str, Text(1000)] = ""
-    who: Annotated[str, Text(200)] = ""
+    actor: Annotated[str, Text(200)] = ""
     apply: bool = True
     inputs: dict[str, PlainValue] = field(default_factory=dict)
     context: dict[str, PlainValue] = field(default_factory=dict)

@@ -60,7 +60,6 @@ class Image:
     pixels: Annotated[ByteArray, Array("|u1", (None, None, 3), tail=True)]
 
     def __post_init__(self) -> None:
-        """Refuse an opening angle that no pinhole camera has."""
         if not 0.0 < self.horizontal_field_of_view < 3.1:
             raise BadMessage("must lie between 0 and 3.1 rad", ("horizontal_field_of_view",))
 

@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated, ClassVar
 
-from bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Tagged, Text, ToldBriefly
+from bus_schema.annotations import Bounds, ClassPath, Connections, Count, PlainValue, Seconds, Tagged, Text, ToldBriefly
 from bus_schema.encoding.registry import message
 from bus_schema.errors import BadMessage
 from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.model.estimates import Estimate
 from bus_schema.model.lifecycle import Transition
 
-LARGEST_CONTEXT = 16_384
+MAX_CONTEXT_SIZE = 16_384
 """What a request's context may measure, as ``plain_size`` does."""
-LARGEST_PARAMETERS = 500_000
+MAX_PARAMETERS_SIZE = 500_000
 """What the parameters of one change may measure; those of any stack file do, so that each change can be undone."""
 
 
@@ -83,9 +83,9 @@ class Swap:
 
     change: ClassVar[str] = "swap"
     component: str
-    cls: str = ""
+    cls: ClassPath = ""
     parameters: dict[str, PlainValue] = field(default_factory=dict)
-    connections: dict[str, str] = field(default_factory=dict)
+    connections: Connections = field(default_factory=dict)
     services: dict[str, str] = field(default_factory=dict)
     with_state: bool = True
 
@@ -148,7 +148,7 @@ class AdaptationRequest:
 
     changes: tuple[Change, ...]
     reason: Annotated[str, Text(1000)] = ""
-    who: Annotated[str, Text(200)] = ""
+    actor: Annotated[str, Text(200)] = ""
     revision: Count | None = None
     key: Annotated[str, Text(200)] = ""
     dry_run: bool = False
@@ -159,10 +159,9 @@ class AdaptationRequest:
     watch: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a context or parameters that would swell the journal."""
-        _check_size(self.context, LARGEST_CONTEXT, "context")
+        _check_size(self.context, MAX_CONTEXT_SIZE, "context")
         for index, change in enumerate(self.changes):
-            _check_size(_parameters(change), LARGEST_PARAMETERS, "changes", str(index), "parameters")
+            _check_size(_parameters(change), MAX_PARAMETERS_SIZE, "changes", str(index), "parameters")
 
 
 def _parameters(change: Change) -> dict[str, PlainValue]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Annotated
 
-from bus_schema.annotations import Bounds, Count, Hertz, PlainValue, Seconds
+from bus_schema.annotations import Bounds, ClassPath, Connections, Count, Hertz, PlainValue, Seconds
 from bus_schema.encoding.registry import message
 from bus_schema.model.description import Description
 from bus_schema.model.lifecycle import State
@@ -88,11 +88,11 @@ class ComponentSpec:
     """
 
     name: str = ""
-    cls: str = ""
+    cls: ClassPath = ""
     command: tuple[str, ...] = ()
     host: str = "local"
     parameters: dict[str, PlainValue] = field(default_factory=dict)
-    connections: dict[str, str] = field(default_factory=dict)
+    connections: Connections = field(default_factory=dict)
     services: dict[str, str] = field(default_factory=dict)
     state: State = State.ACTIVE
     restart: RestartPolicy = field(default_factory=RestartPolicy)
@@ -186,7 +186,7 @@ class Architecture:
         limit = spec.limits.before(self.limits).handler_timeout
         if limit is not None:
             return limit
-        return spec.description.longest_handler if spec.description else 0.0
+        return spec.description.handler_timeout if spec.description else 0.0
 
     def rules(self, host: str) -> HostRules:
         """Return the rules of a host."""

@@ -73,7 +73,7 @@ def _component(name: str, spec: ComponentSpec) -> Iterator[Violation]:
     if spec.name != name:
         yield Violation(None, name, "name", f"is {spec.name!r}, must be as its key")
     if bool(spec.cls) == bool(spec.command):
-        yield Violation(None, name, "cls", "a component has either a class or a command")
+        yield Violation(None, name, "class", "a component has either a class or a command")
     if spec.cls and not spec.managed:
         yield Violation(None, name, "managed", "a component with a class is always managed")
     if spec.managed and spec.description is None:
@@ -90,7 +90,7 @@ def _own_names(name: str, spec: ComponentSpec) -> Iterator[Violation]:
     parameters = spec.description.parameters if spec.description else ()
     named = (
         ("parameters", "parameter", {*spec.parameters, *(parameter.name for parameter in parameters)}),
-        ("connections", "port", {*spec.connections, *(port.name for port in ports)}),
+        ("connect", "port", {*spec.connections, *(port.name for port in ports)}),
         ("services", "service", set(offered_services(spec))),
     )
     for field, kind, names in named:

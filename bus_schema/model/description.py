@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bus_schema.annotations import Count, PlainValue, Ratio, Seconds
+from bus_schema.annotations import ClassPath, Count, PlainValue, Ratio, Seconds
 from bus_schema.encoding.reading import Reading
 from bus_schema.encoding.registry import message
 
@@ -30,7 +30,7 @@ class PortDescription:
     topic: str
     required: bool = True
     latest_only: bool = False
-    text: str = ""
+    description: str = ""
     reads: tuple[Reading, ...] = ()
     origin: str = ""
 
@@ -48,7 +48,7 @@ class ParameterDescription:
     schema: dict[str, PlainValue]
     unit: str = ""
     read_only: bool = False
-    text: str = ""
+    description: str = ""
     exists: bool = False
 
 
@@ -62,7 +62,7 @@ class ServiceDescription:
     request: str
     reply: str
     feedback: str | None = None
-    text: str = ""
+    description: str = ""
 
 
 @message("regraft/Resources")
@@ -80,26 +80,26 @@ class Resources:
 class Description:
     """A component: what its class says of itself, given the read-only parameters.
 
-    ``longest_handler`` is how long one handler may keep the loop before it counts as hung. ``in_step`` says whether
-    it is a member of simulated time. ``indispensable`` says why a running system cannot be without it, empty if it can.
-    ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
-    versions that it goes on from itself. ``makes_time`` is true of the source of simulated time. One that is
+    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` says whether
+    it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
+    can. ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
+    versions that it goes on from itself. ``is_time_source`` is true of the source of simulated time. One that is
     ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
     """
 
-    cls: str
-    text: str
+    cls: ClassPath
+    description: str
     ports: tuple[PortDescription, ...] = ()
     parameters: tuple[ParameterDescription, ...] = ()
     services: tuple[ServiceDescription, ...] = ()
     state_version: Count = 0
-    longest_handler: Seconds = 0.0
+    handler_timeout: Seconds = 0.0
     resources: Resources = field(default_factory=Resources)
-    in_step: bool = True
-    indispensable: str = ""
+    lockstep: bool = True
+    removal_forbidden: str = ""
     stateful: bool = False
     restores: tuple[Count, ...] = ()
-    makes_time: bool = False
+    is_time_source: bool = False
     exclusive: bool = False
 
     def port(self, name: str) -> PortDescription | None:

@@ -9,6 +9,9 @@ from bus_schema.model.architecture import Architecture, ComponentSpec
 from bus_schema.model.lifecycle import State
 from bus_schema.suggestions import instead_of
 
+LOCAL = "local"
+"""The name of a system's first host, which the others join."""
+
 ADAPT = "adaptation_manager/adapt"
 """The service by which components are started elsewhere."""
 

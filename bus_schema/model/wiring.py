@@ -29,7 +29,7 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
         known = [port.name for port in spec.description.ports]
         for port in sorted(spec.connections.keys() - set(known)):
             problem = f"there is no port {port!r}; {instead_of(port, known)}"
-            yield Violation(None, name, f"connections.{port}", problem)
+            yield Violation(None, name, f"connect.{port}", problem)
         for described in spec.description.ports:
             for problem in _port_problems(architecture, writers, spec, described):
                 yield Violation(None, name, _field(spec, described), problem)
@@ -39,7 +39,7 @@ def _field(spec: ComponentSpec, port: PortDescription) -> str:
     """Return the field that connects a port: for one that a parameter asks for this is the parameter, at first."""
     if port.origin and spec.connections.get(port.name) == port.topic:
         return f"parameters.{port.origin}"
-    return f"connections.{port.name}"
+    return f"connect.{port.name}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from bus_schema.messages.health import Event
 from dashboard_api.http.json_replies import to_json
 
-MOST_KEPT = 1000
+MAX_KEPT = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ def _one_word(kind: str) -> str:
 class EventBuffer:
     """Filled from any thread, read from the server's event loop."""
 
-    def __init__(self, size: int = MOST_KEPT) -> None:
+    def __init__(self, size: int = MAX_KEPT) -> None:
         """Begin a numbering of its own: identifiers of another gateway's run are not mistaken for this one's."""
         self.run = secrets.token_hex(4)
         self._lock = threading.Lock()

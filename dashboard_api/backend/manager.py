@@ -19,6 +19,7 @@ from bus_schema.messages.manager import (
 )
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from bus_schema.model.architecture import Architecture
+from bus_schema.model.hosts import LOCAL
 from bus_schema.model.offers import offered_services
 from dashboard_api.backend.refusals import problem_of
 from dashboard_api.http.body import told
@@ -32,21 +33,20 @@ from dashboard_api.http.problems import (
     unavailable,
 )
 from regraft import CallFailed
-from regraft.bus import BusError
+from regraft.bus.interface import BusError
 from regraft.client import Client, ClientError
-from regraft.host.plan import LOCAL
 
 A = TypeVar("A")
 
-MOST_WAITING = 16
+MAX_WAITING = 16
 """Adaptations whose outcome is being waited for at the same time; every one of them holds a thread."""
-COME_AGAIN_AFTER = 1.0
+COME_INTERVAL = 1.0
 """Seconds after which who finds too many waiting may try again."""
 FRESH_FOR = 1.0
 """Seconds for which an architecture that was read serves overviews."""
-HOST_WITHIN = 1.0
+HOST_TIMEOUT = 1.0
 """Seconds that the first host may take to say which components there are."""
-OVERVIEW_WITHIN = 1.0
+OVERVIEW_TIMEOUT = 1.0
 """Seconds that an overview waits for the manager; it can do without."""
 BACK_OFF = 5.0
 """Seconds before overviews ask again a manager that stayed silent."""
@@ -86,7 +86,7 @@ class Services:
 
     def _offered(self) -> set[str]:
         """Return the services of all components, as the first host knows them; raises ClientError."""
-        components = self.client.host_view(LOCAL, HOST_WITHIN).architecture.components.values()
+        components = self.client.host_view(LOCAL, HOST_TIMEOUT).architecture.components.values()
         return {name for spec in components for name in offered_services(spec).values()}
 
 
@@ -96,7 +96,7 @@ class Manager:
     def __init__(self, services: Services) -> None:
         """Ask through ``services``."""
         self._services = services
-        self._waiting = threading.BoundedSemaphore(MOST_WAITING)
+        self._waiting = threading.BoundedSemaphore(MAX_WAITING)
         self._reading = threading.Lock()
         self._last_read: Architecture | None = None
         self._read_again_at = 0.0
@@ -122,8 +122,8 @@ class Manager:
 
     def _act(self, service: str, request: object, longer: float = 0.0) -> AdaptationReport:
         if not self._waiting.acquire(blocking=False):
-            why = f"{MOST_WAITING} requests are waiting for the outcome of their adaptations already"
-            raise throttled(why, COME_AGAIN_AFTER)
+            why = f"{MAX_WAITING} requests are waiting for the outcome of their adaptations already"
+            raise throttled(why, COME_INTERVAL)
         try:
             within = self._services.adaptation_within + longer
             return self._services.ask(service, request, AdaptationReport, within)
@@ -163,7 +163,7 @@ class Manager:
         with self._reading:
             if time.monotonic() >= self._read_again_at:
                 try:
-                    self.architecture(within=OVERVIEW_WITHIN)
+                    self.architecture(within=OVERVIEW_TIMEOUT)
                 except Problem:
                     self._read_again_at = time.monotonic() + BACK_OFF
             return self._last_read

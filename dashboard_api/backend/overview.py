@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 from bus_schema.errors import BadKey
-from bus_schema.messages.control import AskQualities, ControlCode, Qualities
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.control import AskQualities, ControlCode, Qualities
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.architecture import Architecture
 from bus_schema.model.lifecycle import State
 from bus_schema.suggestions import instead_of
@@ -27,7 +27,7 @@ from regraft.client.errors import ControlRefused, NoSuchComponent
 
 LISTEN_FOR = 0.5
 """Seconds that an overview waits for a component or host that has not told its status yet."""
-LIVE_WITHIN = 1.0
+LIVE_TIMEOUT = 1.0
 
 
 class Overview:
@@ -73,7 +73,7 @@ class Overview:
         if seen is None:
             return ComponentDetails(name, False, None, spec, None, None, None)
         try:
-            now = self._client.view(name, LIVE_WITHIN) if seen.alive else None
+            now = self._client.view(name, LIVE_TIMEOUT) if seen.alive else None
         except ClientError:
             now = None
         return ComponentDetails(name, seen.alive, seen.age, spec, seen.status, seen.process, now)
@@ -81,7 +81,7 @@ class Overview:
     def qualities(self, name: str, asked: AskQualities) -> Qualities:
         """Return what quality a component gives and would give; raises Problem."""
         try:
-            return self._client.qualities(name, asked, LIVE_WITHIN)
+            return self._client.qualities(name, asked, LIVE_TIMEOUT)
         except (NoSuchComponent, BadKey):
             raise not_found(f"there is no living component {name!r}; {self._instead_of(name)}") from None
         except ControlRefused as error:

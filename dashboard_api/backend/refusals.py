@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.requests import Answer, RefusalCode
+from bus_schema.messages.protocol.requests import Answer, RefusalCode
 from dashboard_api.http.problems import (
     CONFLICT,
     FAILED,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from bus_schema.annotations import Count, Hertz, PlainValue, Seconds
-from bus_schema.messages.clock import ClockTime
-from bus_schema.messages.control import ComponentView
+from bus_schema.annotations import Count, Hertz, Named, PlainValue, Seconds
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostState, HostStatus, ProcessStatus
+from bus_schema.messages.protocol.clock import ClockTime
+from bus_schema.messages.protocol.control import ComponentView
+from bus_schema.messages.protocol.host import HostState, HostStatus, ProcessStatus
 from bus_schema.model.adaptation import AdaptationReport
 from bus_schema.model.architecture import ComponentSpec
 from bus_schema.model.lifecycle import State
@@ -38,7 +39,7 @@ class ComponentLine:
     """
 
     name: str
-    cls: str | None
+    cls: Annotated[str | None, Named("class")]
     host: str | None
     desired: State | None
     state: State | None

@@ -13,14 +13,14 @@ from starlette.requests import Request
 
 from bus_schema.errors import BadMessage
 from bus_schema.suggestions import Hints
-from dashboard_api.http.problems import BAD_CONTENT_TYPE, MOST_TOLD, Problem, malformed, violation
+from dashboard_api.http.problems import BAD_CONTENT_TYPE, MAX_TOLD, Problem, malformed, violation
 
 JSON_TYPES = ("application/json", "application/merge-patch+json")
 
 SMALL = 16 * 1024
 """Bytes that are read at once: what is longer would keep others waiting, and is read by a thread."""
 
-LONGEST_WHOLE = 309
+MAX_WHOLE = 309
 """Digits of the largest number that JSON's readers commonly take, about 1.8e308."""
 
 
@@ -77,7 +77,7 @@ def _finite(digits: str) -> float:
 
 
 def _whole(digits: str) -> int:
-    if len(digits) > LONGEST_WHOLE:
+    if len(digits) > MAX_WHOLE:
         shown = f"{digits[:40]}... ({len(digits)} digits)"
         raise _NotStrict(f"holds {shown}, which is too large: a whole JSON number must fit into 64 bits here")
     return int(digits)
@@ -97,7 +97,7 @@ def unknown_fields(body: dict[str, Any], known: Iterable[str]) -> list[Any]:
     hints = Hints(names)
     return [
         violation(name, f"there is no such field; {hints.instead_of(name)}")
-        for name in sorted(body.keys() - names)[: MOST_TOLD + 1]
+        for name in sorted(body.keys() - names)[: MAX_TOLD + 1]
     ]
 
 

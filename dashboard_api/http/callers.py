@@ -14,12 +14,12 @@ from starlette.types import Scope
 
 from dashboard_api.http.peers import user_of
 from dashboard_api.http.problems import FORBIDDEN, UNAUTHENTICATED, Problem, unavailable
-from regraft.tokens import BadTokens, Role, Tokens
+from regraft.security.tokens import BadTokens, Role, Tokens
 
 CALLER: Final = "regraft.caller"
 """Where a request's scope has its proven caller."""
 REALM: Final = 'Bearer realm="regraft"'
-LONGEST_NAME: Final = 64
+MAX_NAME_LENGTH: Final = 64
 OVERFLOW: Final = Path("/proc/sys/kernel/overflowuid")
 
 
@@ -92,7 +92,7 @@ def user_name(uid: int) -> str:
         name = pwd.getpwuid(uid).pw_name
     except KeyError:
         return f"uid {uid}"
-    return f"uid {uid} {''.join(c for c in name if c.isprintable())[:LONGEST_NAME]}"
+    return f"uid {uid} {''.join(c for c in name if c.isprintable())[:MAX_NAME_LENGTH]}"
 
 
 def _overflow() -> int:

@@ -15,8 +15,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from dashboard_api.http.problems import CROSS_ORIGIN, TOO_LARGE, WRONG_HOST, Problem
 
-LARGEST_BODY = 1024 * 1024
-MOST_DIGITS = 18
+MAX_BODY_SIZE = 1024 * 1024
+MAX_DIGITS = 18
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 
@@ -88,12 +88,12 @@ def _origin_host(origin: str) -> str | None:
 
 def _check_announced_length(headers: Headers) -> None:
     length = headers.get("content-length", "0")
-    if length.isdecimal() and (len(length) > MOST_DIGITS or int(length) > LARGEST_BODY):
+    if length.isdecimal() and (len(length) > MAX_DIGITS or int(length) > MAX_BODY_SIZE):
         raise _too_large()
 
 
 def _too_large() -> Problem:
-    return Problem(TOO_LARGE, f"a body may be at most {LARGEST_BODY} bytes long")
+    return Problem(TOO_LARGE, f"a body may be at most {MAX_BODY_SIZE} bytes long")
 
 
 def _bounded(receive: Receive) -> Receive:
@@ -104,7 +104,7 @@ def _bounded(receive: Receive) -> Receive:
         nonlocal received
         message = await receive()
         received += len(message.get("body", b""))
-        if received > LARGEST_BODY:
+        if received > MAX_BODY_SIZE:
             raise _too_large()
         return message
 

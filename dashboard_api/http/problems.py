@@ -23,7 +23,7 @@ LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER = 1.0
 """Seconds after which a part that is not available may be asked again, where it gives no time itself."""
-MOST_TOLD = 100
+MAX_TOLD = 100
 """Violations of one request that are told."""
 POLICY_VIOLATION = 1008
 """The code that closes a WebSocket for what it is (RFC 6455)."""
@@ -105,7 +105,6 @@ class Problem(Exception):
         report: AdaptationReport | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> None:
-        """Say what is wrong, and every violation of it."""
         self.kind = kind
         self.detail = detail
         self.violations = tuple(violations)
@@ -151,8 +150,8 @@ def violation(field: str, problem: str, *, change: int | None = None, component:
 
 def malformed(*violations: Violation) -> Problem:
     """Return the problem of a request that does not have the right form; of many violations it tells the first."""
-    if len(violations) > MOST_TOLD:
-        violations = (*violations[:MOST_TOLD], violation("", "and there are more"))
+    if len(violations) > MAX_TOLD:
+        violations = (*violations[:MAX_TOLD], violation("", "and there are more"))
     lines = "; ".join(f"{v.field}: {v.problem}" if v.field else v.problem for v in violations)
     return Problem(MALFORMED, lines, violations)
 

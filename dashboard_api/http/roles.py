@@ -9,7 +9,7 @@ from typing import Any, Final
 from bus_schema.model.adaptation import Add, Move, Remove, SetParameters, Swap
 from bus_schema.model.architecture import Architecture, ComponentSpec
 from dashboard_api.http.callers import Caller
-from regraft.tokens import Role
+from regraft.security.tokens import Role
 
 READING_METHODS: Final = ("GET", "HEAD", "OPTIONS")
 WEBSOCKET: Final = "WEBSOCKET"

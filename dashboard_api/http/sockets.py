@@ -23,7 +23,7 @@ ANY_STATE: Final = 0xFFFFFFFF
 NO_COOKIE: Final = 0xFFFFFFFF
 UID_AND_INODE: Final = struct.Struct("=II")
 STATE_AT, UID_AT = HEADER.size + 1, HEADER.size + 64
-ANSWER_WITHIN: Final = 1.0
+ANSWER_TIMEOUT: Final = 1.0
 
 End = tuple[str, int]
 
@@ -46,7 +46,7 @@ def asked(client: End, server: End) -> Owner | None:
     try:
         question = _question(client, server)
         with socket.socket(socket.AF_NETLINK, socket.SOCK_DGRAM, NETLINK_SOCK_DIAG) as link:
-            link.settimeout(ANSWER_WITHIN)
+            link.settimeout(ANSWER_TIMEOUT)
             link.send(question)
             answer = link.recv(8192)
     except (OSError, ValueError):

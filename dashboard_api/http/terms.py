@@ -11,8 +11,8 @@ from fastapi import Header, Query, Request
 from dashboard_api.http.callers import CALLER, Caller
 from dashboard_api.http.problems import FORBIDDEN, Problem, malformed, violation
 
-LONGEST_ACTOR = 100
-LONGEST_KEY = 200
+MAX_ACTOR_LENGTH = 100
+MAX_KEY_LENGTH = 200
 ActorHeader = Annotated[
     str | None, Header(description="A name for the journal, which has it behind what is proven of the caller")
 ]
@@ -26,7 +26,7 @@ class Terms:
     """The caller, and its name for the journal; the revision it saw (None: any); the key of a repetition."""
 
     caller: Caller
-    who: str
+    actor: str
     revision: int | None
     key: str
     dry_run: bool
@@ -46,7 +46,7 @@ def terms(
     ] = None,
     idempotency_key: Annotated[
         str | None,
-        Header(description="The same key and body are the same adaptation", max_length=LONGEST_KEY),
+        Header(description="The same key and body are the same adaptation", max_length=MAX_KEY_LENGTH),
     ] = None,
     prefer: Annotated[
         str | None, Header(description="`respond-async` answers at once, with 202 and a Location")
@@ -76,7 +76,7 @@ def caller(request: Request) -> Caller:
 def actor(request: Request, named: str | None) -> str:
     """Return who asks, for the journal: what is proven, then the name given, as in ``uid 1000 ana: page``."""
     text = (named or "").encode("latin-1", "replace").decode(errors="replace")
-    name = "".join(c for c in text if c.isprintable()).strip()[:LONGEST_ACTOR]
+    name = "".join(c for c in text if c.isprintable()).strip()[:MAX_ACTOR_LENGTH]
     return ": ".join(filter(None, (caller(request).proven, name)))
 
 

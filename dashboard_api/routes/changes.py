@@ -32,7 +32,7 @@ TRANSITION_SCHEMA = {
     "additionalProperties": False,
 }
 PARAMETERS_SCHEMA = {"type": "object", "description": "New values by parameter; the others keep theirs"}
-SWAP_EXAMPLE = {"cls": "services.detector.template_detector:TemplateDetector", "parameters": {"interval": 1.0}}
+SWAP_EXAMPLE = {"class": "services.detector.template_detector:TemplateDetector", "parameters": {"interval": 1.0}}
 SWAP_SCHEMA = short_form(Swap)
 MOVE_SCHEMA = short_form(Move)
 PROBLEMS = (404, 409, 412, 413, 415, 422, 429, 503)

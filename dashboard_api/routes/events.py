@@ -16,8 +16,8 @@ from dashboard_api.backend.event_buffer import EventBuffer
 from dashboard_api.http.json_replies import ref
 from dashboard_api.http.problems import declared, unavailable
 
-MOST_READERS = 32
-RECONNECT_AFTER = 1000
+MAX_READERS = 32
+RECONNECT_TIMEOUT = 1000
 """Milliseconds after which a reader whose connection broke is to come back."""
 
 EVENT_STREAM: dict[int | str, dict[str, Any]] = {
@@ -35,13 +35,12 @@ class Seats:
     """The places that readers of a stream have, all taken and given back in the server's event loop."""
 
     def __init__(self) -> None:
-        """Nobody reads."""
         self._taken = 0
 
     def take(self, text: AsyncIterator[str]) -> StreamOfEvents:
         """Return a stream for one more reader, who has a place from now until it has ended; raises Problem."""
-        if self._taken >= MOST_READERS:
-            raise unavailable(f"{MOST_READERS} readers are being sent these events already")
+        if self._taken >= MAX_READERS:
+            raise unavailable(f"{MAX_READERS} readers are being sent these events already")
         self._taken += 1
         return StreamOfEvents(text, self)
 
@@ -88,7 +87,7 @@ async def stream(buffer: EventBuffer, last_event_id: str | None, heartbeat: floa
     resumed = buffer.resume(last_event_id)
     position = resumed or 0
     with buffer.reading() as woken:
-        yield f"retry: {RECONNECT_AFTER}\n: from {buffer.identifier(position)}\n\n"
+        yield f"retry: {RECONNECT_TIMEOUT}\n: from {buffer.identifier(position)}\n\n"
         if resumed is None:
             yield _gap(None)
         while not buffer.closed:

@@ -19,7 +19,7 @@ from dashboard_api.backend.manager import Manager, Services
 from dashboard_api.http.json_replies import ref
 from dashboard_api.http.problems import declared
 from dashboard_api.routes.events import Seats, stream
-from regraft.bus import Closable
+from regraft.bus.interface import Closable
 
 TOPIC: Final = "mission/transitions"
 """Where transitions are unless the stack says otherwise."""

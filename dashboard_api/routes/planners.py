@@ -33,9 +33,9 @@ from dashboard_api.http.terms import ActorHeader, actor
 from dashboard_api.routes.adaptations import request_body
 
 PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
-DESCRIBE_WITHIN: Final = 1.0
+DESCRIBE_TIMEOUT: Final = 1.0
 """Seconds that the list of planners waits for each of them."""
-MOST_WAITING: Final = 16
+MAX_WAITING: Final = 16
 """Proposals that are being waited for at the same time; every one of them holds a thread."""
 PROPOSAL_EXAMPLE: Final = {
     "task": "drive",
@@ -70,7 +70,7 @@ class PlannerList:
 def routes(services: Services, manager: Manager) -> APIRouter:
     """Return the routes."""
     router = APIRouter(tags=["planners"])
-    waiting = threading.BoundedSemaphore(MOST_WAITING)
+    waiting = threading.BoundedSemaphore(MAX_WAITING)
 
     @router.get("/planners", responses={**shown(PlannerList, "All planners"), **declared(503)})
     def list_planners() -> Response:
@@ -98,7 +98,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
         if name not in found:
             raise not_found(f"there is no planner {name!r}; {instead_of(name, found)}")
         if not waiting.acquire(blocking=False):
-            raise unavailable(f"{MOST_WAITING} requests are waiting for proposals already", QUEUE_FULL)
+            raise unavailable(f"{MAX_WAITING} requests are waiting for proposals already", QUEUE_FULL)
         try:
             return reply(_proposed(services, name, asked))
         finally:
@@ -109,15 +109,15 @@ def routes(services: Services, manager: Manager) -> APIRouter:
 
 def _proposal_schema() -> dict[str, Any]:
     schema = record_shape(ProposalRequest).json_schema()
-    del schema["properties"]["who"]
+    del schema["properties"]["actor"]
     return schema
 
 
-def _read(body: dict[str, Any], who: str) -> ProposalRequest:
-    if "who" in body:
-        raise malformed(violation("who", "is said by the header X-Regraft-Actor"))
+def _read(body: dict[str, Any], actor: str) -> ProposalRequest:
+    if "actor" in body:
+        raise malformed(violation("actor", "is said by the header X-Regraft-Actor"))
     try:
-        asked: ProposalRequest = record_shape(ProposalRequest).unpack({**body, "who": who})
+        asked: ProposalRequest = record_shape(ProposalRequest).unpack({**body, "actor": actor})
     except BadMessage as error:
         raise malformed(told(error)) from None
     return asked
@@ -151,6 +151,6 @@ def _offered(architecture: Architecture, component: str) -> list[str]:
 def _line(services: Services, name: str, component: str) -> PlannerLine:
     try:
         service = f"planners/{name}/describe"
-        return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_WITHIN))
+        return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_TIMEOUT))
     except Problem as error:
         return PlannerLine(name, component, None, str(error))

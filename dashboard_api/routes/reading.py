@@ -15,8 +15,8 @@ from dashboard_api.http.problems import malformed, violation
 from dashboard_api.http.terms import Terms
 
 FIELDS = ("changes", "reason", "revision", "context", "confirm", "watch")
-LONGEST_REASON = 1000
-MOST_CHANGES = 1000
+MAX_REASON_LENGTH = 1000
+MAX_CHANGES = 1000
 CHANGE = shape_of(Change)
 REVISION = shape_of(Count)
 REASON = dict(record_shape(AdaptationRequest).fields)["reason"]
@@ -53,9 +53,9 @@ ADAPTATION_EXAMPLES = Examples(
                         "change": "add",
                         "component": "second_detector",
                         "spec": {
-                            "cls": "services.detector.detector:Detector",
+                            "class": "services.detector.detector:Detector",
                             "parameters": {"interval": 1.0},
-                            "connections": {
+                            "connect": {
                                 "image": "corner_camera/image",
                                 "detections": "corner_detections",
                                 "energy": "corner_energy",
@@ -78,7 +78,7 @@ ADAPTATION_EXAMPLES = Examples(
                     {
                         "change": "swap",
                         "component": "detector",
-                        "cls": "services.detector.template_detector:TemplateDetector",
+                        "class": "services.detector.template_detector:TemplateDetector",
                     }
                 ],
             },
@@ -110,7 +110,7 @@ def adaptation_schema() -> dict[str, Any]:
                 "type": "array",
                 "items": CHANGE.json_schema(),
                 "minItems": 1,
-                "maxItems": MOST_CHANGES,
+                "maxItems": MAX_CHANGES,
             },
             "reason": REASON.json_schema(),
             "revision": REVISION.json_schema(),
@@ -171,7 +171,7 @@ def request(
         return AdaptationRequest(
             changes,
             reason,
-            asked.who,
+            asked.actor,
             revision,
             asked.key,
             dry_run=asked.dry_run,
@@ -200,8 +200,8 @@ def read_reason(body: dict[str, Any]) -> str:
 
 
 def _changes(plain: Any, wrong: list[Violation]) -> list[Any]:
-    if not isinstance(plain, list) or not 0 < len(plain) <= MOST_CHANGES:
-        wrong.append(violation("changes", f"must be a list of 1 to {MOST_CHANGES} changes"))
+    if not isinstance(plain, list) or not 0 < len(plain) <= MAX_CHANGES:
+        wrong.append(violation("changes", f"must be a list of 1 to {MAX_CHANGES} changes"))
         return []
     changes = []
     for index, item in enumerate(plain):

@@ -10,8 +10,8 @@ from starlette.responses import Response
 from bus_schema.encoding import codec
 from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
-from bus_schema.messages.control import AskQualities, Qualities
-from bus_schema.messages.host import LogLines
+from bus_schema.messages.protocol.control import AskQualities, Qualities
+from bus_schema.messages.protocol.host import LogLines
 from bus_schema.model.architecture import Architecture
 from dashboard_api.backend.manager import Manager
 from dashboard_api.backend.overview import Overview
@@ -22,11 +22,11 @@ from dashboard_api.http.problems import declared, malformed
 from dashboard_api.routes.adaptations import request_body
 from regraft.client.diff import ArchitectureDiff, diff
 
-LARGEST_REVISION = 2**63 - 1
+MAX_REVISION = 2**63 - 1
 QUALITIES_EXAMPLE = {"parameters": {"max_velocity": 0.1}, "context": {"darkness": 0.5}}
 
 ComponentName = Annotated[str, Path(description="A component's name", examples=["navigator"])]
-Revision = Annotated[int, Query(ge=0, le=LARGEST_REVISION, examples=[12])]
+Revision = Annotated[int, Query(ge=0, le=MAX_REVISION, examples=[12])]
 NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The caller has this revision already"}}
 
 

@@ -6,7 +6,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 import typer
 
-from regraft.cli.output import complain
+from regraft.cli.terminal.output import complain
 
 GROUP = "regraft.commands"
 

@@ -8,47 +8,31 @@ import typer
 from typer.core import TyperGroup
 
 from bus_schema.errors import SchemaError
-from regraft.bus import BusError
-from regraft.capacity import TooMany
-from regraft.certificates import CannotMake
-from regraft.cli.options import JSON
-from regraft.cli.output import complain, show_json
+from regraft.bus.interface import BusError
+from regraft.cli.outcomes import (
+    BAD_INPUT,
+    FAILED,
+    INTERRUPTED,
+    NOT_REACHABLE,
+    BadInput,
+    Failed,
+    Unreachable,
+)
+from regraft.cli.terminal.options import JSON
+from regraft.cli.terminal.output import complain, show_json
 from regraft.client import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
-from regraft.joining import CannotJoin, NothingThere
-from regraft.modules import CannotImport
-from regraft.parameters import ParameterError
-from regraft.process import NoSuchClass
-from regraft.rundir import AlreadyRunning, NoRoom, NotRunning
-from regraft.runtime.calling import CallFailed
-from regraft.security import NotSecure
+from regraft.component.errors import CallFailed
+from regraft.component.parameters import ParameterError
+from regraft.process.main import NoSuchClass
+from regraft.process.modules import CannotImport
+from regraft.run_directory import AlreadyRunning, NoRoom, NotRunning
+from regraft.security.access import NotSecure
+from regraft.security.certificates import CannotMake
+from regraft.security.system_secret import BadSecret
+from regraft.security.tokens import BadToken, BadTokens
 from regraft.stack import StackError
-from regraft.system_secret import BadSecret
-from regraft.tokens import BadToken, BadTokens
-
-WELL, FAILED, BAD_INPUT, NOT_REACHABLE, INTERRUPTED = 0, 1, 2, 3, 130
-
-EXIT_CODES = """\
-\b
-Exit codes:
-  0    success
-  1    what was asked for failed: an adaptation was rejected or rolled back, a call failed
-  2    a mistake in what was typed, a file with errors, a system that runs already, a port in use: nothing was done
-  3    no such system, or it cannot be reached
-  130  interrupted
-"""
-
-
-class BadInput(Exception):
-    """What was typed cannot be done; the text says what is wrong and what would be right."""
-
-
-class Unreachable(Exception):
-    """A system, or the part of it that is needed, is not there."""
-
-
-class Failed(Exception):
-    """What was asked for did not happen."""
-
+from regraft.system.capacity import TooMany
+from regraft.system.join import CannotJoin, NothingThere
 
 BY_CODE: tuple[tuple[int, tuple[type[Exception], ...]], ...] = (
     (BAD_INPUT, (BadInput, StackError, CannotImport, NoSuchClass, AlreadyRunning, NoRoom, TooMany, ParameterError)),

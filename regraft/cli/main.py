@@ -7,33 +7,34 @@ from typing import Annotated
 
 import typer
 
-from regraft.capacity import TooMany, check_files
-from regraft.cli import standard_streams
-from regraft.cli.adapt import adapt, cancel, confirm, undo
-from regraft.cli.certificates import certificates
-from regraft.cli.connect import connect
-from regraft.cli.doctor import doctor
-from regraft.cli.estimate import estimate
+from regraft.cli.access.certificates import certificates
+from regraft.cli.access.token import token
+from regraft.cli.adaptation.adapt import adapt, cancel, confirm, undo
+from regraft.cli.adaptation.connect import connect
+from regraft.cli.adaptation.estimate import estimate
+from regraft.cli.adaptation.journal import journal
+from regraft.cli.adaptation.lifecycle import lifecycle
+from regraft.cli.adaptation.mode import mode
+from regraft.cli.adaptation.planner import planner
+from regraft.cli.adaptation.remove import remove
+from regraft.cli.adaptation.swap import move, swap
+from regraft.cli.bus.param import param
+from regraft.cli.bus.service import action, goal, service
+from regraft.cli.bus.topic import topic
+from regraft.cli.bus.types import types
 from regraft.cli.extensions import add_extensions
-from regraft.cli.group import BAD_INPUT, EXIT_CODES, FAILED, Commands
-from regraft.cli.host import host
-from regraft.cli.journal import journal
-from regraft.cli.lifecycle import lifecycle
-from regraft.cli.logs import events, logs
-from regraft.cli.mode import mode
-from regraft.cli.output import complain
-from regraft.cli.param import param
-from regraft.cli.planner import planner
-from regraft.cli.ps import down, ps
-from regraft.cli.remove import remove
-from regraft.cli.run import run
-from regraft.cli.service import action, goal, service
-from regraft.cli.standard_streams import CannotWrite
-from regraft.cli.swap import move, swap
-from regraft.cli.token import token
-from regraft.cli.topic import topic
-from regraft.cli.types import types
-from regraft.cli.up import up
+from regraft.cli.group import Commands
+from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
+from regraft.cli.system.doctor import doctor
+from regraft.cli.system.host import host
+from regraft.cli.system.logs import events, logs
+from regraft.cli.system.ps import down, ps
+from regraft.cli.system.run import run
+from regraft.cli.system.up import up
+from regraft.cli.terminal import standard_streams
+from regraft.cli.terminal.output import complain
+from regraft.cli.terminal.standard_streams import CannotWrite
+from regraft.system.capacity import TooMany, check_files
 
 COMMANDS = (
     *(up, down, ps, run, adapt, confirm, cancel, undo, connect, remove, swap, move, mode),

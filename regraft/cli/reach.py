@@ -10,13 +10,13 @@ from typing import Any
 
 import typer
 
-from regraft import rundir
-from regraft.bus import Bus
-from regraft.cli.options import chosen_system
+from regraft import run_directory
+from regraft.bus.interface import Bus
+from regraft.bus.zenoh_bus import open_bus
+from regraft.cli.terminal.options import chosen_system
 from regraft.client import Client
 from regraft.client.sending import Sender
-from regraft.rundir import RunInfo
-from regraft.zenoh_bus import open_bus
+from regraft.run_directory import RunInfo
 
 
 @dataclass(slots=True)
@@ -38,7 +38,7 @@ class Reached:
 
 def find(ctx: typer.Context, system: str | None) -> RunInfo:
     """Return the system that is meant; raises NotRunning."""
-    return rundir.find(chosen_system(ctx, system))
+    return run_directory.find(chosen_system(ctx, system))
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def reached(ctx: typer.Context, system: str | None) -> Iterator[Reached]:
 @contextmanager
 def joined(info: RunInfo) -> Iterator[Reached]:
     """Join a system while the block runs; raises BusError."""
-    bus = open_bus(info.hub, in_step=info.simulated)
+    bus = open_bus(info.hub, lockstep=info.simulated)
     with Client(bus, info.system, owns_bus=True) as client:
         yield Reached(info, bus, client)
 

@@ -11,8 +11,9 @@ from bus_schema.annotations import PlainValue
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
-from bus_schema.messages.clock import ClockTime
-from bus_schema.messages.control import (
+from bus_schema.messages.health import Event
+from bus_schema.messages.protocol.clock import ClockTime
+from bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
     ComponentView,
@@ -27,27 +28,33 @@ from bus_schema.messages.control import (
     StateStep,
     TypeDescription,
 )
-from bus_schema.messages.health import Event
-from bus_schema.messages.host import DescribeComponent, HostView, LogLines, LogRequest, StartComponent, StopComponent
+from bus_schema.messages.protocol.host import (
+    DescribeComponent,
+    HostView,
+    LogLines,
+    LogRequest,
+    StartComponent,
+    StopComponent,
+)
 from bus_schema.messages.quality import Quality
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.model.description import Description
 from bus_schema.suggestions import instead_of
-from regraft.bus import Bus, Closable, Sample
+from regraft.bus.interface import Bus, Closable, Sample
+from regraft.bus.known_runs import living_runs
+from regraft.bus.zenoh_bus import open_bus
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.client.listener import Listener
 from regraft.client.requests import ClientGoal, Requests
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
-from regraft.known_runs import living_runs
-from regraft.rundir import RunInfo
-from regraft.zenoh_bus import open_bus
+from regraft.run_directory import RunInfo
 
 A = TypeVar("A")
 F = TypeVar("F")
 
-PRESENCE_WITHIN = 1.0
+PRESENCE_TIMEOUT = 1.0
 """Seconds that asking who is alive may take."""
 ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
 ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes
@@ -86,7 +93,7 @@ class Client:
     @classmethod
     def connect(cls, info: RunInfo, name: str | None = None) -> Client:
         """Join a running system; raises BusError if it cannot be reached."""
-        bus = open_bus(info.hub, in_step=info.simulated)
+        bus = open_bus(info.hub, lockstep=info.simulated)
         return cls(bus, info.system, name, owns_bus=True)
 
     def close(self) -> None:
@@ -101,11 +108,9 @@ class Client:
             self._bus.close()
 
     def __enter__(self) -> Client:
-        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close."""
         self.close()
 
     def _may_wait(self) -> None:
@@ -263,8 +268,8 @@ class Client:
         return self._runs_alive("*")
 
     def _runs_alive(self, component: str) -> dict[str, int]:
-        tokens = self._bus.present(self.keys.alive(component, "*"), PRESENCE_WITHIN)
-        return living_runs(self._bus, self.keys, tokens, PRESENCE_WITHIN)
+        tokens = self._bus.present(self.keys.alive(component, "*"), PRESENCE_TIMEOUT)
+        return living_runs(self._bus, self.keys, tokens, PRESENCE_TIMEOUT)
 
     # --- hosts ---
 
@@ -309,7 +314,7 @@ class Client:
         return self.ask_host(seen.host, "logs", request, LogLines, timeout).lines
 
     def _alive_hosts(self) -> set[str]:
-        tokens = self._bus.present(self.keys.host("*", "alive"), PRESENCE_WITHIN)
+        tokens = self._bus.present(self.keys.host("*", "alive"), PRESENCE_TIMEOUT)
         return {token.split("/")[-2] for token in tokens}
 
     # --- looking on ---

@@ -14,7 +14,7 @@ from bus_schema.encoding.registry import type_of
 from bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
 from bus_schema.errors import BadMessage
 
-LARGEST_SHOWN = 64
+MAX_SHOWN = 64
 """Elements up to which an array's values are shown."""
 TAIL_ENCODING = "application/x-msgpack-tail"
 
@@ -66,7 +66,7 @@ def _shown(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_shown(item) for item in value]
     if isinstance(value, np.ndarray):
-        data = _shown(value.tolist()) if value.size <= LARGEST_SHOWN else "..."
+        data = _shown(value.tolist()) if value.size <= MAX_SHOWN else "..."
         return {"dtype": value.dtype.str, "shape": list(value.shape), "data": data}
     if isinstance(value, bytes):
         return base64.b64encode(value).decode()

@@ -8,16 +8,16 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from regraft.bus import Bus, Closable, Sample
-from regraft.inbox import Inbox
+from regraft.bus.inbox import Inbox
+from regraft.bus.interface import Bus, Closable, Sample
 
 LOG = logging.getLogger("regraft.client")
 LOOK_AROUND = 0.2
 """Seconds between looks at requests that have met with silence."""
 LOOK_AWAY = 1.0
 """The same while replies wait to be read: who asks again before it has heard makes a slow service slower."""
-LEAVE_WITHIN = 1.0
-MOST_WAITING = 10_000
+LEAVE_TIMEOUT = 1.0
+MAX_WAITING = 10_000
 """Samples that may wait to be handled; under a flood, later ones are dropped."""
 
 
@@ -42,7 +42,7 @@ class Listener:
         """
 
         def sink(item: Any) -> None:
-            if self._inbox.qsize() < MOST_WAITING and admit():
+            if self._inbox.qsize() < MAX_WAITING and admit():
                 self._inbox.put((handler, item))
 
         return self._bus.subscribe(key, sink)
@@ -58,7 +58,7 @@ class Listener:
         self._inbox.put(None)
         self._inbox.close()
         if not self.is_here:
-            self._thread.join(LEAVE_WITHIN)
+            self._thread.join(LEAVE_TIMEOUT)
 
     def _run(self) -> None:
         looked = time.monotonic()

@@ -1,4 +1,4 @@
-"""A tool's requests to services and actions: the protocol of ``bus_schema.messages.requests``, blocking."""
+"""A tool's requests to services and actions: the protocol of ``bus_schema.messages.protocol.requests``, blocking."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
 from bus_schema.keys import Keys, service_name
-from bus_schema.messages.requests import Answer, Reply, Request, Verb
-from regraft.bus import BusError, Sample
+from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
+from regraft.bus.interface import BusError, Sample
 from regraft.client.sending import Sender
-from regraft.runtime.calling import CallFailed
+from regraft.component.errors import CallFailed
 
 A = TypeVar("A")
 F = TypeVar("F")
 
-ASK_AGAIN_AFTER = 1.0
+ASK_INTERVAL = 1.0
 """Seconds of silence after which a request is repeated, under the same number."""
 
 
@@ -54,7 +54,6 @@ class ClientGoal(Generic[A, F]):
     """A goal that an action pursues for a tool."""
 
     def __init__(self, requests: Requests, pending: Pending) -> None:
-        """Wrap a pending goal."""
         self._requests = requests
         self._pending = pending
 
@@ -226,7 +225,7 @@ class Requests:
             waiting = list(self._pending.values())
         for pending in waiting:
             now = time.monotonic()
-            if self._has_come_back(pending) or now - pending.heard_at >= ASK_AGAIN_AFTER:
+            if self._has_come_back(pending) or now - pending.heard_at >= ASK_INTERVAL:
                 pending.heard_at = now
                 self._send(pending, Verb.RESULT if pending.accepted.is_set() else pending.request.verb)
 

@@ -10,17 +10,17 @@ from typing import TypeVar
 
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.clock import ClockTime
 from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostState, HostStatus, OtherHost, ProcessStatus
-from regraft.bus import Sample
+from bus_schema.messages.protocol.clock import ClockTime
+from bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessStatus
+from regraft.bus.interface import Sample
 
 M = TypeVar("M")
 K = TypeVar("K")
 V = TypeVar("V")
 
-MOST_NAMES = 1000
-MOST_RUNS = 8
+MAX_NAMES = 1000
+MAX_RUNS = 8
 """Components, and runs of each, whose status is kept: those heard of last."""
 
 Heard = tuple[ComponentStatus, float]
@@ -78,8 +78,8 @@ class Board:
             runs.pop(status.incarnation, None)
             runs[status.incarnation] = (status, time.monotonic())
             self._components[status.component] = runs
-            _forget_oldest(runs, MOST_RUNS)
-            _forget_oldest(self._components, MOST_NAMES)
+            _forget_oldest(runs, MAX_RUNS)
+            _forget_oldest(self._components, MAX_NAMES)
             self._changed.notify_all()
 
     def take_host(self, sample: Sample) -> None:
@@ -90,7 +90,7 @@ class Board:
         with self._changed:
             self._hosts.pop(status.host, None)
             self._hosts[status.host] = (status, time.monotonic())
-            _forget_oldest(self._hosts, MOST_NAMES)
+            _forget_oldest(self._hosts, MAX_NAMES)
             self._changed.notify_all()
 
     def take_clock(self, sample: Sample) -> None:

@@ -11,10 +11,10 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope, Kind
 from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
-from regraft.bus import Closable, Sample
+from regraft.bus.interface import Closable, Sample
 from regraft.client.json_view import read_plain
 
-MOST_WAITING = 256
+MAX_WAITING = 256
 """Samples of one subscription that may wait for a slow callback; further ones are dropped and counted."""
 
 
@@ -62,17 +62,15 @@ class Subscription:
             self._closable.close()
 
     def __enter__(self) -> Subscription:
-        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close."""
         self.close()
 
     def admit(self) -> bool:
         """Tell whether one more sample may wait for the callback."""
         with self._lock:
-            if self._waiting >= MOST_WAITING:
+            if self._waiting >= MAX_WAITING:
                 self.dropped += 1
                 return False
             self._waiting += 1

@@ -6,12 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bus_schema.annotations import PlainValue
-from bus_schema.messages.host import UpdateSpecs
-from bus_schema.messages.joining import JoinedSystem
+from bus_schema.messages.protocol.host import UpdateSpecs
+from bus_schema.messages.protocol.joining import JoinedSystem
 from bus_schema.model.architecture import Architecture, ComponentSpec, Limits
-
-LOCAL = "local"
-"""The name of a system's first host, which the others join."""
+from bus_schema.model.hosts import LOCAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +18,8 @@ class HostPlan:
 
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
     the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
-    (``regraft.rundir``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders that are
-    elsewhere on this machine than on the first host, by theirs.
+    (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
+    that are elsewhere on this machine than on the first host, by theirs.
     """
 
     architecture: Architecture
@@ -82,6 +80,6 @@ class HostPlan:
             sorted(
                 name
                 for name, spec in self.architecture.components.items()
-                if spec.managed and name != self.source and (spec.description is None or spec.description.in_step)
+                if spec.managed and name != self.source and (spec.description is None or spec.description.lockstep)
             )
         )

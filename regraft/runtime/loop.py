@@ -5,15 +5,15 @@ from __future__ import annotations
 import time
 
 from bus_schema.model.lifecycle import State
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.runtime.runtime import Runtime
 
 NEVER = 3600.0
-MOST_AT_ONCE = 1000
-LONGEST_AT_ONCE = 0.05
+MAX_AT_ONCE = 1000
+MAX_SECONDS_AT_ONCE = 0.05
 """Items taken from the inbox, and seconds spent on them, before timers and the heartbeat get their turn."""
 
-MOST_WAITING = 10_000
+MAX_WAITING = 10_000
 """Items that may wait in the inbox: whoever cannot keep up loses messages, and says so, rather than grow for ever."""
 
 
@@ -31,7 +31,7 @@ def reach(runtime: Runtime, state: State) -> None:
     try:
         runtime.lifecycle.reach(state)
     except TransitionFailed as error:
-        runtime.herald.event("component.fault", f"did not become {state.value}: {error}")
+        runtime.reporter.event("component.fault", f"did not become {state.value}: {error}")
 
 
 def pump(runtime: Runtime) -> float:
@@ -42,12 +42,12 @@ def pump(runtime: Runtime) -> float:
     now = runtime.clock.now()
     give_up_on_holes(runtime, now)
     runtime.work()
-    runtime.control.answer_parked()
-    wait = runtime.herald.beat_if_due()
+    runtime.answering.answer_parked()
+    wait = runtime.reporter.beat_if_due()
     for due in (runtime.timers.next_due(), runtime.inbound.next_give_up()):
         if due is not None:
             wait = min(wait, max(0.0, (due - now) / 1e9))
-    parked = runtime.control.seconds_to_next()
+    parked = runtime.answering.seconds_to_next()
     return wait if parked is None else min(wait, parked)
 
 
@@ -78,9 +78,9 @@ def next_due(runtime: Runtime) -> float:
     Between two messages there is mostly nothing to do, and finding that out must cost next to nothing: what a
     component does after its answer still delays the whole machine.
     """
-    if runtime.has_work or runtime.inbound.holes or runtime.control.parked:
+    if runtime.has_work or runtime.inbound.holes or runtime.answering.parked:
         return pump(runtime) + time.monotonic()
-    now, then = time.monotonic(), runtime.herald.next_beat
+    now, then = time.monotonic(), runtime.reporter.next_beat
     if runtime.timers.in_use:
         due = runtime.timers.next_due()
         if due is not None:
@@ -91,7 +91,7 @@ def next_due(runtime: Runtime) -> float:
 def run(runtime: Runtime) -> None:
     """Run until the component is finalized. Whoever wants it to end posts a shutdown."""
     start(runtime)
-    while runtime.herald.status.state is not State.FINALIZED:
+    while runtime.reporter.status.state is not State.FINALIZED:
         item = runtime.inbox.get_until(next_due(runtime))
         if item is not None:
             runtime.take(item)
@@ -102,18 +102,18 @@ def run(runtime: Runtime) -> None:
 
 def catch_up(runtime: Runtime) -> None:
     """Take what has come meanwhile; whoever falls behind for good loses messages rather than grow for ever."""
-    taken, until = 0, time.monotonic() + LONGEST_AT_ONCE
-    while not runtime.inbox.empty() and taken < MOST_AT_ONCE and time.monotonic() < until:
+    taken, until = 0, time.monotonic() + MAX_SECONDS_AT_ONCE
+    while not runtime.inbox.empty() and taken < MAX_AT_ONCE and time.monotonic() < until:
         runtime.take(runtime.inbox.get(0.0))
         runtime.work()
         taken += 1
-    if runtime.inbox.qsize() > MOST_WAITING:
+    if runtime.inbox.qsize() > MAX_WAITING:
         shed(runtime)
 
 
 def shed(runtime: Runtime) -> None:
     """Let messages of topics go by until half of what may wait is left; the holes in their numbering are reported."""
     runtime.repair.rest()
-    for _ in range(runtime.inbox.qsize() - MOST_WAITING // 2):
+    for _ in range(runtime.inbox.qsize() - MAX_WAITING // 2):
         runtime.take_unless_data(runtime.inbox.get(0.0))
         runtime.work()

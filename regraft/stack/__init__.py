@@ -3,8 +3,8 @@
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
 from regraft.stack.places import with_places
-from regraft.stack.problems import Problem, StackError
 from regraft.stack.stack import Stack, time_source
+from regraft.stack.yaml.problems import Problem, StackError
 
 __all__ = [
     "Problem",

@@ -10,10 +10,10 @@ from bus_schema.model.adaptation import AdaptationRequest, SetParameters, Violat
 from bus_schema.model.architecture import Architecture
 from bus_schema.model.consistency import violations
 from regraft.stack.files import file_problems
-from regraft.stack.hosts import FIRST
+from regraft.stack.sections.hosts import FIRST
 from regraft.stack.stack import time_sources
 
-FIELD_IN_FILE = {"connections": "connect", "cls": "class", "name": "", "resources": "", "description": ""}
+FIELD_IN_FILE = {"name": "", "resources": "", "description": ""}
 """What the stack file calls fields of a component otherwise; nothing for those that it has not."""
 
 
@@ -26,8 +26,8 @@ def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """
     complete = all(spec.description or not spec.managed for spec in architecture.components.values())
     for violation in violations(architecture):
-        told = violation.field in ("cls", "description")
-        guessed = not complete and violation.field.startswith("connections.")
+        told = violation.field in ("class", "description")
+        guessed = not complete and violation.field.startswith("connect.")
         if not told and not guessed:
             yield field_in_file(violation), violation.problem
     if complete:

@@ -9,10 +9,10 @@ from pathlib import Path
 from bus_schema.annotations import PlainValue
 from bus_schema.model.description import Description
 from bus_schema.model.parameter_values import parameter_problem
-from regraft.component import describe
-from regraft.modules import CannotImport, hidden_file, imported, text_of
-from regraft.parameters import ParameterError
-from regraft.process import NoSuchClass, load_class
+from regraft.component.component import describe
+from regraft.component.parameters import ParameterError
+from regraft.process.main import NoSuchClass, load_class
+from regraft.process.modules import CannotImport, hidden_file, imported, text_of
 
 
 def look_in(folder: Path) -> None:

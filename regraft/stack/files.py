@@ -8,8 +8,8 @@ from pathlib import Path
 
 from bus_schema.annotations import PlainValue
 from bus_schema.model.description import Description
-from regraft.paths import instead_of_path
-from regraft.stack.components import RUN_FOLDER
+from regraft.path_hints import instead_of_path
+from regraft.stack.sections.components import RUN_FOLDER
 
 
 def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from regraft.stack.section import Section
-from regraft.trial_import import Notice, try_imports
+from regraft.process.trial.trial_import import Notice, try_imports
+from regraft.stack.yaml.section import Section
 
 
 def try_modules(root: Section, notice: Notice) -> frozenset[str]:

@@ -7,20 +7,20 @@ from enum import Enum
 from pathlib import Path
 
 from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from regraft.requests import LONGEST
+from regraft.component.handlers import LONGEST
+from regraft.process.trial.trial_import import Notice
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in
-from regraft.stack.components import read_component, read_connections
-from regraft.stack.constraints import read_constraints
-from regraft.stack.document import read_document
-from regraft.stack.hosts import read_hosts
 from regraft.stack.imports import try_modules
-from regraft.stack.limits import read_limits
-from regraft.stack.modes import read_modes
-from regraft.stack.section import Section
+from regraft.stack.sections.components import read_component, read_connections
+from regraft.stack.sections.constraints import read_constraints
+from regraft.stack.sections.hosts import read_hosts
+from regraft.stack.sections.limits import read_limits
+from regraft.stack.sections.modes import read_modes
+from regraft.stack.sections.topics import read_topics
 from regraft.stack.stack import Stack, time_sources
-from regraft.stack.topics import read_topics
-from regraft.trial_import import Notice
+from regraft.stack.yaml.document import read_document
+from regraft.stack.yaml.section import Section
 
 FIELDS = (
     "system",
@@ -36,7 +36,7 @@ FIELDS = (
     "constraints",
     "modes",
 )
-MOST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 
 
 class _Clock(Enum):
@@ -71,7 +71,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
     stack = Stack(
         file=path,
         architecture=architecture,
-        seed=root.integer("seed", 0, 0, MOST_SEED),
+        seed=root.integer("seed", 0, 0, MAX_SEED),
         duration=root.number("duration", minimum=0.001, maximum=LONGEST),
         imports=imports,
         lines=report.lines,

@@ -14,11 +14,11 @@ from bus_schema.model.constraints import split_parameter
 from bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import describe_class
-from regraft.stack.components import connections, with_absolute_paths
-from regraft.stack.document import parse
-from regraft.stack.nodes import NumberTooLarge, plain, scalar
-from regraft.stack.problems import Problem, StackError, fail
+from regraft.stack.sections.components import connections, with_absolute_paths
 from regraft.stack.stack import Stack, time_source
+from regraft.stack.yaml.document import parse
+from regraft.stack.yaml.nodes import NumberTooLarge, plain, scalar
+from regraft.stack.yaml.problems import Problem, StackError, fail
 
 
 @dataclass(frozen=True, slots=True)

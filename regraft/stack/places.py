@@ -9,8 +9,8 @@ from bus_schema import keys
 from bus_schema.errors import BadKey
 from bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
-from regraft.stack.problems import Problem, StackError
 from regraft.stack.stack import Stack
+from regraft.stack.yaml.problems import Problem, StackError
 
 
 def with_places(stack: Stack, places: Sequence[str]) -> Stack:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bus_schema.model.architecture import Architecture
-from regraft.process import NoSuchClass, load_class
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
+from regraft.process.main import NoSuchClass, load_class
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,17 +8,17 @@ from dataclasses import dataclass, is_dataclass, replace
 from typing import Any, Final, get_args, get_origin
 
 from behavior_tree import Blackboard, BlackboardError, Entry, Tree
-from behavior_tree.values import to_type, type_name
+from behavior_tree.data.values import to_type, type_name
 from bus_schema.annotations import PlainValue
 from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
 from bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
-from bus_schema.messages.requests import RefusalCode
+from bus_schema.messages.protocol.requests import RefusalCode
 from bus_schema.suggestions import instead_of
-from services.bt_executor.plain import LONGEST_TEXT, is_plain, shown
+from services.bt_executor.plain import MAX_TEXT_LENGTH, is_plain, shown
 
-MOST_AT_ONCE: Final = 100
-LONGEST_KEY: Final = 200
+MAX_AT_ONCE: Final = 100
+MAX_KEY_LENGTH: Final = 200
 KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
 """What ``{key}`` in a tree can name."""
 
@@ -74,8 +74,8 @@ def write_board(tree: Tree, path: str, values: Mapping[str, PlainValue], now: fl
     board = board_of(tree, path)
     if not values:
         raise BoardRefusal("there is nothing to write: give at least one entry")
-    if len(values) > MOST_AT_ONCE:
-        raise BoardRefusal(f"{len(values)} entries are too many at once: write at most {MOST_AT_ONCE}")
+    if len(values) > MAX_AT_ONCE:
+        raise BoardRefusal(f"{len(values)} entries are too many at once: write at most {MAX_AT_ONCE}")
     for key, value in values.items():
         _check(key, value)
     before = {key: _copy(board.find(key)) for key in values}
@@ -95,11 +95,11 @@ def write_board(tree: Tree, path: str, values: Mapping[str, PlainValue], now: fl
 
 
 def _check(key: str, value: PlainValue) -> None:
-    if len(key) > LONGEST_KEY or not KEY.fullmatch(key):
+    if len(key) > MAX_KEY_LENGTH or not KEY.fullmatch(key):
         what = "a name as in {key}, without braces, @, and blanks around it"
-        raise BoardRefusal(f"{key[:LONGEST_KEY]!r} is no key of a blackboard entry: must be {what}")
+        raise BoardRefusal(f"{key[:MAX_KEY_LENGTH]!r} is no key of a blackboard entry: must be {what}")
     if not is_plain(value):
-        most = f"numbers of 64 bits, text of at most {LONGEST_TEXT} characters, lists and maps of them"
+        most = f"numbers of 64 bits, text of at most {MAX_TEXT_LENGTH} characters, lists and maps of them"
         raise BoardRefusal(f"blackboard entry {key!r} cannot be written with this value: must be {most}")
 
 

@@ -27,15 +27,15 @@ from behavior_tree import (
 )
 from behavior_tree.mocking import mock_models
 from behavior_tree.xml.document import Element, parse_document
-from regraft.component import describe
-from regraft.runtime.kit import Kit
+from regraft import Kit
+from regraft.component.component import describe
 from services.bt_executor.executor import Executor
+from services.bt_executor.leaves.context import LeafContext
 from services.bt_executor.node_types import NODE_TYPES, node_types
-from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.source import LIMITS, check_size
 
-MOST_ERRORS: Final = 20
-LARGEST_MODELS: Final = 1_000_000
+MAX_ERRORS: Final = 20
+MAX_MODELS_SIZE: Final = 1_000_000
 """Characters of a file with models of nodes."""
 HARMLESS: Final = "AlwaysSuccess"
 
@@ -100,11 +100,11 @@ def _ports(known: Mapping[str, NodeManifest], model: NodeManifest) -> Set[str]:
 def _models(file: str) -> Collection[NodeManifest]:
     try:
         with Path(file).open(encoding="utf-8-sig") as stream:
-            text = stream.read(LARGEST_MODELS + 1)
+            text = stream.read(MAX_MODELS_SIZE + 1)
     except (OSError, UnicodeDecodeError) as error:
         raise TreeError(f"cannot read '{file}': {error}", file=file) from error
-    if len(text) > LARGEST_MODELS:
-        raise TreeError(f"'{file}' is too large: must have at most {LARGEST_MODELS} characters", file=file)
+    if len(text) > MAX_MODELS_SIZE:
+        raise TreeError(f"'{file}' is too large: must have at most {MAX_MODELS_SIZE} characters", file=file)
     manifests = read_manifests(text, file)
     if not manifests:
         raise TreeError(f"'{file}' has no <TreeNodesModel> with node types", file=file)
@@ -170,7 +170,7 @@ class _Search:
 
     def run(self, document: Element, first: Finding) -> Report:
         found = [first]
-        while len(found) < MOST_ERRORS:
+        while len(found) < MAX_ERRORS:
             mended, outcome = self._mended(document, found[-1])
             if mended is None:
                 return Report(tuple(found), ())

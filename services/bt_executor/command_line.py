@@ -19,19 +19,19 @@ from bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from bus_schema.messages.quality import Quality
-from regraft.cli.group import BAD_INPUT, BadInput, Unreachable
-from regraft.cli.options import JsonOption, SystemOption
-from regraft.cli.output import complain, say, seconds, show_json, show_table
-from regraft.cli.param import values_of
+from regraft import CallFailed
+from regraft.cli.bus.param import values_of
+from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.reach import Reached, reached
-from regraft.cli.topology import topology
-from regraft.runtime.calling import CallFailed
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 
 mission = typer.Typer(help="See, command and check missions.", no_args_is_help=True, rich_markup_mode=None)
 
 STATUS, COMMAND, BLACKBOARD, WRITE = "mission/status", "mission/command", "mission/blackboard", "mission/write"
 MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
-LARGEST_TREE = 1_000_000
+MAX_TREE_SIZE = 1_000_000
 
 TreeFile = Annotated[Path, typer.Argument(metavar="FILE", help="BehaviorTree.CPP XML.")]
 MainOption = Annotated[str, typer.Option("--main", metavar="ID", help="The tree to run, if the file has several.")]
@@ -160,8 +160,8 @@ def check(
     """Load a tree without a system, and say what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for what stands at the top.
     from behavior_tree import TreeError
+    from regraft.process.trial.trial_import import check_imports
     from regraft.stack.classes import look_in
-    from regraft.trial_import import check_imports
     from services.bt_executor import checking
 
     look_in(file.resolve().parent)
@@ -188,15 +188,15 @@ def check(
 def _text(file: Path) -> str:
     try:
         with file.open(encoding="utf-8-sig") as stream:
-            text = stream.read(LARGEST_TREE + 1)
+            text = stream.read(MAX_TREE_SIZE + 1)
     except OSError as error:
         raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise BadInput(f"{file}: is not UTF-8 text") from None
     if not text.strip():
         raise BadInput(f"{file}: is empty: must be a tree in XML")
-    if len(text) > LARGEST_TREE:
-        raise BadInput(f"{file}: is too large for a tree: must have at most {LARGEST_TREE} characters")
+    if len(text) > MAX_TREE_SIZE:
+        raise BadInput(f"{file}: is too large for a tree: must have at most {MAX_TREE_SIZE} characters")
     return text
 
 

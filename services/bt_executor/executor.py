@@ -25,21 +25,31 @@ from bus_schema.messages.power import BatteryState
 from bus_schema.messages.reflection import Reflection
 from bus_schema.messages.sensors import LightLevel
 from bus_schema.model.description import Resources
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
-from regraft.runtime.outputs import NotActive
-from regraft.runtime.tasks import Task, Waiting
+from regraft import (
+    Component,
+    Future,
+    Input,
+    NotActive,
+    Output,
+    Parameter,
+    RefusalCode,
+    RequestRefused,
+    Task,
+    every,
+    service,
+)
+from services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
 from services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
+from services.bt_executor.leaves.context import LeafContext
 from services.bt_executor.mission import UNDER_WAY, Illegal, Mission
 from services.bt_executor.node_types import node_types
-from services.bt_executor.nodes.context import LeafContext
 from services.bt_executor.plain import shown_text
 from services.bt_executor.quality.book import QualityBook
-from services.bt_executor.reflection import REFLECTED, Reflected, SystemReflection
 from services.bt_executor.report import kept_blackboard, mission_status
 from services.bt_executor.source import Source, Unloadable
 from services.bt_executor.transitions import TransitionLog
 
-SHORTEST_WAIT = 0.001
+MIN_WAIT = 0.001
 """Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
 
 TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
@@ -54,8 +64,8 @@ class Executor(Component):
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
-    indispensable = "it runs the mission, which can be halted, or swapped for another"
-    longest_handler = 3.0  # a tree as large as may be takes that long to load
+    removal_forbidden = "it runs the mission, which can be halted, or swapped for another"
+    handler_timeout = 3.0  # a tree as large as may be takes that long to load
     state_version = 1
     checkpoint_every = 1.0
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
@@ -69,28 +79,30 @@ class Executor(Component):
         "", "further node types, as module:name of a class or a list, separated by blanks", read_only=True
     )
 
-    goals = Input(Goals, latest_only=True, required=False, text="the places to visit")
-    battery = Input(BatteryState, latest_only=True, required=False, text="for {@battery_charge}")
-    light = Input(LightLevel, latest_only=True, required=False, text="for {@darkness}")
-    sensor_health = Input(SensorHealth, latest_only=True, required=False, text="for {@sensor_faults}")
-    system_status = Input(SystemStatus, latest_only=True, required=False, text="for {@problems}")
-    reflection = Input(Reflection, latest_only=True, required=False, text="for the entries that the stack maps")
-    status = Output(MissionStatus, topic="mission", text="the mission, once a second and when its state changes")
+    goals = Input(Goals, latest_only=True, required=False, description="the places to visit")
+    battery = Input(BatteryState, latest_only=True, required=False, description="for {@battery_charge}")
+    light = Input(LightLevel, latest_only=True, required=False, description="for {@darkness}")
+    sensor_health = Input(SensorHealth, latest_only=True, required=False, description="for {@sensor_faults}")
+    system_status = Input(SystemStatus, latest_only=True, required=False, description="for {@problems}")
+    reflection = Input(Reflection, latest_only=True, required=False, description="for the entries that the stack maps")
+    status = Output(MissionStatus, topic="mission", description="the mission, once a second and when its state changes")
     transitions = Output(
-        MissionTransitions, topic="mission/transitions", required=False, text="the changes of nodes' statuses, by tick"
+        MissionTransitions,
+        topic="mission/transitions",
+        required=False,
+        description="changes of nodes' statuses, by tick",
     )
 
     def __init__(self) -> None:
-        """Begin without a mission."""
         self._log = TransitionLog()
         self._mission = Mission(self._tell, (self._log.note,), self._exchange)
         self._source = Source()
-        self._reflection = SystemReflection(self.kit.inputs, self.reflected, self.kit.event)
+        self._reflection = BlackboardFeed(self.kit.inputs, self.reflected, self.kit.event)
         self._registry: Registry | None = None
         self._qualities = QualityBook()
         self._is_active = False
         self._start_again = False
-        self._tick_wanted: Waiting[None] = Waiting()
+        self._tick_wanted: Future[None] = Future()
         self._alarm: Task | None = None
         self._alarm_at = 0.0
 
@@ -109,7 +121,7 @@ class Executor(Component):
     def on_activate(self) -> None:
         """Start the mission if it is to start by itself, or was running when the component stopped."""
         self._is_active = True
-        self._tick_wanted = Waiting()
+        self._tick_wanted = Future()
         self._alarm = None
         self.kit.spawn(self._tick_on_demand(), "ticks on demand")
         if self._start_again and self._mission.state is not MissionState.EMPTY:
@@ -158,7 +170,7 @@ class Executor(Component):
     async def _tick_on_demand(self) -> None:
         while True:
             await self._tick_wanted
-            self._tick_wanted = Waiting()
+            self._tick_wanted = Future()
             self.tick()
 
     def _set_alarm(self) -> None:
@@ -175,7 +187,7 @@ class Executor(Component):
         self._alarm = self.kit.spawn(self._ring(due - now), "timer of the tree")
 
     async def _ring(self, seconds: float) -> None:
-        await self.kit.sleep(max(SHORTEST_WAIT, seconds))
+        await self.kit.sleep(max(MIN_WAIT, seconds))
         self._alarm = None
         self.tick()
 
@@ -208,7 +220,7 @@ class Executor(Component):
     def _tell(self, kind: str, text: str, **details: Any) -> None:
         text = shown_text(text)
         self.kit.event(kind, text, **details)
-        self.kit.say(f"{self._mission.state.value}: {text}")
+        self.kit.set_status_text(f"{self._mission.state.value}: {text}")
         # A mission is also loaded before the component is active, and halted while it shuts down.
         with suppress(NotActive):
             self.report()

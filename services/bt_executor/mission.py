@@ -10,11 +10,11 @@ from bus_schema.messages.mission import MissionNode, MissionState
 from services.bt_executor.boards import carry_over
 from services.bt_executor.structure import Structure
 
-MOST_TICKS_AT_ONCE = 100
+MAX_TICKS_AT_ONCE = 100
 """Root ticks in a row that the tree's own wake-ups may cause; an endless loop of leaves that complete at once
 then waits for the next tick."""
 
-MOST_NAMED = 8
+MAX_NAMED = 8
 """Blackboard entries that an event names in its text; its details have all."""
 
 UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
@@ -24,7 +24,7 @@ class Illegal(Exception):
     """A command that makes no sense in the mission's state; the text says what would be right."""
 
 
-class Teller(Protocol):
+class EventReporter(Protocol):
     """Who is told of what happens to a mission."""
 
     def __call__(self, kind: str, text: str, **details: Any) -> None:
@@ -45,7 +45,10 @@ class Mission:
     """
 
     def __init__(
-        self, tell: Teller, hooks: tuple[TransitionHook, ...] = (), exchange: Callable[[Tree], None] = lambda tree: None
+        self,
+        tell: EventReporter,
+        hooks: tuple[TransitionHook, ...] = (),
+        exchange: Callable[[Tree], None] = lambda tree: None,
     ) -> None:
         """Begin without a tree.
 
@@ -91,7 +94,7 @@ class Mission:
         wrong = self._halted(old)
         carried = carry_over(old.blackboard, tree.blackboard)
         self._adopt(tree, self.state)
-        keys = f"{len(carried.keys)} entries" if len(carried.keys) > MOST_NAMED else ", ".join(carried.keys)
+        keys = f"{len(carried.keys)} entries" if len(carried.keys) > MAX_NAMED else ", ".join(carried.keys)
         text = f"{tree.tree_id} takes over from {old.tree_id}; carried over: {keys or 'nothing'}"
         for clash in carried.clashes.values():
             text += f"; not carried over: {clash}"
@@ -163,7 +166,7 @@ class Mission:
     def tick(self) -> None:
         """Tick the tree if it is running."""
         if self.state is MissionState.RUNNING:
-            self._advance(MOST_TICKS_AT_ONCE)
+            self._advance(MAX_TICKS_AT_ONCE)
 
     def _adopt(self, tree: Tree, state: MissionState) -> None:
         self._exchange(tree)

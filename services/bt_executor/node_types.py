@@ -11,18 +11,18 @@ from typing import Any, Final
 from behavior_tree import Node, Registry, RegistryError
 from behavior_tree.nav2 import register_nav2
 from bus_schema.suggestions import near
-from regraft.modules import CannotImport, after_failure, imported
-from services.bt_executor.adapting import ADAPT_DECORATORS
-from services.bt_executor.nodes.adapt import Adapt
-from services.bt_executor.nodes.charge import ChargeBattery
-from services.bt_executor.nodes.context import LeafContext
-from services.bt_executor.nodes.detect import DetectObject
-from services.bt_executor.nodes.exploring import AskNextFrontier, KeepMap
-from services.bt_executor.nodes.generic import CallAction, CallService
-from services.bt_executor.nodes.goals import GetGoals, NextGoal, PutGoal, TakeGoal
-from services.bt_executor.nodes.navigate_to import NavigateToGoal
-from services.bt_executor.nodes.say import Say
-from services.bt_executor.nodes.wait_for_topic import WaitForTopic
+from regraft.process.modules import CannotImport, after_failure, imported
+from services.bt_executor.adaptation import ADAPT_DECORATORS
+from services.bt_executor.leaves.adapt import Adapt
+from services.bt_executor.leaves.charge import ChargeBattery
+from services.bt_executor.leaves.context import LeafContext
+from services.bt_executor.leaves.detect import DetectObject
+from services.bt_executor.leaves.exploring import AskNextFrontier, KeepMap
+from services.bt_executor.leaves.generic import CallAction, CallService
+from services.bt_executor.leaves.goals import GetGoals, NextGoal, PutGoal, TakeGoal
+from services.bt_executor.leaves.navigate_to import NavigateToGoal
+from services.bt_executor.leaves.say import Say
+from services.bt_executor.leaves.wait_for_topic import WaitForTopic
 from services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
 
 NODE_TYPES: Final[dict[str, type[Node]]] = {

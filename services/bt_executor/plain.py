@@ -9,7 +9,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.encoding import codec
 from bus_schema.errors import SchemaError
 
-LONGEST_TEXT = 2000
+MAX_TEXT_LENGTH = 2000
 DEEPEST = 6
 
 
@@ -33,7 +33,7 @@ def shown(value: Any, depth: int = 0) -> PlainValue:
 
 def shown_text(text: str) -> str:
     """Return text as it can be told: not too long, and such that it can be encoded."""
-    return text[:LONGEST_TEXT].encode("utf-8", "replace").decode()
+    return text[:MAX_TEXT_LENGTH].encode("utf-8", "replace").decode()
 
 
 def is_plain(value: Any, depth: int = 0) -> bool:
@@ -47,7 +47,7 @@ def is_plain(value: Any, depth: int = 0) -> bool:
     if isinstance(value, int) and not isinstance(value, bool):
         return -(2**63) <= value < 2**63
     if isinstance(value, str):
-        return len(value) <= LONGEST_TEXT and _is_unicode(value)
+        return len(value) <= MAX_TEXT_LENGTH and _is_unicode(value)
     return value is None or isinstance(value, bool)
 
 

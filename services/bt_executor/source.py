@@ -9,9 +9,9 @@ from behavior_tree import Blackboard, Limits, Registry, Tree, TreeError, load_fi
 
 LIMITS = Limits(xml=250_000, nodes=10_000, characters=250_000)
 """A larger tree could take so long to make that the host takes the executor for hung."""
-LONGEST_TEXT = 10_000
+MAX_TEXT_LENGTH = 10_000
 """Characters of one path or port."""
-LONGEST_TEXTS = 4_000_000
+MAX_TEXTS = 4_000_000
 """Characters of all paths and ports together: the mission's status tells them each second."""
 
 
@@ -62,10 +62,10 @@ def check_size(tree: Tree) -> None:
     for node in tree.nodes:
         told = {"name": tree.tree_id, "path": node.path, **node.setup.attributes}
         for what, text in told.items():
-            if len(text) > LONGEST_TEXT:
-                wrong = f"{node.type_id}'s {what} has {len(text)} characters: at most {LONGEST_TEXT}"
+            if len(text) > MAX_TEXT_LENGTH:
+                wrong = f"{node.type_id}'s {what} has {len(text)} characters: at most {MAX_TEXT_LENGTH}"
                 raise TreeError(wrong, file=node.setup.file, line=node.setup.line)
             texts += len(text)
-    if texts > LONGEST_TEXTS:
+    if texts > MAX_TEXTS:
         what = f"the paths and ports of the tree '{tree.tree_id}' have {texts} characters"
-        raise TreeError(f"{what}, counting each use of a sub-tree: at most {LONGEST_TEXTS}")
+        raise TreeError(f"{what}, counting each use of a sub-tree: at most {MAX_TEXTS}")

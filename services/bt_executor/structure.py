@@ -23,7 +23,6 @@ class Structure:
     """
 
     def __init__(self, tree: Tree) -> None:
-        """Describe the nodes."""
         parents = {child.uid: node.uid for node in tree.nodes for child in node.children}
         self._tree = tree
         self._nodes = [_described(node, parents.get(node.uid, 0)) for node in tree.nodes]

@@ -9,7 +9,7 @@ from bus_schema.messages.mission import MissionTransition, MissionTransitions
 from services.bt_executor.mission import Mission
 from services.bt_executor.structure import STATUSES
 
-MOST_AT_ONCE: Final = 5000
+MAX_AT_ONCE: Final = 5000
 """Changes that one message tells; an endless loop of leaves that complete at once makes any number in a tick."""
 
 
@@ -21,7 +21,6 @@ class TransitionLog:
     """
 
     def __init__(self) -> None:
-        """Begin without a tree."""
         self.listening = False
         self._changes: list[MissionTransition] = []
         self._missed = 0
@@ -30,7 +29,7 @@ class TransitionLog:
         """Keep a change; a tree calls this."""
         if not self.listening:
             return
-        if len(self._changes) < MOST_AT_ONCE:
+        if len(self._changes) < MAX_AT_ONCE:
             self._changes.append(MissionTransition(uid, STATUSES[before], STATUSES[after], stamp))
         else:
             self._missed += 1

@@ -16,9 +16,9 @@ from services.navigator.qualities import drive_energy, drive_time
 from services.power_model import IDLE_POWER, LIDAR_POWER, total_power
 
 MAP_FRAME = "map"
-LOOK_EVERY = 0.25
+LOOK_INTERVAL = 0.25
 """s between looks at the charger and the battery."""
-FEEDBACK_EVERY = 1.0
+FEEDBACK_INTERVAL = 1.0
 STALE = 3.0
 """s: an older word of battery or charger counts for nothing."""
 FASTEST = 0.26
@@ -52,8 +52,8 @@ class Docking(Component):
     patience = Parameter(20.0, "how long the charge may stand still on the dock", minimum=1.0, unit="s")
     expected_power = Parameter(20.0, "what the charger is expected to give", minimum=0.0, unit="W")
 
-    battery = Input(BatteryState, latest_only=True, text="how full it is")
-    charger = Input(ChargerState, latest_only=True, text="whether the robot stands on the dock")
+    battery = Input(BatteryState, latest_only=True, description="how full it is")
+    charger = Input(ChargerState, latest_only=True, description="whether the robot stands on the dock")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
@@ -112,7 +112,7 @@ class Docking(Component):
             if self.kit.now() >= deadline:
                 why = f"cannot charge: no word from the battery within {self.ready_within:g} s"
                 raise RequestRefused(why, RefusalCode.UNAVAILABLE)
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
 
     async def _dock_and_fill(self, until: float) -> None:
         """Approach the dock until it is felt, and fill the battery; raises ChargingFailed."""
@@ -153,10 +153,10 @@ class Docking(Component):
             while not drive.done:
                 if phase == "searching" and self._is_connected():
                     return
-                if self.kit.now() - told >= FEEDBACK_EVERY:
+                if self.kit.now() - told >= FEEDBACK_INTERVAL:
                     told = self.kit.now()
                     self._tell(phase, self._time_with_drive(until, drive.feedback))
-                await self.kit.sleep(LOOK_EVERY)
+                await self.kit.sleep(LOOK_INTERVAL)
             arrival = await drive.outcome()
         except CallFailed as error:
             raise ChargingFailed(f"cannot drive to the dock: {error}") from None
@@ -170,7 +170,7 @@ class Docking(Component):
         """Wait for the charger to say that it is connected; raises ChargingFailed if it says nothing at all."""
         arrived = self.kit.now()
         while self.kit.now() < arrived + self.felt_within:
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
             charger = self.charger.latest
             if charger is not None and charger.stamp >= arrived and charger.connected:
                 return True
@@ -197,10 +197,10 @@ class Docking(Component):
             if now - risen > self.patience:
                 flow = f"the charger gives {charger.power:g} W, {battery.power:.1f} W are drawn"
                 raise ChargingFailed(f"the charge has not risen for {self.patience:g} s: {flow}")
-            if now - told >= FEEDBACK_EVERY:
+            if now - told >= FEEDBACK_INTERVAL:
                 told = now
                 self._tell("charging", self._time_to_fill(until, charger.power - battery.power))
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
 
     def _time_with_drive(self, until: float, progress: NavigationProgress | None) -> float:
         battery = self.battery.latest
@@ -215,7 +215,7 @@ class Docking(Component):
         return max(until * battery.capacity - battery.energy + drawn, 0.0) / net_power
 
     def _tell(self, phase: str, time_left: float) -> None:
-        self.kit.say(f"{phase}, {self._charge():.0%}")
+        self.kit.set_status_text(f"{phase}, {self._charge():.0%}")
         self.kit.feedback(ChargeProgress(self._charge(), phase, min(time_left, FOREVER)))
 
     def _charge(self) -> float:

@@ -54,10 +54,10 @@ class HydrantDetector(Component):
     base_height = Parameter(0.033, "of base_link above the floor", minimum=0.0, unit="m")
     farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, maximum=100.0, unit="m")
 
-    image = Input(Image, latest_only=True, text="where to look")
-    odometry = Input(Odometry, keep=KEPT, required=False, text="where the robot, and so its camera, is in the map")
-    detections = Output(Detections, text="what each picture shows that was looked at")
-    energy = Output(EnergyUse, text="what an on-board picture takes")
+    image = Input(Image, latest_only=True, description="where to look")
+    odometry = Input(Odometry, keep=KEPT, required=False, description="where robot and camera are in the map")
+    detections = Output(Detections, description="what each picture shows that was looked at")
+    energy = Output(EnergyUse, description="what an on-board picture takes")
 
     @abstractmethod
     def finder(self) -> Finder:

@@ -13,7 +13,7 @@ from services.detector.hydrant import Candidate, Thresholds, blobs, find_hydrant
 from services.detector.silhouette import Mask, likeness
 from services.detector.view import View
 
-LEAST_SHOWN = 0.6
+MIN_SHOWN = 0.6
 """Share of a hydrant's height that must be in the picture: it is near enough then to be known by the rest."""
 
 
@@ -46,7 +46,7 @@ class OutlineFinder:
                     continue
                 depth = view.depth_on_floor(bottom)
                 height = view.shown_height(depth) if depth < np.inf else np.inf
-                if not LEAST_SHOWN * height <= bottom <= (1.0 + self.floor_tolerance) * height:
+                if not MIN_SHOWN * height <= bottom <= (1.0 + self.floor_tolerance) * height:
                     continue
                 rows = max(round(height), bottom)
                 score, axis = likeness(_completed(blob, rows), shown_from=rows - bottom)

@@ -12,9 +12,9 @@ from bus_schema.messages.sensors import Odometry
 
 KEPT = 100
 """Messages: 5 s at 20 Hz, longer than a picture may be under way."""
-LONGEST_GAP = 0.5
+MAX_GAP = 0.5
 """s between two messages beyond which the way between them is not known."""
-LONGEST_AHEAD = 0.25
+MAX_AHEAD = 0.25
 """s by which a picture may be newer than the newest message: the corrected pose comes later than the picture."""
 
 
@@ -22,7 +22,6 @@ class PoseHistory:
     """The robot's latest poses, seen from above."""
 
     def __init__(self) -> None:
-        """No pose is known yet."""
         self._known: deque[Odometry] = deque(maxlen=KEPT)
 
     def add(self, messages: Iterable[Odometry]) -> None:
@@ -44,7 +43,7 @@ class PoseHistory:
         following = self._known[after]
         if following.stamp == stamp:
             return following.pose
-        if after == 0 or following.stamp - self._known[after - 1].stamp > LONGEST_GAP:
+        if after == 0 or following.stamp - self._known[after - 1].stamp > MAX_GAP:
             return None
         return _between(self._known[after - 1], following, stamp)
 
@@ -61,7 +60,7 @@ def _between(one: Odometry, other: Odometry, stamp: float) -> Pose:
 
 def _ahead(last: Odometry, stamp: float) -> Pose | None:
     seconds = stamp - last.stamp
-    if seconds > LONGEST_AHEAD:
+    if seconds > MAX_AHEAD:
         return None
     way = last.twist.forward * seconds
     heading = last.pose.yaw + last.twist.turn * seconds / 2.0

@@ -25,7 +25,7 @@ NEAREST = 0.35
 """m"""
 STEP = 1.06
 """Ratio of one depth that is tried to the one before."""
-LEAST_SHOWN = 0.6
+MIN_SHOWN = 0.6
 """Share of a hydrant's height that must be in the picture."""
 INSIDE, OUTSIDE = 200, 20
 """Values of the template above which it is surely a hydrant, and below which surely none."""
@@ -73,7 +73,7 @@ class TemplateFinder:
         first = max(0, round(foot - height))
         last = round(foot)
         hidden = max(0, round(-(foot - height) * scale))
-        if last > red.shape[0] or hidden > (1.0 - LEAST_SHOWN) * ROWS or last - first < 3:
+        if last > red.shape[0] or hidden > (1.0 - MIN_SHOWN) * ROWS or last - first < 3:
             return
         edge = round(MARGIN / scale)
         above = 0 if hidden else min(edge, first)

@@ -17,7 +17,7 @@ from services.explorer.places import Places
 from services.explorer.strategies import STRATEGIES, Weights, choose
 from services.navigator.conversions import grid_of, planar_pose
 
-LOOK_EVERY = 0.1
+LOOK_INTERVAL = 0.1
 THERE = 0.3
 """m: nearer to the last goal than this, the robot has looked at what it was given to look at."""
 
@@ -54,8 +54,8 @@ class Explorer(Component):
     ready_within = Parameter(5.0, "how long a request waits for the first map and odometry", minimum=0.0, unit="s")
     map_within = Parameter(2.0, "how long a request waits for what was just seen to be mapped", minimum=0.0, unit="s")
 
-    map = Input(maps.OccupancyGrid, latest_only=True, text="what is known so far")
-    odometry = Input(sensors.Odometry, latest_only=True, text="where the robot is in the map")
+    map = Input(maps.OccupancyGrid, latest_only=True, description="what is known so far")
+    odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is in the map")
 
     def on_configure(self) -> None:
         """Begin with nothing given."""
@@ -89,13 +89,13 @@ class Explorer(Component):
         left = len(look.frontiers)
         self._requests += 1
         if not look.frontiers:
-            self.kit.say("nothing is left to explore")
+            self.kit.set_status_text("nothing is left to explore")
             return maps.Frontier(found=False, left=0)
         weights = Weights(self.gain_weight, self.distance_weight)
         chosen = choose(look.frontiers, self.strategy, weights)
         self._places.give(chosen, look.ground)
         self._distance += chosen.distance
-        self.kit.say(f"{left} frontiers, next the one at ({chosen.target[0]:.2f}, {chosen.target[1]:.2f})")
+        self.kit.set_status_text(f"{left} frontiers, next the one at ({chosen.target[0]:.2f}, {chosen.target[1]:.2f})")
         latest = self.map.latest
         assert latest is not None
         pose = geometry.Pose.planar(chosen.goal.x, chosen.goal.y, chosen.goal.yaw)
@@ -109,13 +109,13 @@ class Explorer(Component):
                 missing = "map" if self.map.latest is None else "odometry"
                 why = f"cannot look for frontiers: no {missing} has come within {self.ready_within:g} s"
                 raise RequestRefused(why, RefusalCode.UNAVAILABLE)
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
 
     async def _see_map_of(self, stamp: float) -> None:
         """Wait for a map at least as new as ``stamp``, which does not come if there is nothing new to map."""
         deadline = stamp + self.map_within
         while self._map_stamp() < stamp and self.kit.now() < deadline:
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
 
     def _map_stamp(self) -> float:
         latest = self.map.latest

@@ -13,14 +13,14 @@ from scipy.sparse import csr_array  # type: ignore[import-untyped, unused-ignore
 from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped, unused-ignore]
 
 from services.navigator.geometry import FloatArray, Point
-from services.navigator.grid import OccupancyGrid
+from services.navigator.planning.grid import OccupancyGrid
 
 Mask = NDArray[np.bool_]
 Cells = NDArray[np.intp]
 """(N, 2): row and column of each cell."""
 
 EIGHT = np.ones((3, 3), bool)
-LEAVE_WITHIN = 0.10
+LEAVE_TIMEOUT = 0.10
 """m beyond its radius that a robot may be closer to something than it should, and still find the way out."""
 
 
@@ -60,7 +60,7 @@ class Ground:
         unknown = (grid.cells < 0) & (away > radius)
         free = ~(occupied | unknown)
         clearance = _distance_to(occupied, grid.resolution)
-        allowed = free & ((clearance >= radius) | (away <= radius + LEAVE_WITHIN))
+        allowed = free & ((clearance >= radius) | (away <= radius + LEAVE_TIMEOUT))
         allowed[start] = True
         regions, _ = label(allowed)
         walls = occupied | binary_closing(occupied, EIGHT)

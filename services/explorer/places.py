@@ -16,10 +16,10 @@ SAME_TARGET = 0.30
 """Frontiers whose targets (m) are closer than this are the same."""
 AROUND = 0.5
 """Half the side (m) of the square in which the map must have changed."""
-MOST_TIMES = 3
+MAX_TIMES = 3
 """How often a frontier is given while no more ground becomes known around it."""
 
-MOST_REPEATS = 10
+MAX_REPEATS = 10
 """How often a frontier is given once more to a robot that has not gone there."""
 
 
@@ -49,9 +49,9 @@ class Place:
 class Places:
     """Remembers what was given, so that exploring ends even where a frontier can never be looked behind.
 
-    A frontier that stays is looked at from other places, `MOST_TIMES` in all; one that was not reached is closed at
+    A frontier that stays is looked at from other places, `MAX_TIMES` in all; one that was not reached is closed at
     once. It is opened again when more ground has become known around it, which can't go on for ever, or when
-    obstacles have changed there, and then `MOST_TIMES` at the most.
+    obstacles have changed there, and then `MAX_TIMES` at the most.
     """
 
     def __init__(self, renewal: float) -> None:
@@ -70,7 +70,7 @@ class Places:
             again = self.last is not None and self._index(self.last) == at
             repeats = before.repeats + again
             goals = (*(before.goals[:-1] if again else before.goals), goal)
-            closed = len(goals) >= MOST_TIMES or repeats >= MOST_REPEATS
+            closed = len(goals) >= MAX_TIMES or repeats >= MAX_REPEATS
             place = replace(place, goals=goals, seen=before.seen, closed=closed, repeats=repeats)
         self._put(at, place)
         self.last = frontier
@@ -83,7 +83,7 @@ class Places:
         place = self._places[at]
         known, occupied = _around(ground, place.target)
         goals = place.goals[-1:] if self._grown(place, known, ground) else place.goals
-        closed = unreached or len(goals) >= MOST_TIMES
+        closed = unreached or len(goals) >= MAX_TIMES
         self._put(at, replace(place, goals=goals, known=known, occupied=occupied, seen=True, closed=closed))
         self.last = None
 
@@ -144,7 +144,7 @@ class Places:
         if self._grown(place, known, ground):
             return True
         changed = max(abs(known - place.known), abs(occupied - place.occupied))
-        return place.times < MOST_TIMES and changed >= self._cells(ground)
+        return place.times < MAX_TIMES and changed >= self._cells(ground)
 
     def _cells(self, ground: Ground) -> float:
         return self.renewal / ground.grid.resolution**2

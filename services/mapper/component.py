@@ -13,11 +13,11 @@ from bus_schema.messages.health import Level
 from bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from bus_schema.messages.sensors import LaserScan, Odometry
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
-from services.mapper import map_files
 from services.mapper.conversions import localized, map_of, planar_pose, scan_of
-from services.mapper.grid import Cells
-from services.mapper.localizer import Localizer
 from services.mapper.mapping import GridSettings, Mapping
+from services.mapper.maps import map_files
+from services.mapper.maps.grid import Cells
+from services.mapper.matching.localizer import Localizer
 from services.mapper.odometry_log import Jump
 from services.mapper.troubles import Troubles
 
@@ -45,10 +45,10 @@ class MappingComponent(Component):
     update_map = Parameter(True, "whether scans are written into the map; without, it serves to find one's place alone")
     folder = Parameter("", "where map files are that are not named from the root", unit="path")
 
-    odometry = Input(Odometry, text="pose and motion by the wheels")
-    scan = Input(LaserScan, text="what is around")
-    map = Output(OccupancyGrid, text="the map, while it changes")
-    localization = Output(Odometry, text="each odometry with the robot's pose in the map")
+    odometry = Input(Odometry, description="pose and motion by the wheels")
+    scan = Input(LaserScan, description="what is around")
+    map = Output(OccupancyGrid, description="the map, while it changes")
+    localization = Output(Odometry, description="each odometry with the robot's pose in the map")
 
     @abstractmethod
     def localizer(self) -> Localizer:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bus_schema.messages import geometry, maps, sensors
-from services.mapper.grid import Grid
-from services.mapper.poses import Pose
-from services.mapper.scan import Scan
+from services.mapper.maps.grid import Grid
+from services.mapper.maps.poses import Pose
+from services.mapper.maps.scan import Scan
 
 MAP_FRAME = "map"
 

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from services.mapper.poses import Pose, wrap_angle
+from services.mapper.maps.poses import Pose, wrap_angle
 
 WINDOW = 30.0
 """s over which corrections are added up: errors of single matches cancel, those of the odometry do not."""
@@ -32,7 +32,6 @@ class DriftWatch:
     """Adds up the corrections of the last half minute."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._corrections: deque[tuple[float, Pose]] = deque()
         self._drifting = False
 

@@ -6,15 +6,15 @@ import math
 from typing import TYPE_CHECKING
 
 from bus_schema.messages.health import Level
-from services.mapper.localizer import CERTAIN, FEWEST_EXPECTED
 from services.mapper.mapping import Mapping
-from services.mapper.search import search_everywhere
+from services.mapper.matching.localizer import CERTAIN, MIN_EXPECTED
+from services.mapper.matching.search import search_everywhere
 from services.mapper.troubles import Troubles
 
 if TYPE_CHECKING:
-    from regraft.runtime.kit import Kit
+    from regraft import Kit
 
-SEARCH_EVERY = 2.0
+SEARCH_INTERVAL = 2.0
 """s between searches of the map for a robot that is lost."""
 SEARCH_REACH = 5.0
 """m to either side of where it should be that are searched: what takes longer than a second is of no use."""
@@ -51,7 +51,7 @@ class FitWatch:
 
     def _search(self, now: float) -> None:
         last, grid = self._mapping.last_scan(), self._mapping.grid
-        if self._searching or last is None or grid is None or now - self._searched_at < SEARCH_EVERY:
+        if self._searching or last is None or grid is None or now - self._searched_at < SEARCH_INTERVAL:
             return
         self._searching, self._searched_at = True, now
         self._kit.spawn(self._search_everywhere(), "search")
@@ -69,5 +69,5 @@ class FitWatch:
         finally:
             self._searching = False
         still_there = self._mapping.localizer.lost and grid is self._mapping.grid
-        if still_there and found and found.inliers >= FEWEST_EXPECTED and found.ratio >= CERTAIN:
+        if still_there and found and found.inliers >= MIN_EXPECTED and found.ratio >= CERTAIN:
             self._mapping.suppose(found, odometry)

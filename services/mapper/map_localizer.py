@@ -13,9 +13,9 @@ from regraft import Component, Input, Output, Parameter, every
 from services.mapper import estimates
 from services.mapper.conversions import localized, planar_pose, scan_of
 from services.mapper.fit_watch import FitWatch
-from services.mapper.localizer import Limits, MatchingLocalizer
-from services.mapper.map_files import FiledMap
 from services.mapper.mapping import GridSettings, Mapping
+from services.mapper.maps.map_files import FiledMap
+from services.mapper.matching.localizer import Limits, MatchingLocalizer
 from services.mapper.troubles import Troubles
 
 SILENT = 1.0
@@ -51,12 +51,12 @@ class MapLocalizer(Component):
         0.35, "how far one scan may turn the pose without a search", minimum=0.01, maximum=1.0, unit="rad"
     )
 
-    odometry = Input(Odometry, text="pose and motion by the wheels")
-    scan = Input(LaserScan, text="what is around")
-    map = Input(OccupancyGrid, latest_only=True, required=False, text="the map, or better ones from time to time")
-    start = Input(Odometry, required=False, text="where in the map the robot is to begin with")
-    localization = Output(Odometry, text="each odometry with the robot's pose in the map")
-    kept_map = Output(OccupancyGrid, text="the map that holds now, for those who need it when its maker rests")
+    odometry = Input(Odometry, description="pose and motion by the wheels")
+    scan = Input(LaserScan, description="what is around")
+    map = Input(OccupancyGrid, latest_only=True, required=False, description="the map, and later better ones")
+    start = Input(Odometry, required=False, description="where in the map the robot is to begin with")
+    localization = Output(Odometry, description="each odometry with the robot's pose in the map")
+    kept_map = Output(OccupancyGrid, description="the map that holds now, for those who need it when its maker rests")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

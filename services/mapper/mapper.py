@@ -13,7 +13,7 @@ from services.mapper import estimates
 from services.mapper.component import MappingComponent
 from services.mapper.drift import WINDOW
 from services.mapper.fit_watch import FitWatch
-from services.mapper.localizer import Limits, MatchingLocalizer
+from services.mapper.matching.localizer import Limits, MatchingLocalizer
 
 
 class Mapper(MappingComponent):

@@ -10,14 +10,14 @@ import numpy as np
 
 from bus_schema.annotations import PlainValue
 from services.mapper.drift import DriftWatch
-from services.mapper.grid import Grid
-from services.mapper.localizer import Fix, Localizer
-from services.mapper.map_files import FiledMap
-from services.mapper.matcher import Match
+from services.mapper.maps.grid import Grid
+from services.mapper.maps.map_files import FiledMap
+from services.mapper.maps.poses import Pose, wrap_angle
+from services.mapper.maps.rays import insert
+from services.mapper.maps.scan import Scan
+from services.mapper.matching.localizer import Fix, Localizer
+from services.mapper.matching.matcher import Match
 from services.mapper.odometry_log import Jump, OdometryLog
-from services.mapper.poses import Pose, wrap_angle
-from services.mapper.rays import insert
-from services.mapper.scan import Scan
 
 MOVED, TURNED = 0.02, 0.02
 """m and rad since the last scan in the map from which the next one is worth being written into it, ..."""
@@ -51,7 +51,6 @@ class Mapping:
     """
 
     def __init__(self, settings: GridSettings, localizer: Localizer) -> None:
-        """Begin without a map."""
         self.localizer = localizer
         self.drift = DriftWatch()
         self.fits = True

@@ -7,7 +7,7 @@ from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
 
-from services.mapper.poses import Pose, wrap_angle
+from services.mapper.maps.poses import Pose, wrap_angle
 
 KEPT = 2.0
 """s of odometry that are remembered, for scans that come late."""
@@ -29,7 +29,6 @@ class OdometryLog:
     """Remembers poses in the odometry's frame by their stamps (s)."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._stamps: deque[float] = deque()
         self._poses: deque[Pose] = deque()
 

@@ -6,7 +6,7 @@ from bus_schema.annotations import PlainValue
 from bus_schema.model.description import Resources
 from services.mapper import estimates
 from services.mapper.component import MappingComponent
-from services.mapper.localizer import Localizer, TrustingLocalizer
+from services.mapper.matching.localizer import Localizer, TrustingLocalizer
 
 
 class OdometryMapper(MappingComponent):

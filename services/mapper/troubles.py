@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from bus_schema.messages.health import Level
 
-AGAIN_AFTER = 10.0
+RETRY_INTERVAL = 10.0
 """s after which what is still wrong is told again."""
 
 
@@ -21,7 +21,6 @@ class Troubles:
     """Keeps what is wrong with each subject, so that it is not told with every message."""
 
     def __init__(self, diagnose: Diagnose) -> None:
-        """Begin with nothing wrong."""
         self._diagnose = diagnose
         self._told: dict[str, tuple[Level, float]] = {}
 
@@ -35,7 +34,7 @@ class Troubles:
             self._diagnose(subject, Level.OK, text, **values)
             return True
         changed = before is None or before[0] is not wrong
-        if before is None or changed or now - before[1] >= AGAIN_AFTER:
+        if before is None or changed or now - before[1] >= RETRY_INTERVAL:
             self._told[subject] = (wrong, now)
             self._diagnose(subject, wrong, text, **values)
         return changed

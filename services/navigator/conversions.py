@@ -6,8 +6,8 @@ import numpy as np
 
 from bus_schema.messages import geometry, maps, sensors
 from services.navigator.geometry import Pose, Twist
-from services.navigator.grid import OccupancyGrid
-from services.navigator.scan import Scan
+from services.navigator.planning.grid import OccupancyGrid
+from services.navigator.sensing.scan import Scan
 
 
 def planar_pose(pose: geometry.Pose) -> Pose:

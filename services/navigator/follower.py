@@ -6,16 +6,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from services.navigator.control import Controller, Decision, Situation
-from services.navigator.controller import RolloutController
+from services.navigator.driving.control import Controller, Decision, Situation
+from services.navigator.driving.controller import RolloutController
+from services.navigator.driving.recovery import ProgressMonitor, Recovery
+from services.navigator.driving.robot import Limits
 from services.navigator.geometry import Pose, Twist, wrap_angle
-from services.navigator.planner import GridPlanner, Path
-from services.navigator.recovery import ProgressMonitor, Recovery
-from services.navigator.robot import Limits
-from services.navigator.route import Route
-from services.navigator.scan import Scan
-from services.navigator.senses import LOST_AFTER, SCAN_TEXTS, Fault, MotionWatch, ScanFault, ScanWatch
-from services.navigator.sight import Sight
+from services.navigator.planning.planner import GridPlanner, Path
+from services.navigator.planning.route import Route
+from services.navigator.sensing.scan import Scan
+from services.navigator.sensing.senses import LOST_TIMEOUT, SCAN_TEXTS, Fault, MotionWatch, ScanFault, ScanWatch
+from services.navigator.sensing.sight import Sight
 
 Phase = Literal["idle", "driving", "turning", "recovering", "waiting", "arrived", "failed"]
 
@@ -211,7 +211,7 @@ class Follower:
             self._scans.look(self._sight.pose, scan, clearance)
         self._scans.check(time, since)
         self._sight.absorb(stamp, pose, twist, None if self._scans.text else scan, self._planner)
-        if time - stamp > LOST_AFTER:
+        if time - stamp > LOST_TIMEOUT:
             return Fault("odometry", "no odometry comes")
         return Fault("scan", self._scans.text) if self._scans.text else None
 

@@ -12,20 +12,20 @@ from bus_schema.messages.health import Level
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, action, every
-from services.navigator.control import Controller
-from services.navigator.controller import RolloutController
 from services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
+from services.navigator.driving.control import Controller
+from services.navigator.driving.controller import RolloutController
+from services.navigator.driving.robot import Limits
 from services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
-from services.navigator.planner import GridPlanner
+from services.navigator.planning.planner import GridPlanner
 from services.navigator.qualities import ROLLOUTS, Caution, drive_energy, drive_time, driving_qualities, is_safe
-from services.navigator.robot import Limits
-from services.navigator.scan import Scan
-from services.navigator.senses import Fault
+from services.navigator.sensing.scan import Scan
+from services.navigator.sensing.senses import Fault
 from services.power_model import motion_power
 
 FRAMES = ("map", "odom")
-FEEDBACK_EVERY = 0.5
-LOOK_EVERY = 0.05
+FEEDBACK_INTERVAL = 0.5
+LOOK_INTERVAL = 0.05
 
 
 class Navigator(Component):
@@ -53,10 +53,10 @@ class Navigator(Component):
     )
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
 
-    odometry = Input(sensors.Odometry, latest_only=True, text="where the robot is and how it moves")
-    scan = Input(sensors.LaserScan, latest_only=True, text="what is around")
-    map = Input(maps.OccupancyGrid, latest_only=True, text="what stands still")
-    velocity = Output(geometry.Twist, text="what the robot shall do; nothing while there is no goal")
+    odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is and how it moves")
+    scan = Input(sensors.LaserScan, latest_only=True, description="what is around")
+    map = Input(maps.OccupancyGrid, latest_only=True, description="what stands still")
+    velocity = Output(geometry.Twist, description="what the robot shall do; nothing while there is no goal")
 
     def on_configure(self) -> None:
         """Begin without a map and without a goal."""
@@ -127,7 +127,7 @@ class Navigator(Component):
         while missing := self._missing():
             if self.kit.now() >= deadline:
                 raise RequestRefused(f"cannot drive: {missing} within {self.ready_within:g} s", RefusalCode.UNAVAILABLE)
-            await self.kit.sleep(LOOK_EVERY)
+            await self.kit.sleep(LOOK_INTERVAL)
 
     def _missing(self) -> str:
         missing = []
@@ -141,8 +141,8 @@ class Navigator(Component):
         """Wait for the end of the drive, telling how it goes."""
         told = self.kit.now()
         while not (self._command.done or self._command.failed):
-            await self.kit.sleep(LOOK_EVERY)
-            if self.kit.now() - told >= FEEDBACK_EVERY:
+            await self.kit.sleep(LOOK_INTERVAL)
+            if self.kit.now() - told >= FEEDBACK_INTERVAL:
                 told = self.kit.now()
                 self._tell()
         odometry = self.odometry.latest

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 from bus_schema.model.description import Resources
-from services.navigator.control import Controller
+from services.navigator.driving.control import Controller
+from services.navigator.driving.pursuit import PursuitController
 from services.navigator.navigator import Navigator
-from services.navigator.pursuit import PursuitController
 from services.navigator.qualities import PURSUIT, Caution
 
 

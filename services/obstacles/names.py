@@ -18,7 +18,6 @@ class Names:
     """
 
     def __init__(self) -> None:
-        """Begin without things."""
         self._known: dict[str, Point] = {}
 
     def name(self, centres: Sequence[Point]) -> list[str]:

@@ -21,7 +21,7 @@ class Obstacles(Component):
     Walls are no objects. An object keeps its name, and its goal where that is still good, from one map to the next.
     """
 
-    longest_handler = 2.0
+    handler_timeout = 2.0
     state_version = 1
     checkpoint_every = 5.0
     resources = Resources(cpu=0.02, memory=25.0)
@@ -34,9 +34,9 @@ class Obstacles(Component):
     smallest = Parameter(0.12, "diagonal below which an object is noise", minimum=0.0, unit="m")
     largest = Parameter(1.5, "diagonal above which an object is a wall", minimum=0.0, unit="m")
 
-    map = Input(maps.OccupancyGrid, latest_only=True, text="what is known so far")
-    odometry = Input(sensors.Odometry, latest_only=True, text="where the robot is in the map")
-    goals = Output(maps.Goals, text="where to look at the objects from, in the order of the visits")
+    map = Input(maps.OccupancyGrid, latest_only=True, description="what is known so far")
+    odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is in the map")
+    goals = Output(maps.Goals, description="where to look at the objects from, in the order of the visits")
 
     def on_configure(self) -> None:
         """Begin without having seen anything."""
@@ -89,7 +89,7 @@ class Obstacles(Component):
             if each.pose is not None
         )
         self._told_at = self.kit.now()
-        self.kit.say(f"{len(self._viewed)} objects, {len(goals)} of them to be looked at")
+        self.kit.set_status_text(f"{len(self._viewed)} objects, {len(goals)} of them to be looked at")
         self.goals.publish(maps.Goals(self._told_at, goals))
 
     @classmethod

@@ -43,7 +43,6 @@ class Survey:
     """Looks at one map after the other; names and poses change no more than the map makes them."""
 
     def __init__(self) -> None:
-        """Begin without having seen anything."""
         self._names = Names()
         self._poses: dict[str, Pose] = {}
         self._ways: tuple[tuple[Pose, ...], FloatArray] = ((), np.zeros((0, 0)))

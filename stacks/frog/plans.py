@@ -8,14 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import Input
-from services.bt_executor.adapting import (
-    AdaptOnStart,
-    AdaptPeriodically,
-    Connect,
-    SetParameters,
-    Step,
-    Wish,
-)
+from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
 from services.power_model import PICTURE_ENERGY
 
 SLOWEST, FASTEST, STEP = 0.10, 0.26, 0.08

@@ -96,7 +96,6 @@ class MovePowerEfficiently(TaskLevelQR):
     acceptable = Input(float, default=80.0, description="energy in J that will just do")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with nothing measured."""
         super().__init__(setup, context)
         self._energy = Integral(0.0)
 
@@ -130,7 +129,6 @@ class DetectEffectively(TaskLevelQR):
     acceptable = Input(float, default=0.5, description="the share that will just do")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with no pictures."""
         super().__init__(setup, context)
         self._answers: Writes | None = None
         self._hits = self._pictures = 0
@@ -173,7 +171,6 @@ class DetectPowerEfficiently(TaskLevelQR):
     energy_left = Output(float, description="what is left of the budget, in J; less than 0 if it was overdrawn")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with an untouched budget."""
         super().__init__(setup, context)
         self._answers: Writes | None = None
         self._pictures = 0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System, small_architecture

@@ -147,7 +147,7 @@ class Swapper(Component):
     async def adapt(self) -> None:
         for changes in self.script:
             await self.kit.sleep(0.53)
-            request = AdaptationRequest(changes, who="swapper")
+            request = AdaptationRequest(changes, actor="swapper")
             report = await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=PATIENCE)
             self.reports.append(
                 replace(report, duration=0.0, phases=(), steps=tuple(replace(s, duration=0.0) for s in report.steps))

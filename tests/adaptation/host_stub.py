@@ -10,8 +10,8 @@ from typing import Any
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.host import (
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.host import (
     DescribeComponent,
     HostStatus,
     HostView,
@@ -27,8 +27,8 @@ from bus_schema.messages.host import (
     UpdateSpecs,
 )
 from bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.host.describe_process import describe_component
-from regraft.memory_bus import MemoryBus, MemoryHub, MemoryQuery
+from regraft.bus.memory_bus import MemoryBus, MemoryHub, MemoryQuery
+from regraft.host.zygote.describe_process import describe_component
 
 
 class HostStub:

@@ -12,7 +12,7 @@ from bus_schema.messages.sensors import LaserScan
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
 from bus_schema.model.architecture import ComponentSpec
 from regraft import Component, Input, Output, Parameter, every
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
 from tests.waiting import PATIENCE
 
 ADAPT = "adaptation_manager/adapt"
@@ -193,7 +193,7 @@ class Planner(Component):
         for topic, other in (("echo", "count"), ("count", "echo")) * 3:
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
-            request = AdaptationRequest(changes, reason=f"to {topic}", who="planner")
+            request = AdaptationRequest(changes, reason=f"to {topic}", actor="planner")
             self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))
 
 
@@ -209,7 +209,7 @@ class Judge(Component):
         """Tell how it is met."""
         number = message.linear.x
         satisfied = not self.broken_from <= number < self.broken_until
-        self.kit.tell_quality(Quality(self.kit.now(), "Steady", "Calm", metric=number, satisfied=satisfied))
+        self.kit.report_quality(Quality(self.kit.now(), "Steady", "Calm", metric=number, satisfied=satisfied))
 
 
 class Confirmer(Component):
@@ -225,7 +225,7 @@ class Confirmer(Component):
         for topic, other in (("echo", "count"), ("count", "echo")) * 2:
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
-            request = AdaptationRequest(changes, who="confirmer", confirm=0.5, watch=("Steady",))
+            request = AdaptationRequest(changes, actor="confirmer", confirm=0.5, watch=("Steady",))
             self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))
 
 
@@ -242,5 +242,5 @@ class Changer(Component):
         spec = ComponentSpec(cls="tests.adaptation.parts:Collector")
         for change in (Add("extra", spec), Remove("extra")) * 3:
             await self.kit.sleep(0.37)
-            request = AdaptationRequest((change,), who="changer")
+            request = AdaptationRequest((change,), actor="changer")
             self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))

@@ -66,7 +66,7 @@ class Lame(Totaller):
 class Onlooker(Component):
     """Lives by the wall clock, also under simulated time."""
 
-    in_step = False
+    lockstep = False
 
 
 class Mute(Totaller):

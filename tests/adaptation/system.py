@@ -12,22 +12,22 @@ from typing import Any, TypeVar
 from adaptation_manager.manager import AdaptationManager
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ComponentView
 from bus_schema.messages.health import Event
-from bus_schema.messages.host import StartSuccessor
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.messages.protocol.control import ComponentView
+from bus_schema.messages.protocol.host import StartSuccessor
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
 from bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
 from bus_schema.model.lifecycle import State
-from regraft.assignment import Assignment, Succession
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.client import Client
-from regraft.clock import RealClock, SteppedClock
-from regraft.component import Component, class_path, describe
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.component.component import Component, class_path, describe
+from regraft.lockstep.member import Member
+from regraft.lockstep.source import SourceLoop, TimeSource
 from regraft.runtime import loop
+from regraft.runtime.core.assignment import Assignment, Succession
+from regraft.runtime.core.clock import RealClock, SteppedClock
 from regraft.runtime.runtime import Runtime
-from regraft.stepped.member import Member
-from regraft.stepped.source import SourceLoop, TimeSource
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
 from tests.waiting import PATIENCE

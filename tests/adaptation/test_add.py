@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import (
     Add,
     ChangeState,

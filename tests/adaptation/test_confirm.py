@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from adaptation_manager.execution.watching import Watch
+from adaptation_manager.execution.confirmation import Watch
 from adaptation_manager.journal.journal import Journal, JournalError
 from bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
 from bus_schema.messages.quality import Quality
@@ -68,7 +68,7 @@ def _tell(system: System, satisfied: bool | None, *, active: bool = True, requir
     quality = Quality(1.0, requirement, "Safety", metric=0.25, satisfied=satisfied, active=active)
 
     def tell() -> None:
-        runtime.component.kit.tell_quality(quality)
+        runtime.component.kit.report_quality(quality)
         told.set()
 
     runtime.post(tell)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from tests.adaptation.system import System
 from tests.waiting import wait_until
@@ -91,7 +91,7 @@ def test_a_wrong_topic_type_and_an_unknown_port_are_both_named(system: System) -
     text = " ".join(violation.problem for violation in report.violations)
     assert "regraft/Twist" in text
     assert "regraft/LaserScan" in text
-    assert {violation.field for violation in report.violations} >= {"connections.heard", "connections.nose"}
+    assert {violation.field for violation in report.violations} >= {"connect.heard", "connect.nose"}
     assert system.views() == before
 
 

@@ -14,11 +14,11 @@ import pytest
 from adaptation_manager.execution import transaction
 from adaptation_manager.execution.verify import verify
 from adaptation_manager.journal.opening import HOW_LOST
-from adaptation_manager.targets.controls import ControlFailed
+from adaptation_manager.targets.component_client import ControlFailed
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ParameterValues
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.protocol.control import ParameterValues
 from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptation_manager.execution.undoing import conflicts, inverse
+from adaptation_manager.execution.undo import conflicts, inverse
 from adaptation_manager.steps import PLANNERS
 from adaptation_manager.steps.draft import Draft
 from bus_schema.model.adaptation import (

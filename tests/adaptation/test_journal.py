@@ -11,8 +11,8 @@ import pytest
 from adaptation_manager.journal import write_back
 from adaptation_manager.journal.journal import Journal, JournalError
 from adaptation_manager.journal.write_back import WriteBack
-from bus_schema.messages.host import JournalEnd
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.protocol.host import JournalEnd
 from bus_schema.model.adaptation import Outcome, SetParameters
 from bus_schema.model.architecture import Architecture
 from regraft import CallFailed
@@ -27,7 +27,7 @@ def test_the_stacks_start_is_the_first_line(system: System) -> None:
 
 def test_lines_come_newest_first_and_in_pages(system: System) -> None:
     for level in range(1, 6):
-        system.adapt(SetParameters("fragile", {"level": level}), who="tester", reason=f"level {level}")
+        system.adapt(SetParameters("fragile", {"level": level}), actor="tester", reason=f"level {level}")
     page = system.lines(limit=4)
     assert [line.id for line in page.entries] == ["6", "5", "4", "3"]
     assert page.more
@@ -195,7 +195,7 @@ def test_a_journal_that_cannot_be_opened_rejects_and_recovers(bare_system: Syste
 
 
 def test_what_was_written_ahead_goes_into_the_file(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 20)
+    monkeypatch.setattr(write_back, "WRITE_BACK_TIMEOUT", 20)
     gain = itertools.cycle((0.1, 0.2))
 
     def bytes_in_the_file_itself() -> int:
@@ -227,7 +227,7 @@ def test_a_disk_that_is_slow_to_write_back_keeps_no_adaptation_waiting(
         begun.set()
         assert done.wait(PATIENCE)
 
-    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 1)
+    monkeypatch.setattr(write_back, "WRITE_BACK_TIMEOUT", 1)
     monkeypatch.setattr(WriteBack, "_write_back", slow)
     assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
     assert begun.wait(PATIENCE)
@@ -240,7 +240,7 @@ def test_a_failed_write_back_is_in_the_log_and_loses_nothing(
     system: System, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
-    monkeypatch.setattr(write_back, "WRITE_BACK_AFTER", 1)
+    monkeypatch.setattr(write_back, "WRITE_BACK_TIMEOUT", 1)
     monkeypatch.setattr(system.running["manager"].component._books.journal.write_back, "_path", "/nowhere/at/all")
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
     wait_until(lambda: "cannot be written back" in caplog.text)

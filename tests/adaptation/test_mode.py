@@ -14,7 +14,7 @@ QUIET = [
     {"change": "set_parameters", "component": "talker", "parameters": {"rate": 10.0}},
     {"change": "connect", "component": "listener", "port": "heard", "topic": "others"},
     {"change": "remove", "component": "fragile"},
-    {"change": "add", "component": "third", "spec": {"cls": "tests.adaptation.parts:Listener"}},
+    {"change": "add", "component": "third", "spec": {"class": "tests.adaptation.parts:Listener"}},
 ]
 WATCHFUL = [
     {"change": "transition", "component": "scanner", "transition": "activate"},

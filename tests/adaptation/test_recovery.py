@@ -9,7 +9,7 @@ import pytest
 
 from adaptation_manager.execution import transaction
 from adaptation_manager.journal.journal import Journal
-from adaptation_manager.targets.hosts import Hosts
+from adaptation_manager.targets.host_client import Hosts
 from bus_schema.model.adaptation import (
     AdaptationReport,
     Add,

@@ -6,7 +6,7 @@ import pytest
 
 from bus_schema.encoding.shapes import CUT
 from bus_schema.errors import BadMessage
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from adaptation_manager.manager import AdaptationManager
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import Add, ChangeState, Connect, Outcome, Remove, SetParameters, StepState
 from bus_schema.model.architecture import ComponentSpec, Constraint, ConstraintKind
 from bus_schema.model.lifecycle import State, Transition
@@ -44,7 +44,7 @@ def test_a_writer_that_is_needed_is_not_removed_but_with_its_readers_it_is(syste
     report = system.adapt(Remove("other"))
     assert report.outcome is Outcome.REJECTED
     (violation,) = report.violations
-    assert (violation.change, violation.component, violation.field) == (0, "second", "connections.heard")
+    assert (violation.change, violation.component, violation.field) == (0, "second", "connect.heard")
     assert "required, but no component writes topic 'others'" in violation.problem
     assert system.adapt(Remove("other"), Remove("second")).outcome is Outcome.APPLIED
 

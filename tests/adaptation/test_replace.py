@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import Outcome, SetParameters, StepState, Swap
 from bus_schema.model.lifecycle import State
 from tests.adaptation.system import System

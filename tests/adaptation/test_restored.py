@@ -10,8 +10,8 @@ import pytest
 
 from adaptation_manager.execution import transaction
 from adaptation_manager.journal.journal import Journal, JournalError
-from adaptation_manager.steps.actions import GiveBack, GiveValues
-from adaptation_manager.targets.hosts import Hosts
+from adaptation_manager.steps.actions import ApplyParameters, Restore
+from adaptation_manager.targets.host_client import Hosts
 from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
 from bus_schema.model.adaptation import (
     AdaptationReport,
@@ -150,8 +150,8 @@ def test_values_of_a_swap_that_comes_to_nothing_are_gone_with_it(system: System,
 @pytest.mark.parametrize(
     ("skipped", "changes"),
     [
-        (GiveValues, (SetParameters("listener", {"gain": 0.9}),)),
-        (GiveBack, (SWAP,)),
+        (ApplyParameters, (SetParameters("listener", {"gain": 0.9}),)),
+        (Restore, (SWAP,)),
     ],
     ids=["values", "swap"],
 )

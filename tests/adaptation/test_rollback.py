@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
 from bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile

@@ -13,7 +13,7 @@ from adaptation_manager.journal.journal import Journal, JournalError
 from bus_schema.model.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
 from bus_schema.model.architecture import Architecture, TopicSpec
 from bus_schema.model.lifecycle import Transition
-from regraft.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of

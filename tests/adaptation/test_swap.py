@@ -12,7 +12,7 @@ import pytest
 from adaptation_manager.execution import transaction
 from adaptation_manager.journal.journal import Journal
 from adaptation_manager.manager import AdaptationManager
-from adaptation_manager.targets.hosts import Hosts
+from adaptation_manager.targets.host_client import Hosts
 from bus_schema.model.adaptation import (
     Add,
     Change,
@@ -26,7 +26,7 @@ from bus_schema.model.adaptation import (
 )
 from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.model.lifecycle import State, Transition
-from regraft.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryHub
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, Running, System, spec_of

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from adaptation_manager.execution import transaction
-from adaptation_manager.targets.hosts import Hosts
-from bus_schema.messages.host import StartSuccessor
+from adaptation_manager.targets.host_client import Hosts
+from bus_schema.messages.protocol.host import StartSuccessor
 from bus_schema.model.adaptation import Outcome, Swap
 from bus_schema.model.architecture import Architecture, TopicSpec
-from regraft.memory_bus import MemoryHub
-from regraft.stepped import errands
+from regraft.bus.memory_bus import MemoryHub
+from regraft.lockstep import step_dispatch
 from tests.adaptation.gathering import HERE, Gatherer, Swapper, Witness
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
@@ -129,7 +129,7 @@ def test_the_source_of_time_and_who_lives_by_another_clock_are_not_swapped_and_w
 def test_a_swap_that_is_interrupted_in_its_slot_is_undone_on_return(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, name: str, when: str
 ) -> None:
-    monkeypatch.setattr(errands, "STEP_BOUND", 0.5)
+    monkeypatch.setattr(step_dispatch, "STEP_BOUND", 0.5)
     monkeypatch.setattr(Swapper, "script", ())
     system = _system(tmp_path, 0.0)
     try:

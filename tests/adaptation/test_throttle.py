@@ -9,11 +9,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from bus_schema.messages.requests import Answer
+from bus_schema.messages.protocol.requests import Answer
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Connect, Outcome, SetParameters
 from regraft import CallFailed
+from regraft.bus.memory_bus import MemoryBus
 from regraft.client import Client
-from regraft.memory_bus import MemoryBus
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, System
 from tests.waiting import PATIENCE, wait_until
@@ -31,7 +31,7 @@ def source(system: System, name: str) -> Iterator[Client]:
 def _ask(
     client: Client, change: Change, *, who: str = "", wait: bool = True, patient: bool = False
 ) -> AdaptationReport:
-    request = AdaptationRequest((change,), who=who, wait=wait)
+    request = AdaptationRequest((change,), actor=who, wait=wait)
     return client.call("adaptation_manager/adapt", request, AdaptationReport, 12 * PATIENCE, patient=patient)
 
 
@@ -80,7 +80,7 @@ def test_a_component_is_one_source_in_all_its_requests(system: System) -> None:
     done = threading.Event()
 
     async def ask() -> None:
-        request = AdaptationRequest((SetParameters("listener", {"gain": 0.7}),), who="nobody")
+        request = AdaptationRequest((SetParameters("listener", {"gain": 0.7}),), actor="nobody")
         await scanner.kit.call("adaptation_manager/adapt", request, AdaptationReport)
         done.set()
 
@@ -113,5 +113,7 @@ def test_what_five_ask_at_once_is_applied_one_after_the_other_without_a_gap(syst
     assert {report.outcome for report in reports} == {Outcome.APPLIED}
     assert sorted(report.revision_after for report in reports) == list(range(2, 2 + len(reports)))
     assert all(report.revision_after == report.revision_before + 1 for report in reports)
-    assert {name: sum(report.request.who == name for report in reports) for name in names} == dict.fromkeys(names, each)
+    assert {name: sum(report.request.actor == name for report in reports) for name in names} == dict.fromkeys(
+        names, each
+    )
     assert len({report.id for report in reports}) == len(reports)

@@ -28,9 +28,9 @@ from bus_schema.model.architecture import Architecture, ComponentSpec
 from bus_schema.model.description import Description, ParameterDescription
 from bus_schema.model.lifecycle import State
 from regraft import CallFailed
-from regraft.runtime.tasks import Waiting
-from services.bt_executor.adapting import ADAPT_DECORATORS
-from services.bt_executor.nodes.context import Asked
+from regraft.component.future import Future
+from services.bt_executor.adaptation import ADAPT_DECORATORS
+from services.bt_executor.leaves.context import Asked
 
 
 def small_architecture() -> Architecture:
@@ -60,7 +60,7 @@ class Pending:
 
     service: str
     request: Any
-    waiting: Waiting[Any]
+    waiting: Future[Any]
     until: float
 
 
@@ -104,7 +104,7 @@ class FakeContext:
     def call(self, service: str, request: object, reply: type, *, timeout: float) -> Asked[Any]:
         codec.to_plain(request)
         self.asked.append(request)
-        waiting: Waiting[Any] = Waiting()
+        waiting: Future[Any] = Future()
         self.pending.append(Pending(service, request, waiting, self.clock.now() + timeout))
         if self.answers:
             self.answer()
@@ -240,7 +240,7 @@ class Bench:
     @property
     def idle(self) -> bool:
         """Whether nothing is left under way."""
-        return self.tree.next_wake_up() is None and not self.node.pursuit.busy and self.node.status == 0
+        return self.tree.next_wake_up() is None and not self.node.under_way.busy and self.node.status == 0
 
 
 def bench(

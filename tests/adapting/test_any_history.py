@@ -22,7 +22,7 @@ PORTS = (
     'rules="!quiet : navigator.max_velocity := speed within [0.01, 0.25]" timeout="800ms" retry_after="300ms" '
     'on_rejected="{p}" on_rolled_back="{p}" on_stuck="{p}" on_no_answer="{p}"'
 )
-MOST_TICKS = 400
+MAX_TICKS = 400
 
 
 @settings(max_examples=300, deadline=None)
@@ -51,7 +51,7 @@ def test_a_child_is_run_to_its_end_once_and_its_result_returned_once(
     at = bench(node_type, ports, " ".join([*child, result]), context=context, quiet=quiet, speed=0.1, p=policy)
     waited, runs = 0, 0
     started, ticked = 0, 0
-    for tick in range(1, MOST_TICKS):
+    for tick in range(1, MAX_TICKS):
         at.set(speed=0.1 + 0.001 * (tick % 7))
         status = at.tick(0.1)
         if status != "RUNNING":
@@ -60,7 +60,7 @@ def test_a_child_is_run_to_its_end_once_and_its_result_returned_once(
             if status == result and "fail" not in policy:
                 assert at.child.starts - started == 1
                 assert at.child.ticks - ticked == len(child) + 1, "the child is ticked to its end, and not once more"
-            assert not at.node.pursuit.busy
+            assert not at.node.under_way.busy
             assert at.tree.next_wake_up() is None
             assert at.child.status == 0
             started, ticked, runs = at.child.starts, at.child.ticks, runs + 1

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
 from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import LARGEST_CONTEXT, AdaptationRequest, plain_size
+from bus_schema.model.adaptation import MAX_CONTEXT_SIZE, AdaptationRequest, plain_size
 from tests.adapting.helpers import FakeContext, bench
 
 SLOWER = 'rules="near : navigator.max_velocity := 0.1"'
@@ -39,14 +39,14 @@ def test_more_requirements_than_there_is_room_for_do_no_harm() -> None:
     at.tick()
     (request,) = at.context.adaptations
     assert "Requirement0" in request.context["qualities"]
-    assert plain_size(request.context, LARGEST_CONTEXT) <= LARGEST_CONTEXT
+    assert plain_size(request.context, MAX_CONTEXT_SIZE) <= MAX_CONTEXT_SIZE
 
 
-@given(st.integers(0, 2 * LARGEST_CONTEXT))
+@given(st.integers(0, 2 * MAX_CONTEXT_SIZE))
 def test_a_context_is_bounded_for_who_sends_it_and_for_who_receives_it(length: int) -> None:
     context = {"text": "x" * length}
     plain = codec.to_plain(AdaptationRequest(())) | {"context": context}
-    if plain_size(context, LARGEST_CONTEXT) <= LARGEST_CONTEXT:
+    if plain_size(context, MAX_CONTEXT_SIZE) <= MAX_CONTEXT_SIZE:
         assert AdaptationRequest((), context=context) == codec.from_plain(plain, AdaptationRequest)
         return
     with pytest.raises(BadMessage, match=r"context.*must be at most 16384"):

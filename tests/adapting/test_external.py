@@ -8,11 +8,11 @@ import pytest
 
 from behavior_tree import Input, LoadError
 from bus_schema.messages.planning import Proposal, ProposalRequest
+from bus_schema.messages.protocol.requests import Answer
 from bus_schema.messages.quality import Quality
-from bus_schema.messages.requests import Answer
 from bus_schema.model.adaptation import Outcome, SetParameters
 from regraft import CallFailed
-from services.bt_executor.adapting import AdaptPeriodically
+from services.bt_executor.adaptation import AdaptPeriodically
 from tests.adapting.helpers import Bench, FakeContext, bench
 
 UCB = (
@@ -85,7 +85,7 @@ def test_a_planner_is_told_the_options_and_where_the_node_stands() -> None:
         "constraints": [{"forbid": {"navigator.max_velocity": 0.1}}],
         "settle": 0.2,
     }
-    assert (request.task, request.who, request.reason, request.apply) == ("adapt", "adapt", "it is dark", True)
+    assert (request.task, request.actor, request.reason, request.apply) == ("adapt", "adapt", "it is dark", True)
     assert request.context == {
         "node": "adapt",
         "qualities": {"MoveSafely": {"metric": 0.4, "satisfied": True, "degree": 0.9}},

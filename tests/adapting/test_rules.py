@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from behavior_tree import Input, LoadError, NodeError
 from bus_schema.model.adaptation import ChangeState, Connect
 from bus_schema.model.lifecycle import Transition
-from services.bt_executor.adapting import AdaptOnStart, Step
+from services.bt_executor.adaptation import AdaptOnStart, Step
 from tests.adapting.helpers import bench, speed_change
 
 LISTING_1 = (
@@ -191,7 +191,7 @@ def test_rules_written_by_the_tree_that_make_no_sense_fail_the_tree_and_name_the
     at = bench("AdaptOnStart", 'rules="{rules}"', rules="x := 1")
     with pytest.raises(NodeError, match=r"'adapt'.*rule 1, 'x := 1'"):
         at.tick()
-    assert not at.node.pursuit.busy
+    assert not at.node.under_way.busy
 
 
 PIECES = ": ; , ? ( ) [ ] ' a n.b := += -= = 1 0.5 within connect to x/y activate set < && ! - . @ { } é \\ 1e999"

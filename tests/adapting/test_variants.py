@@ -95,7 +95,7 @@ def test_silence_is_waited_for_only_so_long(node_type: str, answered_first: bool
     at.tick(0.3)
     assert at.entry("o") == "no_answer"
     assert "no answer" in at.entry("r")
-    assert not at.node.pursuit.busy
+    assert not at.node.under_way.busy
 
 
 @pytest.mark.parametrize(

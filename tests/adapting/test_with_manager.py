@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.messages.control import Snapshot
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from bus_schema.messages.protocol.control import Snapshot
 from bus_schema.model.adaptation import AdaptationReport, Outcome
 from bus_schema.model.architecture import Architecture, TopicSpec
-from regraft.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryHub
 from services.bt_executor.executor import Executor
 from tests.adaptation import parts
 from tests.adaptation.conftest import bare_system  # noqa: F401
@@ -65,7 +65,7 @@ def run(system: System) -> Callable[..., MissionStatus]:
 
 
 def told(report: AdaptationReport) -> tuple[Any, ...]:
-    return report.outcome, report.request.who, report.request.reason
+    return report.outcome, report.request.actor, report.request.reason
 
 
 def test_a_rule_adapts_a_real_component_and_the_journal_says_why(
@@ -191,7 +191,7 @@ def test_a_real_planner_is_asked_and_credited(
     )
     lines = [line for line in system.lines().entries if line.request.changes and line.outcome is not Outcome.PENDING]
     assert {line.outcome for line in lines} == {Outcome.APPLIED}
-    assert all(line.request.who.startswith("adapt") for line in lines)
+    assert all(line.request.actor.startswith("adapt") for line in lines)
     assert all(line.request.context["node"] == "adapt" for line in lines)
     assert system.view("listener").parameters["gain"] in (0.1, 0.2, 0.3)
     refused = run(adapting("AdaptOnStart", ports.replace("ucb1", "ucb7").replace(' adaptation_period="60ms"', "")))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from regraft.stack.load import load
-from regraft.stack.problems import StackError
+from regraft.stack.yaml.problems import StackError
 from tests.attack.tally import Tally
 from tests.host.system import ROOT
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
+from regraft import run_directory
 from tests.attack.tally import Tally
 from tests.host.system import System, children_of, wait_gone
 from tests.hostile.conftest import HEAD, SINK, SOURCE
@@ -35,5 +35,5 @@ def test_whoever_is_killed_nothing_stays_and_the_next_system_starts(
                 os.kill(pid, signal.SIGKILL)
             system.process.wait()
             wait_gone(family)
-            wait_until(lambda: not rundir.running(), "what was just being started to end, too")
+            wait_until(lambda: not run_directory.running(), "what was just being started to end, too")
             system.client.close()

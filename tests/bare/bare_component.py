@@ -31,7 +31,7 @@ TRANSITIONS = {
     ("inactive", "shutdown"): ("shuttingdown", "finalized"),
     ("active", "shutdown"): ("shuttingdown", "finalized"),
 }
-COUNT_EVERY = 100_000_000
+COUNT_INTERVAL = 100_000_000
 STATE_VERSION = 1
 REMEMBERED_REPLIES = 32
 GAIN = {
@@ -40,7 +40,7 @@ GAIN = {
     "schema": {"type": "number", "minimum": 0.0, "maximum": 1.0},
     "unit": "1",
     "read_only": False,
-    "text": "what every level is multiplied by",
+    "description": "what every level is multiplied by",
 }
 
 
@@ -50,13 +50,13 @@ def port(name: str, direction: str, type_name: str) -> Plain:
 
 
 DESCRIPTION: Plain = {
-    "cls": "bare_component",
-    "text": "Repeats light levels, times a gain.",
+    "class": "bare_component",
+    "description": "Repeats light levels, times a gain.",
     "ports": [port("light", "input", LIGHT), port("echo", "output", LIGHT), port("count", "output", VECTOR)],
     "parameters": [GAIN],
     "services": [{"name": "invert", "kind": "service", "request": LIGHT, "reply": LIGHT}],
     "state_version": STATE_VERSION,
-    "longest_handler": 0.3,
+    "handler_timeout": 0.3,
 }
 
 
@@ -111,7 +111,7 @@ class BareComponent:
 
     def topic_of(self, port_name: str) -> str:
         """Return the topic that a port is assigned."""
-        topic: str = self.assignment.get("connections", {}).get(port_name, port_name)
+        topic: str = self.assignment.get("connect", {}).get(port_name, port_name)
         return topic
 
     @property
@@ -230,7 +230,7 @@ class BareComponent:
             self.rewiring.connect()
         elif name == "activate":
             self.rewiring.pause(False)
-            self.count_due = self.now() + COUNT_EVERY
+            self.count_due = self.now() + COUNT_INTERVAL
         elif name in ("deactivate", "shutdown"):
             self.rewiring.pause(True)
             self.count_due = None
@@ -297,7 +297,7 @@ class BareComponent:
     def fire(self) -> None:
         """Do what is due by the clock."""
         if self.count_due is not None and self.now() >= self.count_due:
-            self.count_due += COUNT_EVERY * ((self.now() - self.count_due) // COUNT_EVERY + 1)
+            self.count_due += COUNT_INTERVAL * ((self.now() - self.count_due) // COUNT_INTERVAL + 1)
             self.put(self.writers[self.rewiring.keys["count"]], {"x": float(self.handled)})
 
     # --- the service ---
@@ -379,7 +379,7 @@ def main() -> int:
     """Be the component that ``REGRAFT_ASSIGNMENT`` says."""
     assignment = json.loads(os.environ["REGRAFT_ASSIGNMENT"])
     session = open_session(
-        assignment["connect"], assignment.get("secret", ""), stepped=assignment.get("simulated", False)
+        assignment["connect_endpoints"], assignment.get("secret", ""), stepped=assignment.get("simulated", False)
     )
     component = BareComponent(assignment, session)
 

@@ -12,17 +12,16 @@ from .bare_wire import PLAIN_ENCODING, Bad, Plain, Stream, packed, unpacked
 if TYPE_CHECKING:
     from .bare_component import BareComponent
 
-JOIN_AGAIN_AFTER = 0.5
-IDLE_JOIN_AFTER = 2.0
-WANT_AGAIN_AFTER = 0.2
-INPUTS_WITHIN = 5.0
+JOIN_INTERVAL = 0.5
+IDLE_JOIN_TIMEOUT = 2.0
+WANT_INTERVAL = 0.2
+INPUTS_TIMEOUT = 5.0
 
 
 class Member:
     """Works when it is given a step, and acknowledges."""
 
     def __init__(self, component: BareComponent) -> None:
-        """Not joined."""
         self._component = component
         self._step: Plain | None = None
         self._last_ack: Plain | None = None
@@ -87,7 +86,7 @@ class Member:
     def _join_if_due(self) -> None:
         if time.monotonic() < self._next_join:
             return
-        self._next_join = time.monotonic() + (IDLE_JOIN_AFTER if self._last_ack else JOIN_AGAIN_AFTER)
+        self._next_join = time.monotonic() + (IDLE_JOIN_TIMEOUT if self._last_ack else JOIN_INTERVAL)
         join = {
             **self._me,
             "epoch": self._component.epoch,
@@ -120,7 +119,7 @@ class Member:
         pairs = self._component.streams.by_pair.items()
         outside = sorted({source for (_, source), stream in pairs if stream.waiting and not stream.wired})
         if outside:
-            self._next_want = time.monotonic() + WANT_AGAIN_AFTER
+            self._next_want = time.monotonic() + WANT_INTERVAL
             self._put("want", "regraft/Want", {**self._me, "outside": outside})
 
     # --- steps ---
@@ -139,7 +138,7 @@ class Member:
     def _perform(self, step: Plain) -> None:
         component = self._component
         self._begun = step["number"]
-        self._next_join = time.monotonic() + IDLE_JOIN_AFTER
+        self._next_join = time.monotonic() + IDLE_JOIN_TIMEOUT
         error = ""
         if step["kind"] == "welcome":
             component.time = max(component.time, step["time"])
@@ -178,7 +177,7 @@ class Member:
         return self._component.streams.by_pair.setdefault((key, source), Stream())
 
     def _wait_for(self, frontier: dict[str, dict[str, int]]) -> str:
-        deadline = time.monotonic() + INPUTS_WITHIN
+        deadline = time.monotonic() + INPUTS_TIMEOUT
         wanted = [(key, source, number) for key, sources in frontier.items() for source, number in sources.items()]
         while not all(self._stream(key, source).reaches(number) for key, source, number in wanted):
             if time.monotonic() > deadline:

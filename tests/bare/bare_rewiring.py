@@ -27,7 +27,6 @@ class Refused(Exception):
     """Why a control query did not do what it was asked."""
 
     def __init__(self, code: str, problem: str) -> None:
-        """Remember the code of the error reply."""
         self.code = code
         super().__init__(problem)
 
@@ -54,7 +53,6 @@ class Rewiring:
     """Where the ports of one component are, where they are going, and what is asked of them."""
 
     def __init__(self, component: BareComponent) -> None:
-        """Nothing is connected."""
         self._component = component
         self.keys: dict[str, str] = {}
         self.paused = True
@@ -155,7 +153,7 @@ class Rewiring:
             "state": component.state,
             "revision": component.revision,
             "parameters": {"gain": component.gain},
-            "connections": {n: self.keys.get(n, "").removeprefix(prefix) for n in (INPUT, *OUTPUTS)},
+            "connect": {n: self.keys.get(n, "").removeprefix(prefix) for n in (INPUT, *OUTPUTS)},
             "detail": detail or {},
         }
 

@@ -13,7 +13,7 @@ import zenoh
 
 ENVELOPE = struct.Struct("<BBHIIQq")
 DATA, MARKER = 0, 1
-HOLE_CLOSES_WITHIN = 0.05
+HOLE_TIMEOUT = 0.05
 PLAIN_ENCODING = "application/msgpack;{}@1"
 
 Plain = dict[str, Any]
@@ -80,7 +80,7 @@ class Writer:
         return self._session.declare_publisher(self.key, encoding=self._encoding, congestion_control=block)
 
     def _attachment(self, kind: int, stamp: int) -> bytes:
-        return ENVELOPE.pack(1, kind, 0, *self._head, self.sequence, stamp) + self._source
+        return ENVELOPE.pack(2, kind, 0, *self._head, self.sequence, stamp) + self._source
 
     def put(self, message: Plain, stamp: int) -> None:
         """Put the next message."""
@@ -110,7 +110,6 @@ class Stream:
     """One source on one key, put back into sequence."""
 
     def __init__(self) -> None:
-        """Nothing known of the source."""
         self.epoch = 0
         self.incarnation = 0
         self.handled: int | None = None
@@ -155,7 +154,7 @@ class Stream:
 
     def overdue(self) -> list[Held]:
         """Real clock: give up on a hole that stayed open for too long."""
-        if not self.waiting or time.monotonic() - self.waiting_since < HOLE_CLOSES_WITHIN:
+        if not self.waiting or time.monotonic() - self.waiting_since < HOLE_TIMEOUT:
             return []
         first = min(self.waiting)
         self.lost += first - (self.handled or 0) - 1
@@ -206,7 +205,7 @@ class Streams:
     def arrive(self, sample: zenoh.Sample, *, paused: bool, stepped: bool) -> list[Held]:
         """Take a sample; returns what can be handled at once. Raises Bad."""
         attachment = sample.attachment.to_bytes() if sample.attachment is not None else b""
-        if len(attachment) <= ENVELOPE.size or len(attachment) > ENVELOPE.size + 160 or attachment[0] != 1:
+        if len(attachment) <= ENVELOPE.size or len(attachment) > ENVELOPE.size + 160 or attachment[0] != 2:
             raise Bad("has no envelope")
         _, kind, _, epoch, incarnation, sequence, _ = ENVELOPE.unpack_from(attachment)
         key, source = str(sample.key_expr), attachment[ENVELOPE.size :].decode(errors="replace")

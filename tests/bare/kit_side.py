@@ -6,11 +6,11 @@ from typing import Any
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ComponentView, Peer, Rewire, RewireStep
 from bus_schema.messages.geometry import Vector3
+from bus_schema.messages.protocol.control import ComponentView, Peer, Rewire, RewireStep
 from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, every
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
 
 
 class Lamp(Component):

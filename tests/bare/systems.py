@@ -15,19 +15,19 @@ from typing import Any, TypeVar
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlError, Snapshot
 from bus_schema.messages.health import ComponentStatus
-from regraft.assignment import Assignment
-from regraft.system_secret import fresh
-from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
+from bus_schema.messages.protocol.control import ControlError, Snapshot
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus.zenoh_config import Endpoints
+from regraft.runtime.core.assignment import Assignment
+from regraft.security.system_secret import fresh
 from tests.ports import free_endpoint
 from tests.waiting import PATIENCE, wait_for
 
 TESTS = Path(__file__).parents[1]
 RUN_KIT_COMPONENT = (
-    "import sys; from bus_schema.encoding import codec; from regraft.assignment import Assignment;"
-    "from regraft.process import run_component;"
+    "import sys; from bus_schema.encoding import codec; from regraft.runtime.core.assignment import Assignment;"
+    "from regraft.process.main import run_component;"
     "sys.exit(run_component(codec.decode(sys.stdin.buffer.read(), Assignment)))"
 )
 
@@ -38,7 +38,6 @@ class ControlRefused(Exception):
     """A control query was answered with an error."""
 
     def __init__(self, error: ControlError) -> None:
-        """Keep the error."""
         self.error = error
         super().__init__(str(error))
 
@@ -47,12 +46,11 @@ class System:
     """The hub, and what runs beside it until the test ends."""
 
     def __init__(self, *, simulated: bool = False) -> None:
-        """Listen on a free loopback port."""
         self.simulated = simulated
         self.keys = Keys("small")
         self.endpoint = free_endpoint()
         self.secret = fresh()
-        self.bus = open_bus(Endpoints((self.endpoint,), (), router=True, secret=self.secret), in_step=simulated)
+        self.bus = open_bus(Endpoints((self.endpoint,), (), router=True, secret=self.secret), lockstep=simulated)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.statuses: dict[str, list[ComponentStatus]] = {}
         self.bus.subscribe(self.keys.status("*"), self._take_status)
@@ -64,13 +62,11 @@ class System:
             self.statuses.setdefault(status.component, []).append(status)
 
     def __enter__(self) -> System:
-        """Use it as a context."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End every process, then the hub."""
         for process in self.processes.values():
             process.send_signal(signal.SIGTERM)
         for process in self.processes.values():
@@ -82,7 +78,9 @@ class System:
         self.bus.close()
 
     def _assignment(self, name: str, cls: str, **more: Any) -> Assignment:
-        made = Assignment("small", name, cls, simulated=self.simulated, connect=(self.endpoint,), secret=self.secret)
+        made = Assignment(
+            "small", name, cls, simulated=self.simulated, connect_endpoints=(self.endpoint,), secret=self.secret
+        )
         return replace(made, **more)
 
     def _start(self, name: str, command: list[str], environment: dict[str, str], given: bytes) -> None:

@@ -14,7 +14,7 @@ import pytest
 from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_of
-from bus_schema.messages.control import (
+from bus_schema.messages.protocol.control import (
     ComponentView,
     ControlCode,
     ParameterValues,
@@ -26,7 +26,7 @@ from bus_schema.messages.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from bus_schema.messages.sensors import LightLevel
 from bus_schema.model.description import Description
 from bus_schema.model.lifecycle import State, Transition

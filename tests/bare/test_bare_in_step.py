@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.clock import ClockTime
-from bus_schema.messages.control import ComponentView, ParameterValues
-from bus_schema.messages.requests import Answer, Request, Verb
+from bus_schema.messages.protocol.clock import ClockTime
+from bus_schema.messages.protocol.control import ComponentView, ParameterValues
+from bus_schema.messages.protocol.requests import Answer, Request, Verb
 from bus_schema.messages.sensors import LightLevel
 from tests.waiting import wait_for
 

@@ -7,17 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behavior_tree import (
-    IDLE,
-    RUNNING,
-    LoadError,
-    ManualClock,
-    NodeError,
-    Registry,
-    Tree,
-    TreeError,
-    load_text,
-)
+from behavior_tree import IDLE, RUNNING, LoadError, ManualClock, NodeError, Registry, Tree, TreeError, load_text
 from behavior_tree.nav2 import register_nav2
 from behavior_tree.scripted import scripted_registry
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from behavior_tree import LoadError, Tree, load_file, load_text, read_manifests
-from behavior_tree.manifest import NodeKind
+from behavior_tree.nodes.manifest import NodeKind
 
 from .trees import document, leaf, plain_registry, ticks, tree_of
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.counting import Heard
 from benchmarks.rewire import Faults, _runs
+from benchmarks.sides.counting import Heard
 
 
 def test_what_comes_twice_and_what_comes_late_are_told_apart() -> None:

@@ -14,7 +14,7 @@ from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgre
 from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
 from bus_schema.messages.sensors import Odometry
 from regraft import Component, Output, Parameter, RequestRefused, action, every
-from regraft.runtime.calling import Goal
+from regraft.component.goal import Goal
 from regraft.testing import Rig
 from services.battery import Battery
 from services.charging.docking import Docking

@@ -35,7 +35,6 @@ class System:
         self._ready = ready
 
     def __enter__(self) -> System:
-        """Start it and wait until it is up."""
         self.process = start(self.home, *self._command)
         assert self.process.stdout is not None
         for line in self.process.stdout:
@@ -45,7 +44,6 @@ class System:
         raise AssertionError("never came up:\n" + "\n".join(self.lines))
 
     def __exit__(self, *_: object) -> None:
-        """End it, by force if need be."""
         self.interrupt()
         for process in (self.process, *self.joined):
             try:

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from regraft import CallFailed, rundir
-from regraft.bus import BusError
-from regraft.cli.group import BAD_INPUT, FAILED, NOT_REACHABLE, exit_code
+from regraft import CallFailed, run_directory
+from regraft.bus.interface import BusError
+from regraft.cli.group import exit_code
+from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE
 from regraft.client import ClientError, NoAnswer, NoSuchComponent, NoSuchHost
-from regraft.rundir import RunInfo
+from regraft.run_directory import RunInfo
 from regraft.stack import Problem, StackError
 from tests.cli.conftest import Regraft
 from tests.cli.live import STACK
@@ -61,14 +62,14 @@ def test_nothing_running_is_a_good_answer_of_ps(regraft: Regraft) -> None:
 
 def test_a_system_that_died_is_not_running(regraft: Regraft, home: Path) -> None:
     (home / "dead").mkdir()
-    rundir.write_info(RunInfo("dead", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+    run_directory.write_info(RunInfo("dead", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
     assert json.loads(regraft("ps", "--json").stdout) == {"systems": []}
     assert "dead died without a farewell" in regraft("doctor", "--json").stdout
 
 
 def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Path) -> None:
-    held = rundir.lock("deaf")
-    rundir.write_info(RunInfo("deaf", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+    held = run_directory.lock("deaf")
+    run_directory.write_info(RunInfo("deaf", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
     found = regraft("ps")
     held.close()
     assert found.exit_code == NOT_REACHABLE
@@ -181,4 +182,4 @@ components:
     assert found.exit_code == BAD_INPUT
     assert told.format(folder=tmp_path) in found.stderr
     assert f"did you mean '{tmp_path}/patrol.xml'?" in found.stderr
-    assert not rundir.folder("patrol").exists()
+    assert not run_directory.folder("patrol").exists()

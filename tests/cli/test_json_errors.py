@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.requests import Answer, RefusalCode
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.requests import Answer, RefusalCode
 from regraft import CallFailed
-from regraft.cli.group import BAD_INPUT, FAILED, NOT_REACHABLE, Failed, Unreachable, as_document, exit_code
+from regraft.cli.group import as_document, exit_code
+from regraft.cli.outcomes import BAD_INPUT, FAILED, NOT_REACHABLE, Failed, Unreachable
 from regraft.client import ControlRefused, NoSuchComponent
 from tests.cli import live
 from tests.cli.conftest import Regraft

@@ -143,24 +143,24 @@ CHANGES: list[tuple[dict[str, Any], str]] = [
     ({"change": "transition", "component": "talkr", "transition": "activate"}, TALKER),
     ({"change": "transition", "component": "talker", "transition": "activat"}, "activate"),
     ({"change": "remove", "component": "talkr"}, TALKER),
-    ({"change": "swap", "component": "talker", "cls": "tiny_parts:Talkr"}, "did you mean 'Talker'?"),
+    ({"change": "swap", "component": "talker", "class": "tiny_parts:Talkr"}, "did you mean 'Talker'?"),
     ({"change": "move", "component": "talker", "host": "locl"}, "did you mean 'local'?"),
     ({"change": "mode", "mode": "lod"}, "did you mean 'loud'?"),
-    ({"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listenr"}}, "did you mean 'Listener'?"),
-    ({"change": "add", "component": "second", "spec": {"cls": "tiny_prts:Listener"}}, "did you mean 'tiny_parts'?"),
+    ({"change": "add", "component": "second", "spec": {"class": "tiny_parts:Listenr"}}, "did you mean 'Listener'?"),
+    ({"change": "add", "component": "second", "spec": {"class": "tiny_prts:Listener"}}, "did you mean 'tiny_parts'?"),
     (
-        {"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "parameters": {"ofset": 1}}},
+        {"change": "add", "component": "second", "spec": {"class": "tiny_parts:Listener", "parameters": {"ofset": 1}}},
         "did you mean 'offset'?",
     ),
     (
         {
             "change": "add",
             "component": "second",
-            "spec": {"cls": "tiny_parts:Listener", "connections": {"nmber": "spare"}},
+            "spec": {"class": "tiny_parts:Listener", "connect": {"nmber": "spare"}},
         },
         NUMBER,
     ),
-    ({"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "host": "locl"}}, "'local'?"),
+    ({"change": "add", "component": "second", "spec": {"class": "tiny_parts:Listener", "host": "locl"}}, "'local'?"),
     ({"change": "swop", "component": "talker"}, "swap"),
 ]
 
@@ -268,7 +268,7 @@ def test_every_mistake_of_a_request_is_told_at_once_by_its_change(among_files: S
 
 def test_each_change_of_a_request_sees_what_those_before_it_do(among_files: System, tmp_path: Path) -> None:
     file = tmp_path / "request.json"
-    add = {"change": "add", "component": "second", "spec": {"cls": "tiny_parts:Listener", "services": {
+    add = {"change": "add", "component": "second", "spec": {"class": "tiny_parts:Listener", "services": {
         "last_number": "second_number", "wait_for": "second_wait"}}}  # fmt: skip
     later = {"change": "set_parameters", "component": "second", "parameters": {"offset": 1}}
     file.write_text(json.dumps({"changes": [add, later]}))

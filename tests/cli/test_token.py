@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 
-from regraft import rundir
-from regraft.cli.group import BAD_INPUT, NOT_REACHABLE
-from regraft.rundir import NoRoom, RunInfo
-from regraft.tokens import BadToken, BadTokens, Role, Tokens
+from regraft import run_directory
+from regraft.cli.outcomes import BAD_INPUT, NOT_REACHABLE
+from regraft.run_directory import NoRoom, RunInfo
+from regraft.security.tokens import BadToken, BadTokens, Role, Tokens
 from tests.cli.conftest import Regraft
 from tests.waiting import PATIENCE
 
@@ -41,7 +41,7 @@ def test_a_token_is_printed_once_and_only_its_hash_is_kept(regraft: Regraft, hom
     for path in home.rglob("*"):
         assert path.is_dir() or token not in path.read_text()
     assert token not in regraft("token", "list", "--system", "frog").output
-    found = Tokens(rundir.folder("frog")).find(token)
+    found = Tokens(run_directory.folder("frog")).find(token)
     assert found
     assert (found.name, found.role) == ("page", Role.OPERATE)
 
@@ -73,7 +73,7 @@ def test_a_revoked_token_is_forgotten(regraft: Regraft, home: Path) -> None:
     token = regraft(*MAKE, "--name", "page").stdout.strip()
     desk = regraft(*MAKE, "--name", "desk").stdout.strip()
     assert json.loads(regraft("token", "revoke", "page", "--system", "frog", "--json").stdout)["revoked"] == "page"
-    tokens = Tokens(rundir.folder("frog"))
+    tokens = Tokens(run_directory.folder("frog"))
     assert tokens.find(token) is None
     assert tokens.find(desk)
     again = regraft("token", "revoke", "page", "--system", "frog")
@@ -84,8 +84,8 @@ def test_a_revoked_token_is_forgotten(regraft: Regraft, home: Path) -> None:
 def test_the_running_system_is_meant_unless_another_is_named(regraft: Regraft, home: Path) -> None:
     without = regraft("token", "create", "--role", "operate", "--for", "8h")
     assert without.exit_code == NOT_REACHABLE
-    held = rundir.lock("robot")
-    rundir.write_info(RunInfo("robot", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
+    held = run_directory.lock("robot")
+    run_directory.write_info(RunInfo("robot", "1", 1, "tcp/127.0.0.1:1", "stack.yaml", False))
     with held:
         assert regraft("token", "create", "--role", "administer", "--for", "30m").exit_code == 0
         assert json.loads(regraft("token", "list", "--json").stdout)["system"] == "robot"
@@ -141,7 +141,7 @@ def expire(home: Path) -> None:
 def test_an_expired_token_is_shown_and_not_honoured(regraft: Regraft, home: Path) -> None:
     token = regraft(*MAKE).stdout.strip()
     expire(home)
-    assert Tokens(rundir.folder("frog")).find(token) is None
+    assert Tokens(run_directory.folder("frog")).find(token) is None
     assert "expired" in regraft("token", "list", "--system", "frog").stdout
 
 
@@ -166,7 +166,7 @@ def test_a_damaged_file_is_a_clear_error_and_admits_nobody(
     regraft: Regraft, home: Path, damage: Any, told: str
 ) -> None:
     token = regraft(*MAKE, "--name", "page").stdout.strip()
-    tokens = Tokens(rundir.folder("frog"))
+    tokens = Tokens(run_directory.folder("frog"))
     assert tokens.find(token)
     path = home / "frog" / "tokens.json"
     damaged = damage(path.read_text())
@@ -183,7 +183,7 @@ def test_a_damaged_file_is_a_clear_error_and_admits_nobody(
 
 def test_a_file_that_others_can_read_or_write_admits_nobody(regraft: Regraft, home: Path) -> None:
     token = regraft(*MAKE).stdout.strip()
-    tokens = Tokens(rundir.folder("frog"))
+    tokens = Tokens(run_directory.folder("frog"))
     tokens.path.chmod(0o644)
     with pytest.raises(BadTokens, match="chmod 600"):
         tokens.find(token)

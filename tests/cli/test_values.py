@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from regraft.cli.group import BadInput
-from regraft.cli.param import values_of
-from regraft.cli.values import assignment, document, read_document, value_of
+from regraft.cli.bus.param import values_of
+from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.values import assignment, document, read_document, value_of
 
 
 @pytest.mark.parametrize(

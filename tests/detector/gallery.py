@@ -11,13 +11,13 @@ import numpy as np
 
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.sensors import Image
-from sim_service.camera import CameraSettings, RenderState, SensorNoise
-from sim_service.camera_mount import camera_mount
-from sim_service.ground_map import GroundMap
-from sim_service.placement import Placement, draw_placement
-from sim_service.poses import Pose2D
-from sim_service.renderers import RendererName, make_camera
-from sim_service.scene import Scene, load_scene
+from sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.cameras.camera_mount import camera_mount
+from sim_service.cameras.renderers import RendererName, make_camera
+from sim_service.layout.ground_map import GroundMap
+from sim_service.layout.placement import Placement, draw_placement
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import Scene, load_scene
 from sim_service.simulation import Simulation
 from tests.services.rigs import FROG, SIZES
 
@@ -52,7 +52,6 @@ class Gallery:
     """The on-board camera in rooms as they are drawn for each seed."""
 
     def __init__(self, renderer: RendererName) -> None:
-        """Take pictures with a renderer, in its usual size."""
         self.renderer = renderer
         self.scene = load_scene(FROG)
 

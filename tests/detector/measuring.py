@@ -20,7 +20,7 @@ from regraft.testing import Rig
 from services.detector.detector import Detector
 from services.detector.hydrant_detector import HydrantDetector
 from services.detector.template_detector import TemplateDetector
-from sim_service.renderers import RendererName
+from sim_service.cameras.renderers import RendererName
 from tests.detector.gallery import Gallery, Shot
 from tests.renderers import renderers
 

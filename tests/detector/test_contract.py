@@ -17,14 +17,14 @@ from bus_schema.messages.perception import Detect, Sightings
 from bus_schema.messages.power import EnergyUse
 from bus_schema.messages.sensors import Image, Odometry
 from regraft import CallFailed, Component, Output, every
-from regraft.component import describe
+from regraft.component.component import describe
 from regraft.testing import Rig
 from services.detector.detector import Detector
 from services.detector.finder import Found
 from services.detector.hydrant_detector import HydrantDetector
 from services.detector.template_detector import TemplateDetector
-from sim_service.poses import Pose2D
-from sim_service.renderers import RendererName
+from sim_service.cameras.renderers import RendererName
+from sim_service.layout.poses import Pose2D
 from tests.services.rigs import Studio
 
 HYDRANT = Pose2D(0.8, 0.1, 0.7)

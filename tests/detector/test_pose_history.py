@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bus_schema.messages.geometry import Pose, Twist, Vector3
 from bus_schema.messages.sensors import Odometry
-from services.detector.pose_history import LONGEST_AHEAD, LONGEST_GAP, PoseHistory
+from services.detector.pose_history import MAX_AHEAD, MAX_GAP, PoseHistory
 
 
 def odometry(stamp: float, x: float = 0.0, yaw: float = 0.0, speed: float = 0.0, turn: float = 0.0) -> Odometry:
@@ -39,8 +39,8 @@ def test_a_little_after_the_last_message_it_goes_on_as_it_went() -> None:
 def test_what_no_message_is_near_is_not_known() -> None:
     assert history().at(1.0) is None
     assert history(odometry(1.0)).at(0.9) is None
-    assert history(odometry(1.0)).at(1.0 + LONGEST_AHEAD + 0.01) is None
-    assert history(odometry(1.0), odometry(1.0 + LONGEST_GAP + 0.1)).at(1.2) is None
+    assert history(odometry(1.0)).at(1.0 + MAX_AHEAD + 0.01) is None
+    assert history(odometry(1.0), odometry(1.0 + MAX_GAP + 0.1)).at(1.2) is None
 
 
 def test_time_that_goes_backwards_begins_a_new_history() -> None:

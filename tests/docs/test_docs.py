@@ -22,11 +22,11 @@ from dashboard_api import app
 from dashboard_api.backend.event_buffer import EventBuffer
 from dashboard_api.backend.manager import Services
 from dashboard_api.http.callers import Callers
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.client import Client
-from regraft.memory_bus import MemoryBus, MemoryHub
-from regraft.process import load_class
+from regraft.process.main import load_class
+from regraft.security.tokens import Tokens
 from regraft.stack import StackError, load
-from regraft.tokens import Tokens
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
 from tests.waiting import PATIENCE

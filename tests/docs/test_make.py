@@ -23,7 +23,7 @@ LOAD = """
 import sys
 before = set(sys.modules)
 from pathlib import Path
-from regraft.process import load_class
+from regraft.process.main import load_class
 from regraft.stack import load
 foreign = set(sys.argv[2].split(","))
 for component in load(Path(sys.argv[1])).architecture.components.values():

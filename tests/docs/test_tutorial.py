@@ -44,7 +44,6 @@ class Place:
     """Folders of a user: one with the example's module, one with nothing in it; and commands in them."""
 
     def __init__(self, folder: Path) -> None:
-        """Save the example as the page says."""
         self.home, self.author, self.foreign = (folder / name for name in ("home", "author", "foreign"))
         self.author.mkdir()
         self.foreign.mkdir()

@@ -82,7 +82,6 @@ class Course:
     """A robot that drives from goal to goal of FROG's room."""
 
     def __init__(self, rig: Rig, kind: type[Navigator], max_velocity: float, **battery: float) -> None:
-        """Put everybody on a rig."""
         self.rig, self.world = rig, world_on(rig, travel_noise=TRAVEL_NOISE)
         rig.add(MapServer, "map_server", {"file": FROG})
         self.navigator = rig.add(kind, "navigator", {"max_velocity": max_velocity}, {"odometry": "matched/place"})

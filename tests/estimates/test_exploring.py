@@ -7,7 +7,7 @@ import pytest
 from regraft.testing import Rig
 from services.explorer.explorer import Explorer
 from services.explorer.strategies import STRATEGIES
-from sim_service.scene import load_scene
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 from tests.explorer.rooms import frog_room
 from tests.explorer.tour import Tour

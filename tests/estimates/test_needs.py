@@ -7,8 +7,8 @@ import math
 import pytest
 
 from regraft import Component
-from regraft.component import declared, describe
-from regraft.parameters import ParameterSet
+from regraft.component.component import declared, describe
+from regraft.component.parameters import ParameterSet
 from services.battery import Battery
 from services.charging.docking import Docking
 from services.detector.detector import Detector
@@ -20,8 +20,8 @@ from services.mapper.odometry_mapper import OdometryMapper
 from services.navigator.navigator import Navigator
 from services.navigator.pursuit_navigator import PursuitNavigator
 from services.obstacles.obstacles import Obstacles
-from services.reflection import Reflection
 from services.sensor_monitor import SensorMonitor
+from services.system_status import SystemStatusReporter
 from sim_service.camera_component import Camera
 from sim_service.map_server import MapServer
 from sim_service.world import World
@@ -41,7 +41,7 @@ ESTIMATED: list[type[Component]] = [
     SensorMonitor,
     TemplateDetector,
 ]
-PARTS = [*ESTIMATED, MapServer, Reflection, World]
+PARTS = [*ESTIMATED, MapServer, SystemStatusReporter, World]
 SWAPPED = [(Navigator, PursuitNavigator), (Mapper, OdometryMapper), (Detector, TemplateDetector)]
 
 

@@ -11,7 +11,7 @@ from bus_schema.model.consistency import violations
 from evaluation.campaign import Wanted
 from evaluation.finding import find_study, studies
 from evaluation.rows import Rows
-from evaluation.run_directory import AS_RUN, Plan, prepare
+from evaluation.runs.run_directory import AS_RUN, Plan, prepare
 from evaluation.study import Results
 from regraft.stack import load
 from services.bt_executor.checking import check, known_types

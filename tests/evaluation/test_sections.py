@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from evaluation.reports.sections import Arms, Claim, comparisons_table
 from evaluation.rows import Rows
-from evaluation.sections import Arms, Claim, comparisons_table
 from evaluation.study import Configuration, RunRecord, Timing
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from evaluation.sections import arms_of, head, measures_table
+from evaluation.reports.sections import arms_of, head, measures_table
 from evaluation.study import Configuration, Report, Results, Study
 
 

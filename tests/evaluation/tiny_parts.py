@@ -5,7 +5,7 @@ from __future__ import annotations
 from bus_schema.messages.geometry import Twist, Vector3
 from evaluation.rows import Cell, RowRecorder
 from regraft import Input, Output, Parameter
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
 
 WORK = 150_000
 """What is added up in a tick: a run must last long enough to be seen."""

@@ -11,7 +11,7 @@ from bus_schema.messages.maps import Goals
 from regraft.testing import Rig
 from services.explorer.strategies import STRATEGIES
 from services.obstacles.obstacles import Obstacles
-from sim_service.scene import load_scene
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 from tests.explorer.rooms import frog_room
 from tests.explorer.tour import Tour

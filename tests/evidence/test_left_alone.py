@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, speed_of

@@ -9,8 +9,8 @@ import pytest
 from bus_schema.messages.perception import Detections
 from bus_schema.messages.sensors import LightLevel
 from bus_schema.messages.world import GroundTruth
-from sim_service.placement import draw_placement
-from sim_service.scene import load_scene
+from sim_service.layout.placement import draw_placement
+from sim_service.layout.scene import load_scene
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK
 

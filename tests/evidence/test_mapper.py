@@ -15,20 +15,21 @@ import pytest
 
 from evaluation.map_quality import map_quality
 from services.mapper.component import MappingComponent
-from services.mapper.localizer import Localizer, MatchingLocalizer, TrustingLocalizer
 from services.mapper.mapper import Mapper
 from services.mapper.mapping import GridSettings, Mapping
+from services.mapper.maps.poses import Pose
+from services.mapper.maps.scan import Scan
+from services.mapper.matching.localizer import Localizer, MatchingLocalizer, TrustingLocalizer
 from services.mapper.odometry_mapper import OdometryMapper
-from services.mapper.poses import Pose
-from services.mapper.scan import Scan
-from services.navigator import geometry, scan
+from services.navigator import geometry
+from services.navigator.driving.robot import Limits
 from services.navigator.follower import Follower
-from services.navigator.grid import OccupancyGrid
-from services.navigator.planner import GridPlanner
-from services.navigator.robot import Limits
-from sim_service.odometry import OdometrySettings
-from sim_service.poses import Pose2D
-from sim_service.scene import load_scene
+from services.navigator.planning.grid import OccupancyGrid
+from services.navigator.planning.planner import GridPlanner
+from services.navigator.sensing import scan
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import load_scene
+from sim_service.robot.odometry import OdometrySettings
 from sim_service.simulation import Simulation, SimulationSettings
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1200)]
@@ -52,7 +53,6 @@ class Passenger:
     iou: float = 0.0
 
     def __post_init__(self) -> None:
-        """Begin without a map."""
         self.mapping = Mapping(GridSettings(), self.localizer)
 
     def ride(self, time: float, odometry: Pose, truth: Pose2D, seen: Scan | None) -> None:

@@ -14,7 +14,7 @@ from bus_schema.encoding import codec
 from bus_schema.messages.quality import Quality
 from bus_schema.model.adaptation import AdaptationReport, Connect, Outcome
 from evaluation.quality_over_time import report
-from evaluation.quality_run import QualityRun, run_mission
+from evaluation.runs.quality_run import QualityRun, run_mission
 from tests.missions.robot import MISSIONS, STACKS
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
@@ -37,7 +37,7 @@ def rounds(kind: str, home: Path, *options: str, seconds: float = SECONDS) -> tu
 def what_counts(line: AdaptationReport) -> tuple[Any, ...]:
     """Return what must be equal of an adaptation in equal runs: all but identifiers and wall-clock durations."""
     plain = codec.to_plain(line.request)
-    return line.tick, line.started, line.outcome, plain["changes"], plain["reason"], plain["who"], plain["context"]
+    return line.tick, line.started, line.outcome, plain["changes"], plain["reason"], plain["actor"], plain["context"]
 
 
 def disagreements(run: QualityRun, journal: list[AdaptationReport]) -> list[str]:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from evaluation.runs.search_run import run_search
 from evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
-from evaluation.search_run import run_search
 from tests.host.system import ROOT
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]

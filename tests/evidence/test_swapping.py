@@ -21,7 +21,7 @@ from tests.waiting import PATIENCE, wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
 
-SWAPS, FAULTS_EVERY = 300, 10
+SWAPS, FAULTS_INTERVAL = 300, 10
 PATIENT = STACK.replace(", answer_within: 1.0, undo_within: 3.0, start_within: 10.0", "")
 """With the manager's usual bounds: the machine may be busy."""
 CALLER = "  caller: {class: 'tests.handover.parts:Caller'}\n"
@@ -108,7 +108,7 @@ def test_thirty_swaps_lose_and_double_no_picture_at_30_hz(site: Site) -> None:
 
 def _asked_through_a_death(system: System, number: int, cls: str) -> AdaptationReport:
     """Swap; every tenth time the manager is killed as it begins, and its next run answers."""
-    if number % FAULTS_EVERY == 0:
+    if number % FAULTS_INTERVAL == 0:
         pending = adapt(system, Swap("totaller", cls), key=f"swap {number}", wait=False)
         assert pending.outcome is Outcome.PENDING
         os.kill(system.processes()["adaptation_manager"].pid, signal.SIGKILL)

@@ -24,7 +24,6 @@ class Navigator(Component):
     failures = Parameter(0, "how many drives fail at first")
 
     def __init__(self) -> None:
-        """Begin without goals."""
         self.asked: list[float] = []
         self.reached: list[float] = []
         self.cancelled: list[float] = []
@@ -52,7 +51,6 @@ class Detector(Component):
     failures = Parameter(0, "how many requests are refused at first")
 
     def __init__(self) -> None:
-        """Begin without requests."""
         self.asked: list[Detect] = []
 
     @service("detect")

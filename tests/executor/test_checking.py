@@ -29,7 +29,6 @@ class Unmakeable(SyncAction):
     """A leaf that cannot be made."""
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Raise."""
         super().__init__(setup)
         raise KeyError("forgotten")
 

@@ -37,7 +37,6 @@ class Witness(Component):
     mission = Input(MissionStatus)
 
     def __init__(self) -> None:
-        """Begin without anything."""
         self.seen: list[MissionStatus] = []
 
     @mission.handler
@@ -74,7 +73,6 @@ class Operator(Component):
     changes = Input(MissionTransitions, topic="mission/transitions", required=False)
 
     def __init__(self) -> None:
-        """Begin without anything."""
         self.answers: list[object] = []
         self.changed: list[MissionTransitions] = []
 

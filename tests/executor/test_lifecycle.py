@@ -9,7 +9,7 @@ import pytest
 from behavior_tree import Status, SyncAction
 from bus_schema.messages.mission import Command, MissionState, MissionStatus
 from bus_schema.model.lifecycle import State, Transition
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
 from services.bt_executor.source import Unloadable

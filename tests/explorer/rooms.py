@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bus_schema.messages import geometry, maps, sensors
 from services.explorer.ground import Ground, Mask
-from services.navigator.grid import OccupancyGrid
+from services.navigator.planning.grid import OccupancyGrid
 from sim_service.simulation import Simulation
 
 RESOLUTION = 0.05

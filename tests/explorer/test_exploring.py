@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from regraft.testing import Rig
 from services.explorer.explorer import Explorer
 from services.explorer.strategies import STRATEGIES
-from sim_service.scene import load_scene
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 
 from .rooms import Room, frog_room, room_of, standing_places

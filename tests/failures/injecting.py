@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from adaptation_manager.execution import transaction
-from adaptation_manager.execution.performing import perform
+from adaptation_manager.execution.actions import perform
 from adaptation_manager.manager import AdaptationManager
-from adaptation_manager.targets.site import Site
+from adaptation_manager.targets.context import ExecutionContext
 from regraft import Parameter
 from tests.failures.parts import LATE
 
@@ -68,7 +68,7 @@ class _Injector:
         self._perform = perform
         self._steps = 0
 
-    async def perform(self, site: Site, action: Any, *more: Any) -> None:
+    async def perform(self, site: ExecutionContext, action: Any, *more: Any) -> None:
         fault = self._due()
         if fault is None:
             await self._perform(site, action, *more)
@@ -93,7 +93,7 @@ class _Injector:
         self.path.unlink()
         return fault
 
-    def _strike(self, site: Site, component: str, fault: Fault) -> None:
+    def _strike(self, site: ExecutionContext, component: str, fault: Fault) -> None:
         if fault.when == "inside":
             flags = self.path.parent / "flags"
             flags.mkdir(exist_ok=True)
@@ -105,7 +105,7 @@ class _Injector:
         else:
             _hit(pid, fault.how)
 
-    def _pid_of(self, site: Site, component: str, who: str) -> int:
+    def _pid_of(self, site: ExecutionContext, component: str, who: str) -> int:
         if who == "component":
             process = site.controls.living(component)
             return process.pid if process is not None else 0

@@ -6,9 +6,9 @@ import contextlib
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema.messages.control import Snapshot
-from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.architecture import Architecture, ComponentSpec
 from bus_schema.model.lifecycle import State
 from regraft import CallFailed

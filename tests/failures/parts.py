@@ -50,7 +50,7 @@ class Relay(Component):
     relayed = Output(Number)
     gain = Parameter(1.0, minimum=0.0, maximum=10.0)
     flags = Parameter("", "the folder of what shall go wrong", unit="path", read_only=True)
-    longest_handler = 1.0
+    handler_timeout = 1.0
 
     def __init__(self) -> None:
         self.passed = 0

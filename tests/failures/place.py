@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.messages.host import HostState
-from regraft import rundir
+from bus_schema.messages.protocol.host import HostState
+from regraft import run_directory
 from tests.failures.injecting import HOST_PID
 from tests.failures.kinds import OF_TWO_HOSTS, STACK
 from tests.failures.observing import settled
@@ -17,13 +17,12 @@ class Place:
     """``folder`` of the run is where faults are prepared."""
 
     def __init__(self, folder: Path, *, hosts: int = 1) -> None:
-        """Start it, and wait until all run."""
         stack = folder / "stack.yaml"
         stack.write_text(STACK if hosts == 1 else OF_TWO_HOSTS)
         self._logs = folder
         self.guests: list[Guest] = []
         self.system = System(stack)
-        self.folder = rundir.folder("tests")
+        self.folder = run_directory.folder("tests")
         if hosts > 1:
             self._join()
         settled(self.system, *self.guests)
@@ -33,7 +32,7 @@ class Place:
         guest.wait_joined(self.system)
         self.guests = [guest]
         (self.folder / HOST_PID).write_text(str(guest.process.pid))
-        flags = rundir.folder("tests@edge") / "flags"
+        flags = run_directory.folder("tests@edge") / "flags"
         if not flags.is_symlink():
             flags.symlink_to(self.folder / "flags")
 

@@ -24,7 +24,7 @@ class Changer(Component):
         """Ask for one after the other, and print what became of them."""
         for seconds, changes, service in json.loads(Path(self.script).read_text()):
             await self.kit.sleep(seconds - self.kit.now())
-            request = codec.from_plain({"changes": changes, "who": "changer"}, AdaptationRequest)
+            request = codec.from_plain({"changes": changes, "actor": "changer"}, AdaptationRequest)
             report = await self.kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=60.0)
             print("adaptation", report.outcome.value, report.tick, report.error, report.violations)
             if service:

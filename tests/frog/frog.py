@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import httpx
 
-from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.protocol.clock import ClockTime
 from tests.host.system import ROOT, System
 from tests.ports import free_port
 from tests.waiting import PATIENCE, wait_until

@@ -14,9 +14,9 @@ SECOND_DETECTOR = {
     "change": "add",
     "component": "second_detector",
     "spec": {
-        "cls": "services.detector.detector:Detector",
+        "class": "services.detector.detector:Detector",
         "parameters": {"interval": 1.0},
-        "connections": {"image": "corner_camera/image", "detections": "corner_detections", "energy": "corner_energy"},
+        "connect": {"image": "corner_camera/image", "detections": "corner_detections", "energy": "corner_energy"},
         "services": {"detect": "corner_detect"},
     },
     "topics": [
@@ -33,9 +33,9 @@ CAMERA = {
     "change": "add",
     "component": "camera",
     "spec": {
-        "cls": "sim_service.camera_component:Camera",
+        "class": "sim_service.camera_component:Camera",
         "parameters": {"file": "world.xml", "camera": "camera", "always_lit": True},
-        "connections": {"image": "camera/image"},
+        "connect": {"image": "camera/image"},
     },
     "topics": [{"name": "camera/image", "type": "regraft/Image", "rate": 5.0, "reliable": False}],
 }
@@ -43,8 +43,8 @@ DETECTOR = {
     "change": "add",
     "component": "detector",
     "spec": {
-        "cls": "services.detector.template_detector:TemplateDetector",
-        "connections": {"image": "camera/image", "odometry": "localization"},
+        "class": "services.detector.template_detector:TemplateDetector",
+        "connect": {"image": "camera/image", "odometry": "localization"},
     },
     "topics": [{"name": "detections", "type": "regraft/Detections"}, {"name": "energy", "type": "regraft/EnergyUse"}],
 }

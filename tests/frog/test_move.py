@@ -9,7 +9,7 @@ import pytest
 
 from bus_schema.messages.mission import MissionState, MissionStatus
 from bus_schema.messages.perception import Detections
-from regraft import rundir
+from regraft import run_directory
 from tests.frog.frog import Frog, Run, run_frog
 from tests.frog.scripted import told, with_changer
 from tests.host.guests import Guest
@@ -55,8 +55,8 @@ def _run_with_moves(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Run,
     with ThreadPoolExecutor(1) as pool:
         options = ("--speed", "max", "--system", "tests", "--place", "detector=edge")
         running = pool.submit(run_frog, folder / "home", 13, *options, stack=stack)
-        wait_until(lambda: bool(rundir.running()), "the run to begin")
-        edge = Guest(rundir.find("tests").join, "edge", folder / "edge.log")
+        wait_until(lambda: bool(run_directory.running()), "the run to begin")
+        edge = Guest(run_directory.find("tests").join, "edge", folder / "edge.log")
         try:
             return running.result(), told(folder / "home")
         finally:

@@ -26,7 +26,7 @@ def mission(frog: Frog) -> dict[str, Any]:
 def adaptations(frog: Frog, by: str) -> list[dict[str, Any]]:
     """Return the applied adaptations of a decorator, as REST has them, newest first."""
     lines = frog.rest.get("/adaptations").json()["entries"]
-    return [line for line in lines if line["outcome"] == "applied" and by in line["request"]["who"]]
+    return [line for line in lines if line["outcome"] == "applied" and by in line["request"]["actor"]]
 
 
 def kill(frog: Frog, name: str) -> None:

@@ -22,7 +22,7 @@ FAILED = (MissionState.FAILED, MissionState.HALTED)
 
 
 def _swap(component: str, cls: str = "") -> dict[str, Any]:
-    return {"change": "swap", "component": component, "cls": cls}
+    return {"change": "swap", "component": component, "class": cls}
 
 
 def test_the_detector_is_exchanged_while_the_mission_runs_which_does_not_notice(tmp_path: Path) -> None:
@@ -55,7 +55,7 @@ def test_a_detector_is_swapped_and_undone_in_a_running_frog(frog: Frog) -> None:
     missions = frog.listen("mission", MissionStatus)
     wait_until(lambda: any(speed_of(twist) > 0.1 for twist in velocity), "the robot to drive")
     before = frog.wait_running("detector")
-    answer = frog.rest.post("/components/detector/swap", json={"cls": TEMPLATE})
+    answer = frog.rest.post("/components/detector/swap", json={"class": TEMPLATE})
     assert answer.status_code == 200, answer.text
     after = frog.wait_running("detector", 2)
     assert after.pid != before.pid

@@ -9,7 +9,7 @@ import httpx
 import pytest
 from fastapi.dependencies import models
 
-from bus_schema.messages.control import ParameterValues
+from bus_schema.messages.protocol.control import ParameterValues
 from dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
@@ -54,8 +54,8 @@ def forget_routes() -> None:
 def start_gateway(site: Site, **parameters: Any) -> str:
     """Start a gateway and return where it serves."""
     site.start(Gateway, "gateway", parameters={**GATEWAY, **parameters})
-    wait_until(lambda: site.runtimes["gateway"].herald.status.values.get("url"), "the gateway's URL")
-    return str(site.runtimes["gateway"].herald.status.values["url"])
+    wait_until(lambda: site.runtimes["gateway"].reporter.status.values.get("url"), "the gateway's URL")
+    return str(site.runtimes["gateway"].reporter.status.values["url"])
 
 
 @pytest.fixture

@@ -10,9 +10,7 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode, ControlError
 from bus_schema.messages.geometry import Twist
-from bus_schema.messages.host import HostStatus, HostView, LogLines, LogRequest, ProcessState, ProcessStatus
 from bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
@@ -22,6 +20,8 @@ from bus_schema.messages.manager import (
     UndoAdaptation,
 )
 from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.host import HostStatus, HostView, LogLines, LogRequest, ProcessState, ProcessStatus
 from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
@@ -37,8 +37,8 @@ from bus_schema.model.adaptation import (
 from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.model.lifecycle import after
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
-from regraft.bus import Bus
-from regraft.component import class_path, describe
+from regraft.bus.interface import Bus
+from regraft.component.component import class_path, describe
 from tests.waiting import PATIENCE
 
 
@@ -169,7 +169,7 @@ class ScriptedManager(Component):
         if line.outcome is not Outcome.APPLIED:
             raise RequestRefused(f"adaptation {line.id} was not applied: {line.outcome.value}", RefusalCode.CONFLICT)
         inverse = AdaptationRequest(
-            line.request.changes, request.reason, request.who, dry_run=request.dry_run, undoes=line.id
+            line.request.changes, request.reason, request.actor, dry_run=request.dry_run, undoes=line.id
         )
         return self._carry_out(inverse)
 

@@ -22,8 +22,8 @@ from dashboard_api.http.callers import Callers, user_name
 from dashboard_api.http.document import ROLE
 from dashboard_api.http.gate import Gate
 from dashboard_api.http.roles import READING_METHODS, ROLES
-from regraft import rundir
-from regraft.tokens import Role, Tokens
+from regraft import run_directory
+from regraft.security.tokens import Role, Tokens
 from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
@@ -31,12 +31,12 @@ from tests.gateway.test_openapi import operations
 AS_ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
 OWN = user_name(os.geteuid())
 SLOWER = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
-SWAP = {"change": "swap", "component": "navigator", "cls": "elsewhere:Navigator"}
+SWAP = {"change": "swap", "component": "navigator", "class": "elsewhere:Navigator"}
 STRUCTURE: list[dict[str, Any]] = [
     SWAP,
     {"change": "move", "component": "navigator", "host": "second"},
     {"change": "remove", "component": "navigator"},
-    {"change": "add", "component": "second", "spec": {"cls": "elsewhere:Second"}},
+    {"change": "add", "component": "second", "spec": {"class": "elsewhere:Second"}},
 ]
 
 
@@ -44,7 +44,7 @@ STRUCTURE: list[dict[str, Any]] = [
 def tokens(running: Running) -> Tokens:
     """Return the tokens of the running gateway."""
     assert running.site.keys.system == "site"
-    return Tokens(rundir.folder("site"))
+    return Tokens(run_directory.folder("site"))
 
 
 def bearer(token: str, scheme: str = "Bearer") -> dict[str, str]:
@@ -171,9 +171,9 @@ def test_root_acts_where_another_user_runs_the_gateway(running: Running, monkeyp
     ask = [("POST", "/api/v1/adaptations", {"Content-Type": "application/json"}, body)]
     monkeypatch.setattr(_callers(running), "_own", 4711)
     assert ask_as(None, running.url, ask)[0][0] == 200
-    assert running.manager.requests[-1].who == "uid 0 root"
+    assert running.manager.requests[-1].actor == "uid 0 root"
     assert ask_as(4711, running.url, ask)[0][0] == 200
-    assert running.manager.requests[-1].who == "uid 4711"
+    assert running.manager.requests[-1].actor == "uid 4711"
     assert ask_as(4712, running.url, ask)[0][0] == 403
 
 
@@ -240,7 +240,7 @@ def test_the_journal_has_what_is_proven_before_the_name_that_is_given(running: R
     token, _ = tokens.create(Role.OPERATE, 60.0, "page")
     for headers in ({}, bearer(token), {"X-Regraft-Actor": "uid 0 root"}, {"X-Regraft-Actor": "a\tb", **bearer(token)}):
         running.post("/adaptations", {"changes": [SLOWER]}, headers=headers)
-    assert [r.who for r in running.manager.requests] == [OWN, "token page", f"{OWN}: uid 0 root", "token page: ab"]
+    assert [r.actor for r in running.manager.requests] == [OWN, "token page", f"{OWN}: uid 0 root", "token page: ab"]
 
 
 def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administered(

@@ -34,9 +34,9 @@ def test_who_asked_is_told_to_the_journal(running: Running) -> None:
     running.post("/adaptations", adaptation(), headers={"X-Regraft-Actor": ("Åda\u200b\x85 " + "x" * 300).encode()})
     first, second = running.manager.requests
     own = user_name(os.geteuid())
-    assert first.who == own
-    assert second.who.startswith(f"{own}: Åda x")
-    assert len(second.who) == len(f"{own}: ") + 100
+    assert first.actor == own
+    assert second.actor.startswith(f"{own}: Åda x")
+    assert len(second.actor) == len(f"{own}: ") + 100
 
 
 def test_the_context_of_a_decision_is_kept_in_the_journal(running: Running) -> None:
@@ -141,7 +141,7 @@ def test_undoing_is_an_adaptation(running: Running) -> None:
     response = running.post("/adaptations/1/undo", {"reason": "it was better"}, headers={"X-Regraft-Actor": "ada"})
     assert response.status_code == 200
     request = response.json()["request"]
-    assert (request["undoes"], request["reason"], request["who"]) == (
+    assert (request["undoes"], request["reason"], request["actor"]) == (
         "1",
         "it was better",
         f"{user_name(os.geteuid())}: ada",
@@ -258,14 +258,14 @@ def test_a_transition_is_an_adaptation(running: Running) -> None:
 
 
 def test_a_swap_is_an_adaptation(running: Running) -> None:
-    body = {"cls": "elsewhere:Navigator", "parameters": {"max_velocity": 0.1}, "with_state": False, "reason": "newer"}
+    body = {"class": "elsewhere:Navigator", "parameters": {"max_velocity": 0.1}, "with_state": False, "reason": "newer"}
     response = running.post("/components/navigator/swap", body)
     assert response.status_code == 200
-    assert running.http.get("/components/navigator").json()["spec"]["cls"] == "elsewhere:Navigator"
+    assert running.http.get("/components/navigator").json()["spec"]["class"] == "elsewhere:Navigator"
     (change,) = running.manager.requests[-1].changes
     assert change == Swap("navigator", "elsewhere:Navigator", {"max_velocity": 0.1}, with_state=False)
     assert running.post("/components/navigator/swap?dry_run=true", {}).json()["outcome"] == "pending"
-    wrong = running.post("/components/navigator/swap", {"cls": 7, "component": "detector"})
+    wrong = running.post("/components/navigator/swap", {"class": 7, "component": "detector"})
     assert wrong.status_code == 422
     assert running.post("/components/nobody/swap", {}).status_code == 404
 

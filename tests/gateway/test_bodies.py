@@ -73,7 +73,7 @@ def test_a_body_that_is_not_json_is_not_read(running: Running) -> None:
 def test_every_misfit_of_an_adaptation_is_told(running: Running) -> None:
     body = {
         "reason": 7,
-        "who": "me",
+        "actor": "me",
         "revision": -1,
         "changes": [
             SLOWER,
@@ -86,7 +86,7 @@ def test_every_misfit_of_an_adaptation_is_told(running: Running) -> None:
     assert response.status_code == 422
     fields = {(v["field"], v["change"]) for v in response.json()["violations"]}
     assert fields == {
-        ("who", None),
+        ("actor", None),
         ("reason", None),
         ("revision", None),
         ("changes.1.change", 1),

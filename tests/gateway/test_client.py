@@ -13,16 +13,16 @@ import pytest
 from bus_schema.encoding import codec
 from bus_schema.encoding.registry import type_of
 from bus_schema.errors import BadMessage
-from bus_schema.messages.control import ParameterValues, SetTransition
 from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Event
 from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest
+from bus_schema.messages.protocol.control import ParameterValues, SetTransition
+from bus_schema.messages.protocol.requests import Answer
 from bus_schema.messages.quality import Quality
-from bus_schema.messages.requests import Answer
 from bus_schema.messages.sensors import Image
 from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Output, Parameter, RequestRefused, action, service
-from regraft.bus import Sample
+from regraft.bus.interface import Sample
 from regraft.client import (
     Client,
     ClientGoal,
@@ -176,7 +176,7 @@ def test_a_goal_nobody_takes_up_fails_within_its_bound(client: Client) -> None:
 
 
 def test_a_component_is_described_viewed_and_controlled(client: Client) -> None:
-    assert client.describe("worker").text == "Counts its calls, and works on goals."
+    assert client.describe("worker").description == "Counts its calls, and works on goals."
     assert client.view("worker").parameters == {"speed": 1.0}
     client.control("worker", "parameters", ParameterValues({"speed": 2.0}))
     assert client.view("worker").parameters == {"speed": 2.0}
@@ -244,14 +244,14 @@ def test_a_topic_is_seen_in_its_type_or_as_plain_data(site: Site, client: Client
 def test_what_is_told_of_requirements_is_heard_until_the_subscription_is_closed(site: Site, client: Client) -> None:
     heard: list[Quality] = []
     listening = client.requirements(heard.append)
-    herald = site.runtimes["worker"]
+    reporter = site.runtimes["worker"]
     told = Quality(0.0, "MoveSafely", "Safety", satisfied=True)
-    wait_until(lambda: herald.post(lambda: herald.herald.quality(told)) or bool(heard))  # type: ignore[func-returns-value]
+    wait_until(lambda: reporter.post(lambda: reporter.reporter.quality(told)) or bool(heard))  # type: ignore[func-returns-value]
     assert heard[0] == told
     listening.close()
     client.call("count", CancelAdaptation("1"), JournalPage)
     heard.clear()
-    herald.post(lambda: herald.herald.quality(told))
+    reporter.post(lambda: reporter.reporter.quality(told))
     client.call("count", CancelAdaptation("1"), JournalPage)
     assert heard == []
 
@@ -259,13 +259,13 @@ def test_what_is_told_of_requirements_is_heard_until_the_subscription_is_closed(
 def test_events_are_heard_until_the_subscription_is_closed(site: Site, client: Client) -> None:
     heard: list[Event] = []
     listening = client.events(heard.append)
-    herald = site.runtimes["worker"]
-    wait_until(lambda: herald.post(lambda: herald.herald.event("test.done", "it is")) or bool(heard))  # type: ignore[func-returns-value]
+    reporter = site.runtimes["worker"]
+    wait_until(lambda: reporter.post(lambda: reporter.reporter.event("test.done", "it is")) or bool(heard))  # type: ignore[func-returns-value]
     assert heard[0].kind == "test.done"
     listening.close()
     client.call("count", CancelAdaptation("1"), JournalPage)
     heard.clear()
-    herald.post(lambda: herald.herald.event("test.done", "again"))
+    reporter.post(lambda: reporter.reporter.event("test.done", "again"))
     client.call("count", CancelAdaptation("1"), JournalPage)
     assert heard == []
 
@@ -281,7 +281,7 @@ def test_a_callback_that_waits_for_its_own_client_is_told_so(site: Site, client:
 
     client.events(wait_for_client)
     runtime = site.runtimes["worker"]
-    wait_until(lambda: runtime.post(lambda: runtime.herald.event("a", "b")) or bool(errors))  # type: ignore[func-returns-value]
+    wait_until(lambda: runtime.post(lambda: runtime.reporter.event("a", "b")) or bool(errors))  # type: ignore[func-returns-value]
     assert "callback" in errors[0]
 
 

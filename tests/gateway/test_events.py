@@ -72,7 +72,7 @@ def buffer_of(running: Running) -> EventBuffer:
 def tell(running: Running, kind: str, text: str = "") -> None:
     """Have the navigator tell of something."""
     runtime = running.site.runtimes["navigator"]
-    runtime.post(lambda: runtime.herald.event(kind, text))
+    runtime.post(lambda: runtime.reporter.event(kind, text))
 
 
 def test_events_are_sent_as_they_happen(running: Running) -> None:
@@ -185,9 +185,9 @@ def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
     from dashboard_api.backend.manager import Services
     from dashboard_api.http.callers import Callers
     from dashboard_api.server import HttpServer, bind
+    from regraft.bus.memory_bus import MemoryBus, MemoryHub
     from regraft.client import Client
-    from regraft.memory_bus import MemoryBus, MemoryHub
-    from regraft.tokens import Tokens
+    from regraft.security.tokens import Tokens
 
     buffer = EventBuffer()
     with Client(MemoryBus(MemoryHub()), "site") as client:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.requests import RefusalCode
+from bus_schema.messages.protocol.requests import RefusalCode
 from regraft import RequestRefused
 from tests.gateway.conftest import Running
 from tests.gateway.test_adaptations import adaptation

@@ -11,7 +11,7 @@ import pytest
 from bus_schema.model.lifecycle import State, Transition
 from dashboard_api.gateway import Gateway
 from dashboard_api.server import CannotServe, bind
-from regraft.assignment import Assignment
+from regraft.runtime.core.assignment import Assignment
 from tests.gateway.conftest import GATEWAY, Running, start_gateway
 from tests.kit.site import Site
 from tests.waiting import PATIENCE, wait_until
@@ -26,7 +26,7 @@ def test_a_port_in_use_is_a_clear_error(site: Site) -> None:
         taken.listen()
         port = taken.getsockname()[1]
         site.start(Gateway, "gateway", parameters={**GATEWAY, "port": port})
-    status = site.runtimes["gateway"].herald.status
+    status = site.runtimes["gateway"].reporter.status
     assert status.state is State.UNCONFIGURED
     assert f"127.0.0.1 port {port}" in status.error
     assert "in use" in status.error
@@ -61,7 +61,7 @@ def test_an_inactive_gateway_serves_nothing_and_comes_back(site: Site) -> None:
         httpx.get(f"{url}/hosts")
     gateway.post(lambda: gateway.lifecycle.perform(Transition.ACTIVATE))
     wait_until(lambda: gateway.state is State.ACTIVE)
-    assert httpx.get(f"{gateway.herald.status.values['url']}/hosts", timeout=PATIENCE).status_code == 200
+    assert httpx.get(f"{gateway.reporter.status.values['url']}/hosts", timeout=PATIENCE).status_code == 200
 
 
 def test_the_gateway_ends_while_requests_wait_and_readers_read(running: Running) -> None:
@@ -109,7 +109,7 @@ def test_a_gateway_whose_loop_does_not_turn_is_as_silent_as_a_hung_component(run
     gateway, goes_on = running.site.runtimes["gateway"], threading.Event()
     server = gateway.component._server  # type: ignore[attr-defined]
     server._loop.call_soon_threadsafe(goes_on.wait, PATIENCE)
-    wait_until(lambda: time.monotonic() > gateway.herald.next_beat + 5 * BEAT, "heartbeats to be left out")
+    wait_until(lambda: time.monotonic() > gateway.reporter.next_beat + 5 * BEAT, "heartbeats to be left out")
     goes_on.set()
-    wait_until(lambda: gateway.herald.next_beat > time.monotonic(), "heartbeats to go on")
+    wait_until(lambda: gateway.reporter.next_beat > time.monotonic(), "heartbeats to go on")
     assert running.http.get("/hosts").status_code == 200

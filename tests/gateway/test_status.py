@@ -38,7 +38,7 @@ def test_a_component_is_shown_with_its_live_parameters_and_connections(running: 
     details = running.http.get("/components/navigator").json()
     assert details["spec"]["parameters"] == {"max_velocity": 0.26}
     assert details["now"]["parameters"] == {"max_velocity": 0.26}
-    assert details["now"]["connections"] == {"velocity": "velocity"}
+    assert details["now"]["connect"] == {"velocity": "velocity"}
     assert details["process"]["pid"] == 4711
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import IO
 
 from bus_schema.encoding import codec
-from regraft.assignment import Assignment
-from regraft.host.children import die_with_parent
-from regraft.process import run_component
+from regraft.process.forked import die_with_parent
+from regraft.process.main import run_component
+from regraft.runtime.core.assignment import Assignment
 from tests.handover import parts
 
 LENGTH = struct.Struct("<I")
@@ -24,7 +24,6 @@ class Nursery:
     """The test's end."""
 
     def __init__(self) -> None:
-        """Start the process."""
         self._process = subprocess.Popen(
             [sys.executable, "-m", "tests.handover.nursery"],
             stdin=subprocess.PIPE,

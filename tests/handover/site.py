@@ -13,19 +13,19 @@ from typing import Any, TypeVar
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ComponentView, ControlError, Peer, Rewire, RewireStep
-from bus_schema.messages.handover import Handover, HandoverStep
-from regraft.assignment import Assignment, Succession
-from regraft.bus import Bus
+from bus_schema.messages.protocol.control import ComponentView, ControlError, Peer, Rewire, RewireStep
+from bus_schema.messages.protocol.handover import Handover, HandoverStep
+from regraft.bus.interface import Bus
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
 from regraft.client import Client
-from regraft.clock import RealClock
-from regraft.component import Component, class_path
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.component.component import Component, class_path
 from regraft.patience import stretched
 from regraft.runtime import loop
+from regraft.runtime.core.assignment import Assignment, Succession
+from regraft.runtime.core.clock import RealClock
 from regraft.runtime.runtime import Runtime
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
 from tests.handover.nursery import Nursery
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.ports import free_endpoint
@@ -39,7 +39,6 @@ class Refused(Exception):
     """A control query was answered with an error."""
 
     def __init__(self, error: ControlError) -> None:
-        """Keep the error."""
         self.error = error
         super().__init__("; ".join(error.problems))
 
@@ -64,7 +63,6 @@ class Site:
     """A hub, components around it, and a driver who does what an adaptation manager would."""
 
     def __init__(self) -> None:
-        """Nothing runs yet."""
         self.keys = Keys("site")
         self.incarnations: dict[str, int] = {}
         self.numbers: dict[str, int] = {}
@@ -238,7 +236,6 @@ class Threads(Site):
     """Each run on a thread of its own. To be killed, it is cut off from the bus."""
 
     def __init__(self, kind: str) -> None:
-        """A bus of either kind."""
         self._hub = MemoryHub() if kind == "memory" else None
         self._router: ZenohBus | None = None
         if kind == "zenoh":
@@ -310,7 +307,6 @@ class Processes(Site):
     """Each run is a process."""
 
     def __init__(self) -> None:
-        """Listen on a free loopback port."""
         self._endpoint = free_endpoint()
         self._nursery = Nursery()
         self._router = open_bus(Endpoints((self._endpoint,), (), router=True))

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bus_schema.encoding.envelope import Envelope, Kind
-from regraft.bus import Sample
-from regraft.runtime import held
-from regraft.runtime.held import Held, envelope_of, is_held
+from regraft.bus.interface import Sample
+from regraft.runtime.data import replay_buffer
+from regraft.runtime.data.replay_buffer import ReplayBuffer, envelope_of, is_held
 
 SOURCES = ("one", "two")
 ARRIVALS = st.lists(st.tuples(st.sampled_from(SOURCES), st.sampled_from(["data", "data", "marker", "restart"])))
@@ -25,10 +25,10 @@ def test_it_says_of_every_sample_rightly_whether_it_holds_it(
 ) -> None:
     """Each source has put some samples before the first that arrives; the last epoch is what counts."""
     epochs, sequences = dict.fromkeys(SOURCES, 1), dict.fromkeys(SOURCES, before)
-    holding = Held()
+    holding = ReplayBuffer()
     sent: list[Sample] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(held, "MOST_HELD", most)
+        patch.setattr(replay_buffer, "MAX_HELD", most)
         for source, what in arrivals:
             if what == "restart":
                 epochs[source], sequences[source] = epochs[source] + 1, 0
@@ -48,8 +48,8 @@ def test_it_says_of_every_sample_rightly_whether_it_holds_it(
 
 
 def test_it_does_not_grow_beyond_its_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(held, "MOST_HELD_BYTES", 1000)
-    holding = Held()
+    monkeypatch.setattr(replay_buffer, "MAX_HELD_BYTES", 1000)
+    holding = ReplayBuffer()
     for number in range(1, 101):
         sample = Sample("key", bytes(100), Envelope("source", 1, 1, number, 0).to_bytes(), "")
         holding.add(sample, envelope_of(sample))
@@ -58,7 +58,7 @@ def test_it_does_not_grow_beyond_its_bounds(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_what_has_come_since_the_mark_is_told_apart() -> None:
-    holding = Held()
+    holding = ReplayBuffer()
     samples = [sample_of(Envelope("source", 1, 1, number, 0)) for number in range(1, 7)]
     for number, sample in enumerate(samples):
         if number == 4:

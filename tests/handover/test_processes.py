@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.control import ControlCode, ParameterValues
-from bus_schema.messages.handover import HandoverStep
+from bus_schema.messages.protocol.control import ControlCode, ParameterValues
+from bus_schema.messages.protocol.handover import HandoverStep
 from regraft import Component
 from tests.handover.parts import (
     Ask,

@@ -9,8 +9,8 @@ import threading
 from collections import Counter
 from dataclasses import dataclass, field
 
-from bus_schema.messages.control import ComponentView
 from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.messages.protocol.control import ComponentView
 from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,

@@ -29,9 +29,9 @@ extendedKeyUsage = serverAuth,clientAuth
 """
 TRUSTING = """
 import sys
-from regraft.joining import CannotJoin, Wanted, run_guest
-from regraft.bus import BusError
-from regraft.zenoh_config import Endpoints, Tls
+from regraft.system.join import CannotJoin, Wanted, run_guest
+from regraft.bus.interface import BusError
+from regraft.bus.zenoh_config import Endpoints, Tls
 endpoint, name, secret, *files = sys.argv[1:]
 try:
     run_guest(Wanted(Endpoints(connect=(endpoint,), tls=Tls(*files), secret=secret), name))

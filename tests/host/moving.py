@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.messages.host import ProcessState, ProcessStatus
+from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Move
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.host.guests import Guest

@@ -122,7 +122,7 @@ class Deep(Component):
     """Sinks into C code for a while, as it says it may, and keeps the interpreter to itself."""
 
     ticks = Input(Tick)
-    longest_handler = 10.0
+    handler_timeout = 10.0
 
     def on_configure(self) -> None:
         self.counts: list[int] = []

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from bus_schema.messages.health import Event
-from bus_schema.messages.host import ProcessState, ProcessStatus
-from regraft import CallFailed, rundir
+from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft import CallFailed, run_directory
 from regraft.client import Client
 from tests.waiting import PATIENCE, wait_until
 
@@ -36,21 +36,21 @@ class System:
                 cwd=ROOT,
             )
         self.events: list[Event] = []
-        self.info: rundir.RunInfo
+        self.info: run_directory.RunInfo
         try:
             wait_until(self._is_up, "the system to be up")
         except AssertionError:
             self.process.kill()
             self.process.wait()
             raise
-        self.info = rundir.find("tests")
+        self.info = run_directory.find("tests")
         self.client = Client.connect(self.info)
         self.client.events(self.events.append)
 
     def _is_up(self) -> bool:
         if self.process.poll() is not None:
             raise AssertionError(self.log.read_text())
-        return bool(rundir.running())
+        return bool(run_directory.running())
 
     def processes(self) -> dict[str, ProcessStatus]:
         """Return the host's view of its processes."""

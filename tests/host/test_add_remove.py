@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.control import Snapshot
-from bus_schema.messages.host import ProcessState
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
 from bus_schema.model.architecture import ComponentSpec, TopicSpec
 from bus_schema.model.lifecycle import State
@@ -51,7 +51,7 @@ class Late(Component):
 
     def on_activate(self):
         assert self.prepared
-        self.kit.say(self.path)
+        self.kit.set_status_text(self.path)
 '''
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from bus_schema.model.architecture import ComponentSpec
-from regraft import capacity, rundir
-from regraft.capacity import Room, TooMany, room_here
+from regraft import run_directory
+from regraft.system import capacity
+from regraft.system.capacity import Room, TooMany, room_here
 from tests.host.system import ROOT
 from tests.waiting import PATIENCE
 
@@ -54,7 +55,7 @@ def test_a_stack_that_does_not_fit_is_refused_before_anything_starts(
         "2 each and 32 more, and may have 100 (ulimit -n)\n"
     )
     assert ran.stdout == ""
-    assert not list((rundir.folder("tests") / "logs").glob("c*"))
+    assert not list((run_directory.folder("tests") / "logs").glob("c*"))
 
 
 def _write(folder: Path, **files: str) -> None:

@@ -34,7 +34,7 @@ SERVICE_FIELDS = {
     "shm_size",
     "volumes",
 }
-BUILD_WITHIN, UP_WITHIN = 1200.0, 120.0
+BUILD_TIMEOUT, UP_TIMEOUT = 1200.0, 120.0
 COMPOSES = (("docker", "compose"), ("podman", "compose"), ("podman-compose",))
 OLDEST_PODMAN_COMPOSE = (1, 3)
 """Those before it know no ``network_mode``, or have not been tried."""
@@ -116,7 +116,7 @@ def compose() -> Iterator[list[str]]:
     if isinstance(engine, str):
         pytest.skip(f"no container engine: {engine}")
     try:
-        subprocess.run([*engine, "up", "--build", "--detach"], check=True, timeout=BUILD_WITHIN)
+        subprocess.run([*engine, "up", "--build", "--detach"], check=True, timeout=BUILD_TIMEOUT)
         yield engine
     finally:
         subprocess.run([*engine, "down", "--volumes"], check=True, timeout=120)
@@ -130,7 +130,7 @@ def _regraft(compose: list[str], *arguments: str) -> Any:
 
 def _wait_on(compose: list[str], **places: str) -> None:
     """Wait until components are active on these hosts, and all others on theirs."""
-    deadline = time.monotonic() + UP_WITHIN
+    deadline = time.monotonic() + UP_TIMEOUT
     found: dict[str, Any] = {}
     while time.monotonic() < deadline:
         shown = _regraft(compose, "ps")

@@ -10,13 +10,13 @@ import pytest
 
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.control import ControlError
-from bus_schema.messages.host import DescribeComponent, DescribedComponent
+from bus_schema.messages.protocol.control import ControlError
+from bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
 from bus_schema.model.architecture import ComponentSpec
-from regraft.host.describe_process import be_describer, describe_component
-from regraft.host.describer import DESCRIBED_WITHIN, MOST_AT_ONCE, Describer
-from regraft.host.zygote import Zygote
-from regraft.memory_bus import MemoryQuery
+from regraft.bus.memory_bus import MemoryQuery
+from regraft.host.zygote.describe_process import be_describer, describe_component
+from regraft.host.zygote.describer import DESCRIBED_TIMEOUT, MAX_AT_ONCE, Describer
+from regraft.host.zygote.zygote import Zygote
 
 
 class Recorded:
@@ -61,7 +61,7 @@ def test_an_import_that_hangs_is_killed_and_that_is_said(tmp_path: Path) -> None
     assert zygote.signals == [(7, signal.SIGKILL)]
     assert describer.takes({"ended": 7, "name": name, "code": -9})
     (problem,) = codec.decode(query.answers[0].payload, ControlError).problems
-    assert f"had not done so after {DESCRIBED_WITHIN:g} s" in problem
+    assert f"had not done so after {DESCRIBED_TIMEOUT:g} s" in problem
 
 
 def test_reports_of_components_are_left_alone(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_reports_of_components_are_left_alone(tmp_path: Path) -> None:
 
 def test_a_storm_of_questions_is_bounded(tmp_path: Path) -> None:
     _, describer, query, _ = _asked(tmp_path, "slow:Slow")
-    for _ in range(MOST_AT_ONCE - 1):
+    for _ in range(MAX_AT_ONCE - 1):
         describer.ask(query)
     with pytest.raises(BadMessage, match="ask again later"):
         describer.ask(query)

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.host import HostState
-from regraft import gate
-from regraft.bus import BusError
-from regraft.certificates import make
-from regraft.gatekeeper import Gatekeeper
-from regraft.security import Guard
-from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import MOST_PENDING, Endpoints, Tls
+from bus_schema.messages.protocol.host import HostState
+from regraft.bus.interface import BusError
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus.zenoh_config import MAX_PENDING, Endpoints, Tls
+from regraft.security import gate
+from regraft.security.access import Guard
+from regraft.security.certificates import make
+from regraft.security.gatekeeper import Gatekeeper
 from tests.host.guests import wait_state
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.strangers import Strangers, hello
@@ -81,7 +81,7 @@ def test_sessions_come_through_the_gate_among_strangers(behind: tuple[int, Endpo
         strangers.end()
 
 
-@pytest.mark.parametrize(("count", "word"), [(MOST_PENDING + 50, b""), (SO_MANY, b"\x16")])
+@pytest.mark.parametrize(("count", "word"), [(MAX_PENDING + 50, b""), (SO_MANY, b"\x16")])
 def test_strangers_lock_no_component_out_of_a_hub_on_loopback(count: int, word: bytes) -> None:
     endpoint = free_endpoint()
     hub = open_bus(Endpoints((endpoint,), router=True, secret="x" * 43))
@@ -178,10 +178,10 @@ def _certified(lab: Path) -> ssl.SSLContext:
 def test_a_flood_from_one_address_displaces_no_handshake_of_another(
     served: tuple[int, socket.socket], lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gate, "HANDSHAKE_WITHIN", PATIENCE)
+    monkeypatch.setattr(gate, "HANDSHAKE_TIMEOUT", PATIENCE)
     port, arriving = served
     link = socket.create_connection(("127.0.0.1", port))
-    flood = Strangers(port, gate.MOST_PENDING + 50, b"\x16", "127.0.0.2")
+    flood = Strangers(port, gate.MAX_PENDING + 50, b"\x16", "127.0.0.2")
     try:
         wait_until(lambda: flood.closed > 50, "some of the flood to be dropped")
         link.settimeout(PATIENCE)

@@ -14,17 +14,17 @@ import pytest
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ControlCode, ControlError
-from bus_schema.messages.host import HostState
-from bus_schema.messages.joining import HostProof, JoinHost, Lease, ProveHost, RenewLease
-from regraft.bus import Bus
-from regraft.certificates import make
-from regraft.host.voice import Refused
-from regraft.host.witness import Witness
-from regraft.proof import NotProved, prove
-from regraft.security import Guard, NotSecure
-from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Tls
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.host import HostState
+from bus_schema.messages.protocol.joining import HostProof, JoinHost, Lease, ProveHost, RenewLease
+from regraft.bus.interface import Bus
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus.zenoh_config import Tls
+from regraft.host.host_publisher import Refused
+from regraft.host.joining.proof_checker import ProofChecker
+from regraft.security.access import Guard, NotSecure
+from regraft.security.certificates import make
+from regraft.security.host_proof import NotProved, prove
 from tests.host.guests import Link, state_of, wait_state
 from tests.host.labs import join_unchecked
 from tests.host.several import TICKER, WAIT, Site
@@ -122,7 +122,7 @@ def test_a_host_that_lost_its_link_is_taken_back_and_its_component_goes_on(lab: 
 
 
 def test_the_first_host_proves_its_name_too(lab: Lab) -> None:
-    witness = Witness(_tls(lab.folder, "desk"))
+    witness = ProofChecker(_tls(lab.folder, "desk"))
     with pytest.raises(NotProved, match="shows the certificate of 'desk': it must be that of 'local'"):
         prove(_tls(lab.folder, "edge"), "edge", "1", witness.prove)
 
@@ -131,11 +131,11 @@ def test_a_certificate_of_another_authority_proves_nothing(lab: Lab, tmp_path: P
     make(tmp_path / "other", ["edge"])
     mixed = replace(_tls(tmp_path / "other", "edge"), authority=str(lab.folder / "ca.pem"))
     with pytest.raises(Refused, match="the certificate shown is not accepted"):
-        prove(mixed, "edge", "1", Witness(_tls(lab.folder, "local")).prove)
+        prove(mixed, "edge", "1", ProofChecker(_tls(lab.folder, "local")).prove)
 
 
 def test_what_is_asked_twice_in_a_handshake_is_answered_as_before(lab: Lab) -> None:
-    witness = Witness(_tls(lab.folder, "local"))
+    witness = ProofChecker(_tls(lab.folder, "local"))
 
     def twice(asked: ProveHost) -> HostProof:
         first = witness.prove(asked)

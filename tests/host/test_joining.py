@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.control import Snapshot
-from bus_schema.messages.host import HostState, ProcessState
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.messages.protocol.host import HostState, ProcessState
 from bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
 from bus_schema.model.architecture import ComponentSpec, TopicSpec
 from tests.host.guests import Guest, Link, go_on, state_of, stop, wait_state

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from regraft.lease import GrantedLease, now
+from regraft.runtime.core.lease import GrantedLease, now
 
 BOUND = 30.0
 HOLDER = """\
 import sys, threading
-from regraft.lease import HeldLease
+from regraft.runtime.core.lease import HeldLease
 HeldLease("holder", sys.argv[1])
 print("held", flush=True)
 threading.Event().wait()

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from bus_schema.model.adaptation import Add, Outcome, Swap
 from bus_schema.model.architecture import ComponentSpec, Limits, TopicSpec
 from regraft import CallFailed
-from regraft.host.memory_use import resident_size
+from regraft.host.watchdog.memory_use import resident_size
 from tests.host.conftest import Start
 from tests.host.parts import Tick
 from tests.host.several import Site

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.host import HostState
+from bus_schema.messages.protocol.host import HostState
 from bus_schema.model.adaptation import AdaptationReport, ChangeState, Move, Outcome, Swap
 from bus_schema.model.lifecycle import Transition
 from tests.host.guests import wait_state

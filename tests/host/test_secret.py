@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
-from regraft.bus import BusError
-from regraft.system_secret import BadSecret, make, read
-from regraft.zenoh_bus import open_bus
-from regraft.zenoh_config import Endpoints
+from regraft import run_directory
+from regraft.bus.interface import BusError
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus.zenoh_config import Endpoints
+from regraft.security.system_secret import BadSecret, make, read
 from tests.host.conftest import Start
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, System, children_of
@@ -99,7 +99,7 @@ def test_the_worlds_own_door_is_as_narrow(tmp_path: Path, monkeypatch: pytest.Mo
         assert len(ports) == 2, "the host and the world listen"
         for port in ports:
             refused(f"tcp/127.0.0.1:{port}")
-            open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",), secret=system.info.secret), in_step=True).close()
+            open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",), secret=system.info.secret), lockstep=True).close()
     finally:
         system.end()
 
@@ -117,10 +117,10 @@ def test_a_router_that_is_no_member_is_not_linked(start: Start) -> None:
 def test_only_its_user_can_read_what_a_system_keeps(start: Start) -> None:
     system = start(TICKERS)
     system.wait_running("ticker")
-    assert not stat.S_IMODE(rundir.folder("tests").stat().st_mode) & 0o077, "nobody else reaches what is in it"
-    assert stat.S_IMODE((rundir.folder("tests") / "run.json").stat().st_mode) == 0o600
+    assert not stat.S_IMODE(run_directory.folder("tests").stat().st_mode) & 0o077, "nobody else reaches what is in it"
+    assert stat.S_IMODE((run_directory.folder("tests") / "run.json").stat().st_mode) == 0o600
     assert system.info.secret not in Path(system.log).read_text()
-    for log in rundir.folder("tests").glob("logs/*"):
+    for log in run_directory.folder("tests").glob("logs/*"):
         assert system.info.secret not in log.read_text()
 
 
@@ -128,7 +128,7 @@ def test_only_its_user_can_read_what_a_system_keeps(start: Start) -> None:
 def test_another_user_of_the_machine_gets_neither_in_nor_at_the_secret(start: Start) -> None:
     system = start(TICKERS)
     pid = system.wait_running("ticker").pid
-    files = [str(rundir.folder("tests") / "run.json"), f"/proc/{pid}/environ", f"/proc/{system.process.pid}/mem"]
+    files = [str(run_directory.folder("tests") / "run.json"), f"/proc/{pid}/environ", f"/proc/{system.process.pid}/mem"]
     command = [sys.executable, "-c", OTHER_USER, system.info.endpoint, *files]
     other = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert other.stdout == "is refused\n", other.stderr

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from regraft.certificates import CannotMake, make
-from regraft.security import Guard, NotSecure
-from regraft.system_secret import make as make_secret
+from regraft.security.access import Guard, NotSecure
+from regraft.security.certificates import CannotMake, make
+from regraft.security.system_secret import make as make_secret
 from tests.host.labs import certify
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of

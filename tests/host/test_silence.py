@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from regraft.host import silence, waits
-from regraft.host.silence import HUNG_AFTER, Silence
+from regraft.host.watchdog import proc_stats, watchdog
+from regraft.host.watchdog.watchdog import HUNG_TIMEOUT, Watchdog
 
 STEP = 0.05
 
@@ -19,10 +19,10 @@ def _hung_after(
 
     ``loop_waits`` is the share of its time for which its thread waits for a processor.
     """
-    now, watched = 100.0, Silence()
-    monkeypatch.setattr(waits, "stolen", lambda: (now - 100.0) * taken_a_second)
-    monkeypatch.setattr(waits, "processor_wait", lambda pid, standing: {"1": (now - 100.0) * loop_waits})
-    monkeypatch.setattr(waits, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
+    now, watched = 100.0, Watchdog()
+    monkeypatch.setattr(proc_stats, "stolen", lambda: (now - 100.0) * taken_a_second)
+    monkeypatch.setattr(proc_stats, "processor_wait", lambda pid, standing: {"1": (now - 100.0) * loop_waits})
+    monkeypatch.setattr(proc_stats, "waits_for_disk", lambda pid: now - 100.0 < on_disk_for)
     watched.watch("loop/1", os.getpid(), 0.3, now)
     while not watched.hung(now, None):
         now += STEP
@@ -30,49 +30,49 @@ def _hung_after(
 
 
 def test_time_that_was_taken_from_the_machine_is_nobodys_silence(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert HUNG_AFTER <= _hung_after(0.0, monkeypatch) <= HUNG_AFTER + 2 * STEP
-    assert _hung_after(0.8, monkeypatch) > 2 * HUNG_AFTER
+    assert HUNG_TIMEOUT <= _hung_after(0.0, monkeypatch) <= HUNG_TIMEOUT + 2 * STEP
+    assert _hung_after(0.8, monkeypatch) > 2 * HUNG_TIMEOUT
 
 
 def test_a_hung_loop_is_found_on_a_machine_that_gets_no_time_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _hung_after(1.5, monkeypatch) < silence.MOST_FORGIVEN_OF_ONE + HUNG_AFTER + 1.0
+    assert _hung_after(1.5, monkeypatch) < watchdog.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
 
 
 def test_a_loop_that_the_machine_keeps_from_running_is_slow_and_not_hung(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) > 4 * HUNG_AFTER
-    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) < 12 * HUNG_AFTER
-    assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < silence.MOST_FORGIVEN_OF_ONE + HUNG_AFTER + 1.0
+    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) > 4 * HUNG_TIMEOUT
+    assert _hung_after(0.0, monkeypatch, loop_waits=0.9) < 12 * HUNG_TIMEOUT
+    assert _hung_after(0.0, monkeypatch, loop_waits=1.0) < watchdog.MAX_FORGIVEN_OF_ONE + HUNG_TIMEOUT + 1.0
 
 
 def test_a_loop_that_hangs_after_it_has_waited_for_the_disk_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert 3.0 < _hung_after(0.0, monkeypatch, on_disk_for=3.0) <= 3.0 + HUNG_AFTER + 2 * STEP
+    assert 3.0 < _hung_after(0.0, monkeypatch, on_disk_for=3.0) <= 3.0 + HUNG_TIMEOUT + 2 * STEP
 
 
 def test_whoever_waits_for_the_disk_for_ever_is_hung(monkeypatch: pytest.MonkeyPatch) -> None:
-    longest = silence.MOST_FORGIVEN_ON_DISK
+    longest = watchdog.MAX_FORGIVEN_ON_DISK
     assert longest < _hung_after(0.0, monkeypatch, on_disk_for=1000.0) < longest + 1.0
 
 
 def test_the_waits_of_whoever_is_on_the_way_of_many_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[int] = []
 
-    def waited(pid: int, standing: object) -> waits.Waits:
+    def waited(pid: int, standing: object) -> proc_stats.Waits:
         read.append(pid)
         return {}
 
-    monkeypatch.setattr(waits, "processor_wait", waited)
-    watched = Silence()
+    monkeypatch.setattr(proc_stats, "processor_wait", waited)
+    watched = Watchdog()
     for number in range(50):
-        watched.watch(f"loop_{number}/1", 1_000_000 + number, HUNG_AFTER, 0.0)
+        watched.watch(f"loop_{number}/1", 1_000_000 + number, HUNG_TIMEOUT, 0.0)
     watched.hung(0.0, None)
-    watched.hung(silence.LOOK_CLOSER_AFTER, None)
+    watched.hung(watchdog.CLOSER_LOOK_TIMEOUT, None)
     assert sorted(read) == sorted({os.getpid(), *range(1_000_000, 1_000_050)})
 
 
 def test_a_wait_for_a_processor_that_lasts_is_seen_before_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     runnable = True
-    monkeypatch.setattr(waits, "_wants_to_run", lambda task: runnable)
-    standing = waits.Standing()
+    monkeypatch.setattr(proc_stats, "_wants_to_run", lambda task: runnable)
+    standing = proc_stats.OpenWaits()
     waited = []
     for look in range(4):
         standing.now = 0.5 * look

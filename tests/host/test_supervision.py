@@ -10,10 +10,10 @@ import sys
 
 import pytest
 
-from bus_schema.messages.control import Snapshot
-from bus_schema.messages.host import ProcessState
-from regraft import rundir
-from regraft.host.logs import LARGEST_LOG
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.messages.protocol.host import ProcessState
+from regraft import run_directory
+from regraft.process.logs import MAX_LOG_SIZE
 from tests.host.conftest import Start
 from tests.host.parts import Tick
 from tests.host.system import ROOT, System, children_of, exists, wait_gone
@@ -58,7 +58,7 @@ def test_no_process_stands_still_to_look_through_all_that_was_imported(start: St
     system = start("  tidy: {class: 'tests.host.parts:Tidy'}\n")
     system.wait_running("tidy")
     assert system.client.call("garbage", Tick(0), Tick, PATIENCE).count < 10_000
-    prepared = "import gc, regraft.launch as launch; launch.prepare_process(()); print(len(gc.get_objects()))"
+    prepared = "import gc, regraft.system.launch as launch; launch.prepare_process(()); print(len(gc.get_objects()))"
     host = subprocess.run([sys.executable, "-c", prepared], cwd=ROOT, capture_output=True, text=True, check=True)
     assert int(host.stdout) < 10_000
 
@@ -232,11 +232,11 @@ CHATTY = """  chatty:
 def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
     system = start(CHATTY)
     system.wait_running("chatty")
-    log = rundir.folder("tests") / "logs" / "chatty.log"
+    log = run_directory.folder("tests") / "logs" / "chatty.log"
     kept = log.with_name("chatty.log.1")
-    wait_until(lambda: kept.exists() and log.stat().st_size > LARGEST_LOG // 2, "the log to grow after it began anew")
+    wait_until(lambda: kept.exists() and log.stat().st_size > MAX_LOG_SIZE // 2, "the log to grow after it began anew")
     assert kept.read_bytes()[:1000] == b"x" * 1000
-    assert kept.stat().st_size <= 2 * LARGEST_LOG
+    assert kept.stat().st_size <= 2 * MAX_LOG_SIZE
     assert stat.S_IMODE(kept.stat().st_mode) == 0o600
     before = kept.stat().st_mtime_ns
     wait_until(lambda: kept.stat().st_mtime_ns != before, "it to begin anew again")

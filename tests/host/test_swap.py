@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.host import ProcessState, ProcessStatus
 from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.joining import JoinHost
+from bus_schema.messages.protocol.joining import JoinHost
 from bus_schema.model.architecture import Architecture
-from regraft import rundir
-from regraft.host.others import Others
-from regraft.host.voice import Refused
-from regraft.rundir import AlreadyRunning, NotRunning, RunInfo
+from regraft import run_directory
+from regraft.host.host_publisher import Refused
+from regraft.host.joining.joined_hosts import JoinedHosts
+from regraft.run_directory import AlreadyRunning, NotRunning, RunInfo
 
 ARCHITECTURE = Architecture("tests", 1, False, {}, {}, ("local", "edge"))
 
@@ -20,7 +20,7 @@ ARCHITECTURE = Architecture("tests", 1, False, {}, {}, ("local", "edge"))
 @pytest.mark.parametrize(("pid", "told"), [(0, ""), (42, " (process 42)")])
 def test_a_host_that_does_not_say_its_process_is_told_without(pid: int, told: str) -> None:
     events: list[str] = []
-    others = Others(lambda: ARCHITECTURE, lambda kind, host, text: events.append(text), lambda host: None)
+    others = JoinedHosts(lambda: ARCHITECTURE, lambda kind, host, text: events.append(text), lambda host: None)
     others.join(JoinHost("edge", "one", pid=pid))
     assert events == [f"host edge has joined{told}"]
     with pytest.raises(Refused) as refused:
@@ -37,22 +37,22 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("pid", [0, -1, None, "7"])
 def test_a_damaged_run_file_names_no_process(home: Path, pid: object) -> None:
-    held = rundir.lock("frog")
-    rundir.write_info(RunInfo("frog", "1", 42, "tcp/127.0.0.1:1", "stack.yaml", False))
+    held = run_directory.lock("frog")
+    run_directory.write_info(RunInfo("frog", "1", 42, "tcp/127.0.0.1:1", "stack.yaml", False))
     file = home / "frog" / "run.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | {"pid": pid}))
     with pytest.raises(NotRunning):
-        rundir.find("frog")
+        run_directory.find("frog")
     with pytest.raises(AlreadyRunning, match="a system named 'frog' is already running: end it"):
-        rundir.lock("frog")
+        run_directory.lock("frog")
     held.close()
 
 
 def test_the_process_of_a_run_that_was_killed_is_not_taken_for_the_next_ones(home: Path) -> None:
-    rundir.lock("frog").close()
-    rundir.write_info(RunInfo("frog", "1", 42, "tcp/127.0.0.1:1", "stack.yaml", False))
-    starting = rundir.lock("frog")
+    run_directory.lock("frog").close()
+    run_directory.write_info(RunInfo("frog", "1", 42, "tcp/127.0.0.1:1", "stack.yaml", False))
+    starting = run_directory.lock("frog")
     with pytest.raises(AlreadyRunning) as refused:
-        rundir.lock("frog")
+        run_directory.lock("frog")
     assert "42" not in str(refused.value)
     starting.close()

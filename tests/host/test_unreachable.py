@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from regraft import unreachable
-from regraft.certificates import make
-from regraft.unreachable import why_unreachable
-from regraft.zenoh_config import Tls
+from regraft.bus.zenoh_config import Tls
+from regraft.security import unreachable
+from regraft.security.certificates import make
+from regraft.security.unreachable import why_unreachable
 from tests.host.labs import certify
 from tests.ports import free_port
 
@@ -109,7 +109,7 @@ def babbling(link: socket.socket) -> None:
     ],
 )
 def test_what_ends_a_handshake_is_told(lab: Path, answer: Answer, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unreachable, "LOOK_WITHIN", 0.5)
+    monkeypatch.setattr(unreachable, "LOOK_TIMEOUT", 0.5)
     with answering(answer) as port:
         assert why_unreachable(f"tls/127.0.0.1:{port}", _tls(lab, "edge")) == text
 

@@ -12,16 +12,16 @@ import zenoh
 from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_of
-from regraft.rundir import RunInfo
-from regraft.zenoh_config import config
+from regraft.bus.zenoh_config import config
+from regraft.run_directory import RunInfo
 from tests.waiting import PATIENCE
 
 
 class Raw:
     """One session that puts and asks whatever it likes."""
 
-    def __init__(self, info: RunInfo, *, in_step: bool = False) -> None:
-        self.session = zenoh.open(config(info.hub, in_step=in_step))
+    def __init__(self, info: RunInfo, *, lockstep: bool = False) -> None:
+        self.session = zenoh.open(config(info.hub, lockstep=lockstep))
 
     def put(self, key: str, payload: bytes, encoding: str = "", attachment: bytes = b"") -> None:
         """Put bytes; an empty attachment is none."""
@@ -61,9 +61,9 @@ class Raw:
 
 
 @contextmanager
-def stranger(info: RunInfo, *, in_step: bool = False) -> Iterator[Raw]:
+def stranger(info: RunInfo, *, lockstep: bool = False) -> Iterator[Raw]:
     """Be on the bus for a while."""
-    raw = Raw(info, in_step=in_step)
+    raw = Raw(info, lockstep=lockstep)
     try:
         yield raw
     finally:

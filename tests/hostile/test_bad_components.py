@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.host import ProcessState
 from regraft import CallFailed
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
 from tests.waiting import PATIENCE, wait_until
 
-MOST_MEMORY = 1e9
+MAX_MEMORY = 1e9
 LITTLE = "restart: {limit: 1, backoff: 0.01}"
 
 
@@ -82,7 +82,7 @@ def test_a_flood_is_survived_by_those_who_hear_it_and_those_beside_it(start: Sta
             return False
 
     wait_until(calm, "the sink to answer again")
-    assert most < MOST_MEMORY
+    assert most < MAX_MEMORY
     assert {name: p.incarnation for name, p in system.processes().items()} == {"flood": 1, "source": 1, "sink": 1}
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
+from regraft import run_directory
 from tests.host.system import ROOT
 from tests.hostile.conftest import HEAD, SINK, SOURCE
 from tests.waiting import PATIENCE
@@ -64,9 +64,9 @@ def test_a_stack_that_cannot_be_is_refused_before_anything_runs(stack: Write, wh
     assert done.returncode == 2, done.stdout + done.stderr
     assert said in done.stderr
     assert "Traceback" not in done.stderr
-    assert not rundir.running()
-    assert not (rundir.folder("tests") / "run.json").exists()
-    assert not list((rundir.folder("tests") / "logs").glob("x.log"))
+    assert not run_directory.running()
+    assert not (run_directory.folder("tests") / "run.json").exists()
+    assert not list((run_directory.folder("tests") / "logs").glob("x.log"))
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_an_override_that_cannot_be_is_refused_before_anything_runs(stack: Write
     assert done.returncode == 2, done.stdout + done.stderr
     assert said in done.stderr
     assert "Traceback" not in done.stderr
-    assert not rundir.running()
+    assert not run_directory.running()
 
 
 @pytest.mark.parametrize("name", ["../escape", "a/b", "", "*", "a b", "naïve", "x" * 65])
@@ -93,7 +93,7 @@ def test_a_system_name_that_is_none_is_refused_and_makes_no_folder(stack: Write,
     done = up(stack(SOURCE), "--system", name)
     assert done.returncode == 2, done.stdout + done.stderr
     assert "cannot name a system" in done.stderr
-    assert not list(rundir.home().parent.glob("escape*"))
+    assert not list(run_directory.home().parent.glob("escape*"))
 
 
 @pytest.mark.parametrize("duration", ["inf", "nan", "-inf", "1e400"])
@@ -102,4 +102,4 @@ def test_a_time_to_run_that_never_ends_is_refused_before_anything_runs(stack: Wr
     assert done.returncode == 2, done.stdout + done.stderr
     assert "--for" in done.stderr
     assert "ending" not in done.stdout + done.stderr
-    assert not rundir.running()
+    assert not run_directory.running()

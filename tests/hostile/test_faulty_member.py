@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.control import ControlCode, ControlError, ParameterValues
-from bus_schema.messages.host import StopComponent
+from bus_schema.messages.protocol.control import ControlCode, ControlError, ParameterValues
+from bus_schema.messages.protocol.host import StopComponent
 from bus_schema.model.adaptation import Outcome, SetParameters
 from bus_schema.model.lifecycle import State
 from tests.host.system import System

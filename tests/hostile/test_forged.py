@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.control import (
+from bus_schema.messages.health import ComponentStatus
+from bus_schema.messages.protocol.control import (
     ControlCode,
     ControlError,
     ParameterValues,
@@ -17,8 +18,14 @@ from bus_schema.messages.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.host import HostStatus, ProcessState, ProcessStatus, StartComponent, StopComponent, UpdateSpecs
+from bus_schema.messages.protocol.host import (
+    HostStatus,
+    ProcessState,
+    ProcessStatus,
+    StartComponent,
+    StopComponent,
+    UpdateSpecs,
+)
 from bus_schema.model.lifecycle import State, Transition
 from tests.frog.frog import in_parallel, pause
 from tests.host.system import System

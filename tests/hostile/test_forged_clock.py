@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want, Wiring
-from bus_schema.messages.host import ProcessState
+from bus_schema.messages.protocol.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want, Wiring
+from bus_schema.messages.protocol.host import ProcessState
 from tests.host.system import System
 from tests.hostile.conftest import Start
 from tests.hostile.raw import Raw, stranger
@@ -42,7 +42,7 @@ def system(start_for_all: Start) -> System:
 
 @pytest.fixture
 def raw(system: System) -> Iterator[Raw]:
-    with stranger(system.info, in_step=True) as raw:
+    with stranger(system.info, lockstep=True) as raw:
         yield raw
 
 

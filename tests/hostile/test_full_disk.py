@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from regraft import rundir
+from regraft import run_directory
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
@@ -88,7 +88,7 @@ def test_a_start_with_no_room_is_refused_and_leaves_nothing(
     assert done.returncode == 2, done.stdout + done.stderr
     assert "run.json: No space left on device" in done.stderr
     assert "Traceback" not in done.stderr
-    assert not rundir.running()
+    assert not run_directory.running()
 
 
 def test_a_disk_that_fills_up_stops_adaptations_and_nothing_else(

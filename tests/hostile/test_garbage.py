@@ -13,8 +13,8 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_of
 from bus_schema.keys import CONTROL_VERBS
-from bus_schema.messages.control import ControlError
-from bus_schema.messages.requests import Request, Verb
+from bus_schema.messages.protocol.control import ControlError
+from bus_schema.messages.protocol.requests import Request, Verb
 from regraft import CallFailed
 from regraft.client import ClientError
 from tests.host.system import System

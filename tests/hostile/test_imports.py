@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
+from regraft import run_directory
 from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SOURCE
 from tests.waiting import PATIENCE, wait_for, wait_until
@@ -66,8 +66,8 @@ HANGS_WITH_COPY = "import os, time\nos.fork() or os.setsid()\n" + HANGS
 HANGS_AT_EXIT = "import atexit, time; atexit.register(time.sleep, 1000)"
 
 IMPATIENT = """
-import regraft.trial_import as trial
-trial.IMPORT_WITHIN, trial.TELL_AFTER = 0.2, 0.05
+import regraft.process.trial.trial_import as trial
+trial.IMPORT_TIMEOUT, trial.TELL_TIMEOUT = 0.2, 0.05
 from regraft.cli.main import main
 main()
 """
@@ -96,7 +96,7 @@ def refused(done: subprocess.CompletedProcess[str], *said: str) -> None:
     for text in said:
         assert text in done.stderr
     assert not done.stdout
-    assert not rundir.running()
+    assert not run_directory.running()
 
 
 @pytest.fixture
@@ -218,4 +218,4 @@ def test_the_module_is_imported_by_its_trial_alone_when_it_is_refused(part: Call
     folder = part("open('imported', 'a').write('x')\nraise RuntimeError('not today')")
     refused(command(folder, "up", "."), "not today")
     assert (folder / "imported").read_text() == "x"
-    wait_until(lambda: not rundir.running(), "the lock to be free")
+    wait_until(lambda: not run_directory.running(), "the lock to be free")

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from regraft import rundir
+from regraft import run_directory
 from tests.host.system import ROOT, children_of
 from tests.waiting import PATIENCE, wait_until
 
@@ -86,8 +86,8 @@ def test_nothing_of_hosts_clients_and_killed_components_stays(stack: Write, tmp_
     used: set[Path] = set()
     with ExitStack() as running:
         up = running.enter_context(_process(logs["up"], "up", str(path), "--headless", "--place", "sink=edge"))
-        wait_until(lambda: bool(rundir.running()), "the system")
-        join = ("host", "--join", rundir.find("tests").join, "--name", "edge")
+        wait_until(lambda: bool(run_directory.running()), "the system")
+        join = ("host", "--join", run_directory.find("tests").join, "--name", "edge")
         edge = running.enter_context(_process(logs["edge"], *join))
         _wait_for(logs["up"], "all 2 components active")
         client = running.enter_context(_process(logs["client"], "topic", "hz", "numbers"))

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
-from regraft.rundir import RunInfo
+from regraft import run_directory
+from regraft.run_directory import RunInfo
 from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.test_broken_stacks import up
@@ -85,8 +85,8 @@ def test_a_start_that_is_interrupted_leaves_nothing(
     assert process.wait(PATIENCE) in (0, 130, -signum), _log(path)
     assert "Traceback" not in _log(path)
     wait_gone(pids)
-    wait_until(lambda: not rundir.running(), "the lock to be free")
-    assert not (rundir.folder("tests") / "run.json").exists()
+    wait_until(lambda: not run_directory.running(), "the lock to be free")
+    assert not (run_directory.folder("tests") / "run.json").exists()
 
 
 IN_A_CALLBACK = """
@@ -126,8 +126,8 @@ def test_an_interrupt_is_heard_also_where_python_drops_its_exception(
     process = begin(path)
     assert process.wait(PATIENCE) == 130, _log(path)
     assert "active" not in _log(path)
-    wait_until(lambda: not rundir.running(), "the lock to be free")
-    assert not (rundir.folder("tests") / "run.json").exists()
+    wait_until(lambda: not run_directory.running(), "the lock to be free")
+    assert not (run_directory.folder("tests") / "run.json").exists()
 
 
 SLOW_WORLD = """
@@ -135,7 +135,7 @@ import time
 from tests.stepped.parts import TinyWorld
 
 class SlowWorld(TinyWorld):
-    longest_handler = 100.0
+    handler_timeout = 100.0
 
     def on_configure(self):
         time.sleep(100.0)
@@ -185,7 +185,7 @@ def test_a_start_that_is_killed_leaves_nothing_and_the_next_one_works(
     process.kill()
     process.wait()
     wait_gone(pids)
-    wait_until(lambda: not rundir.running(), "the last process to let go of the lock")
+    wait_until(lambda: not run_directory.running(), "the last process to let go of the lock")
     done = up(path, "--for", "0.2")
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -209,10 +209,10 @@ def test_what_a_killed_run_leaves_behind_is_no_running_system(start: Start, stac
     system.process.kill()
     system.process.wait()
     wait_gone(pids)
-    assert (rundir.folder("tests") / "run.json").exists()
-    wait_until(lambda: not rundir.running(), "the lock to be free")
-    with pytest.raises(rundir.NotRunning, match="no system named 'tests' is running"):
-        rundir.find("tests")
+    assert (run_directory.folder("tests") / "run.json").exists()
+    wait_until(lambda: not run_directory.running(), "the lock to be free")
+    with pytest.raises(run_directory.NotRunning, match="no system named 'tests' is running"):
+        run_directory.find("tests")
     done = up(stack(SOURCE + SINK), "--for", "0.2")
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -223,12 +223,12 @@ def test_what_a_killed_run_leaves_behind_is_no_running_system(start: Start, stac
 def test_a_run_file_that_is_none_is_no_running_system(stack: Write, left: str) -> None:
     stack(SOURCE)
     _leave(left)
-    assert rundir.running() == []
-    with rundir.lock("tests"):
-        assert rundir.running() == []
+    assert run_directory.running() == []
+    with run_directory.lock("tests"):
+        assert run_directory.running() == []
         info = RunInfo("tests", "1", os.getpid(), "tcp/127.0.0.1:1", "stack.yaml", False)
-        rundir.write_info(info)
-        assert rundir.running() == [info]
+        run_directory.write_info(info)
+        assert run_directory.running() == [info]
 
 
 def test_what_others_left_in_the_folder_stops_no_start(stack: Write) -> None:
@@ -240,7 +240,7 @@ def test_what_others_left_in_the_folder_stops_no_start(stack: Write) -> None:
 
 def _leave(text: str) -> None:
     """Leave a run file that says ``text``, and a lock that nobody holds."""
-    folder = rundir.folder("tests")
+    folder = run_directory.folder("tests")
     folder.mkdir(parents=True)
     (folder / "run.json").write_text(text)
     (folder / "lock").write_text("12345")
@@ -253,17 +253,17 @@ def test_a_second_start_is_refused_and_the_first_goes_on(start: Start) -> None:
     assert done.returncode == 2
     assert "already running" in done.stderr
     assert str(system.process.pid) in done.stderr
-    assert rundir.find("tests").pid == system.process.pid
+    assert run_directory.find("tests").pid == system.process.pid
     assert system.processes()["sink"].incarnation == 1
 
 
 def test_a_start_is_not_taken_for_the_killed_run_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path))
-    rundir.lock("tests").close()
-    rundir.write_info(RunInfo("tests", "run", 1, "tcp/127.0.0.1:1", "stack.yaml", simulated=False))
-    with rundir.lock("tests"):
-        assert rundir.is_running("tests")
-        assert rundir.running() == [], "it has not said yet how to reach it"
+    run_directory.lock("tests").close()
+    run_directory.write_info(RunInfo("tests", "run", 1, "tcp/127.0.0.1:1", "stack.yaml", simulated=False))
+    with run_directory.lock("tests"):
+        assert run_directory.is_running("tests")
+        assert run_directory.running() == [], "it has not said yet how to reach it"
 
 
 def test_a_home_that_cannot_be_written_is_said(stack: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,7 +284,7 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
         done = up(stack(SOURCE + f"  g: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"))
     assert done.returncode == 2
     assert f"127.0.0.1:{port}" in done.stderr
-    wait_until(lambda: not rundir.running(), "the lock to be free")
+    wait_until(lambda: not run_directory.running(), "the lock to be free")
 
 
 def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write, begin: Begin) -> None:
@@ -294,7 +294,7 @@ def test_a_class_that_is_slow_to_import_can_be_interrupted(stack: Write, begin: 
     process.send_signal(signal.SIGINT)
     assert process.wait(PATIENCE) == 130
     assert "Traceback" not in _log(path)
-    wait_until(lambda: not rundir.running(), "the lock to be free")
+    wait_until(lambda: not run_directory.running(), "the lock to be free")
 
 
 def _has_begun(pid: int) -> bool:

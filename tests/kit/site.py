@@ -9,20 +9,20 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope, Kind
 from bus_schema.encoding.registry import type_of
 from bus_schema.keys import Keys
-from bus_schema.messages.control import ComponentView, ParameterValues
 from bus_schema.messages.health import ComponentStatus
+from bus_schema.messages.protocol.control import ComponentView, ParameterValues
 from bus_schema.model.lifecycle import State
-from regraft.assignment import Assignment
-from regraft.bus import Bus
+from regraft.bus.interface import Bus
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
 from regraft.client import Client
-from regraft.clock import RealClock
-from regraft.component import Component
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.component.component import Component
 from regraft.runtime import loop
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.core.clock import RealClock
+from regraft.runtime.data.writers import Identity, Writer, Writers
 from regraft.runtime.runtime import Runtime
-from regraft.runtime.writers import Identity, Writer, Writers
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
 from tests.ports import free_endpoint
 from tests.waiting import PATIENCE, wait_until
 

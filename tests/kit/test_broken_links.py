@@ -9,9 +9,9 @@ from contextlib import suppress
 
 import pytest
 
-from regraft.bus import BusError, Presence, Publisher
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
+from regraft.bus.interface import BusError, Presence, Publisher
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
 from tests.ports import free_port
 from tests.waiting import wait_until
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.control import (
+from bus_schema.messages.protocol.control import (
     AskQualities,
     ControlCode,
     ControlError,
@@ -16,8 +16,8 @@ from bus_schema.messages.control import (
 )
 from bus_schema.model.lifecycle import State, Transition
 from regraft.client.errors import ControlRefused
-from regraft.parameters import ParameterError
-from regraft.runtime.stream import Stream
+from regraft.component.parameters import ParameterError
+from regraft.runtime.data.stream import Stream
 from tests.kit.parts import Counter, Echo, Fragile, Number
 from tests.kit.site import BEYOND, Site
 from tests.waiting import PATIENCE, wait_until
@@ -92,7 +92,7 @@ def test_what_comes_for_one_that_holds_still_is_handled_when_it_goes_on_and_not_
 def test_of_too_much_for_one_that_holds_still_the_oldest_goes_and_is_told(
     site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("regraft.runtime.stillness.MOST_HELD", 4)
+    monkeypatch.setattr("regraft.runtime.data.hold_buffer.MAX_HELD", 4)
     site.start(Echo, "echo")
     said = site.collect("said", Number)
     writer = site.writer("heard", Number)

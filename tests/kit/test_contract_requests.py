@@ -8,13 +8,13 @@ import pytest
 
 from bus_schema.encoding import codec
 from bus_schema.encoding.registry import type_of
-from bus_schema.messages.requests import Answer, Reply, Request, Verb
+from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, RefusalCode
 from regraft.client import Client
-from regraft.clock import RealClock
-from regraft.runtime.serving import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
-from regraft.runtime.writers import Identity, Writer, Writers
+from regraft.runtime.core.clock import RealClock
+from regraft.runtime.data.writers import Identity, Writer, Writers
+from regraft.runtime.requests.request_server import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
 from tests.kit.site import Site

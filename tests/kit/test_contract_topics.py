@@ -10,9 +10,9 @@ from bus_schema.encoding import codec
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_of
 from bus_schema.messages.health import Event
-from regraft.bus import Bus
-from regraft.runtime.stream import HOLE_CLOSES_WITHIN
-from regraft.runtime.writers import Identity, Writers
+from regraft.bus.interface import Bus
+from regraft.runtime.data.stream import HOLE_TIMEOUT
+from regraft.runtime.data.writers import Identity, Writers
 from tests.kit.parts import Counter, Echo, Fragile, Gated, Latest, Number, Other
 from tests.kit.site import BEYOND, Site
 from tests.waiting import PATIENCE, wait_until
@@ -77,7 +77,7 @@ def test_what_came_in_time_is_not_lost_because_a_handler_takes_long() -> None:
     holed.put(codec.encode(Number(2)))
     gated.gate.release()
     assert gated.entered.acquire(timeout=PATIENCE)
-    too_late = time.monotonic_ns() + 2 * HOLE_CLOSES_WITHIN
+    too_late = time.monotonic_ns() + 2 * HOLE_TIMEOUT
     wait_until(lambda: time.monotonic_ns() > too_late, "the hole to be overdue")
     gated.gate.release()
     wait_until(lambda: len(said) == 5, "all numbers")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 
-from regraft.inbox import Inbox
+from regraft.bus.inbox import Inbox
 
 LONG = 10.0
 
@@ -59,7 +59,7 @@ def test_an_item_ends_a_wait_whatever_the_alarm_does() -> None:
 def test_what_is_shelved_is_taken_behind_what_was_put() -> None:
     inbox = Inbox()
     for number in range(3):
-        inbox.shelve(number)
+        inbox.put_lazy(number)
     inbox.put("put")
     assert inbox.qsize() == 4
     assert [inbox.get(LONG) for _ in range(4)] == ["put", 0, 1, 2]
@@ -73,7 +73,7 @@ def test_whoever_is_attentive_is_woken_by_what_is_shelved() -> None:
 
     def send() -> None:
         for number in range(1000):
-            inbox.shelve(number)
+            inbox.put_lazy(number)
 
     sender = threading.Thread(target=send)
     sender.start()
@@ -88,10 +88,10 @@ def test_whoever_is_attentive_is_woken_by_what_is_shelved() -> None:
 def test_becoming_attentive_misses_nothing() -> None:
     inbox = Inbox()
     for _ in range(300):
-        sender = threading.Thread(target=inbox.shelve, args=("item",))
+        sender = threading.Thread(target=inbox.put_lazy, args=("item",))
         sender.start()
         inbox.attentive = True
-        taken = list(inbox.take_shelved())
+        taken = list(inbox.take_lazy())
         began = time.monotonic()
         while not taken:
             item = inbox.get(LONG)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from regraft import Component, Parameter, every
-from regraft.requests import HIGHEST_RATE, LONGEST, SHORTEST_PERIOD, Period
+from regraft.component.handlers import LONGEST, MAX_RATE, MIN_PERIOD, Period
 
 
 @pytest.mark.parametrize("seconds", [-1.0, 0.0, 1e-9, math.inf, math.nan, 1e10])
@@ -34,11 +34,11 @@ def test_the_default_of_a_parameter_is_looked_at_too() -> None:
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, 1e-300, 5e-324, 0.1, 7.0, 1e9, 1e300])
 def test_a_value_of_a_parameter_never_leads_beyond_the_bounds(value: float) -> None:
-    least, most = SHORTEST_PERIOD * 1e9, LONGEST * 1e9
+    least, most = MIN_PERIOD * 1e9, LONGEST * 1e9
     given = Parameter(1.0)
     given.name = "period"
     assert least <= Period(given, None).nanoseconds({"period": value}) <= most
     period = Period(None, given).nanoseconds({"period": value})
     assert least <= period <= most if value > 0 else period > most
-    if 1 / LONGEST < value < HIGHEST_RATE:
+    if 1 / LONGEST < value < MAX_RATE:
         assert period == round(1e9 / value)

@@ -14,14 +14,14 @@ from bus_schema.encoding.registry import message
 from bus_schema.keys import Keys
 from bus_schema.model.lifecycle import State
 from regraft import Component, Input, Output, every
-from regraft.assignment import Assignment
-from regraft.clock import RealClock
-from regraft.component import class_path
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
+from regraft.component.component import class_path
 from regraft.runtime import loop
-from regraft.runtime.history import MAX_BYTES, MAX_KEPT, History
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.core.clock import RealClock
+from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
 from regraft.runtime.runtime import Runtime
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
 from tests.kit.test_broken_links import Cable, cable, hub
 from tests.waiting import PATIENCE, wait_until
 
@@ -122,7 +122,7 @@ def test_a_writers_link_that_breaks_again_and_again_loses_nothing(
             cable.cut()
         hears_on(listener)
         assert in_sequence(listener)
-        assert listener.runtime.herald.status.lost == 0
+        assert listener.runtime.reporter.status.lost == 0
     finally:
         counter.end()
 
@@ -135,7 +135,7 @@ def test_a_readers_link_that_breaks_again_and_again_loses_nothing(hub: tuple[Zen
             cable.cut()
         hears_on(listener)
         assert in_sequence(listener)
-        assert listener.runtime.herald.status.lost == 0
+        assert listener.runtime.reporter.status.lost == 0
     finally:
         counter.end()
         listener.end()
@@ -176,7 +176,7 @@ def test_what_a_writer_does_not_have_any_more_counts_as_lost_and_the_rest_goes_o
             counter.runtime.writers.open_keys[Keys(SYSTEM).topic("numbers")].sequence += 5
 
         counter.runtime.post(skip)
-        wait_until(lambda: listener.runtime.herald.status.lost == 5, "the loss")
+        wait_until(lambda: listener.runtime.reporter.status.lost == 5, "the loss")
         hears_on(listener)
     finally:
         counter.end()
@@ -193,7 +193,7 @@ def test_a_source_that_is_no_component_costs_no_more_than_before(hub: tuple[Zeno
         )
     heard = listener.runtime.component.heard  # type: ignore[attr-defined]
     wait_until(lambda: heard == [1, 2, 9, 10], "the rest")
-    assert listener.runtime.herald.status.lost == 6
+    assert listener.runtime.reporter.status.lost == 6
 
 
 def test_a_history_is_bounded_and_gives_what_it_has() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.process import NoSuchClass, load_class
+from regraft.process.main import NoSuchClass, load_class
 from regraft.testing import Rig
 from tests.stack.files import problems
 
@@ -80,7 +80,7 @@ def test_a_mixin_is_no_way_around_it(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 RIGHT = """\
-    longest_handler = 1.0
+    handler_timeout = 1.0
     checkpoint_every = None
     exclusive = True
 

@@ -11,7 +11,7 @@ from tests.waiting import PATIENCE
 
 TRY = """
 import os
-from regraft.scheduling import work_in_batches
+from regraft.process.scheduling import work_in_batches
 os.sched_setscheduler(0, os.{policy}, os.sched_param(0))
 print(work_in_batches(), os.sched_getscheduler(0) == os.{then})
 """

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bus_schema.encoding.envelope import Envelope
-from regraft.bus import Sample
-from regraft.runtime.stream import HOLE_CLOSES_WITHIN, LONGEST_HOLE, Stream
+from regraft.bus.interface import Sample
+from regraft.runtime.data.stream import HOLE_TIMEOUT, MAX_HOLE, Stream
 
 
 def _arrival(sequence: int, epoch: int = 1) -> tuple[Envelope, Sample]:
@@ -46,10 +46,10 @@ def test_what_is_given_up_on_is_counted_and_nothing_comes_out_twice(order: list[
     now = 0
     for arrived in order:
         out += _accept(stream, arrived, now)
-        now += HOLE_CLOSES_WITHIN // 3
+        now += HOLE_TIMEOUT // 3
         out += [e.sequence for e, _ in stream.overdue(now)]
     while stream.waiting:
-        now += HOLE_CLOSES_WITHIN
+        now += HOLE_TIMEOUT
         out += [e.sequence for e, _ in stream.overdue(now)]
     assert out == sorted(set(out))
     assert stream.lost == (out[-1] - out[0] + 1) - len(out)
@@ -101,7 +101,7 @@ def _put_at(stream: Stream, sequence: int, stamp: int, now: int, *, reliable: bo
     return [e.sequence for e, _ in stream.accept(envelope, sample, now, reliable=reliable)]
 
 
-@given(st.integers(LONGEST_HOLE + 3, 2**63), st.integers(1, 20))
+@given(st.integers(MAX_HOLE + 3, 2**63), st.integers(1, 20))
 def test_a_sensor_stream_goes_on_where_it_was_before_a_false_sequence(false: int, behind: int) -> None:
     stream = Stream()
     assert _put_at(stream, 1, stamp=1, now=1) == [1]
@@ -113,9 +113,9 @@ def test_a_sensor_stream_goes_on_where_it_was_before_a_false_sequence(false: int
 def test_what_was_put_before_a_hole_was_given_up_does_not_come_again() -> None:
     stream = Stream()
     _put_at(stream, 1, stamp=1, now=1)
-    _put_at(stream, LONGEST_HOLE + 10, stamp=9, now=10)
+    _put_at(stream, MAX_HOLE + 10, stamp=9, now=10)
     assert _put_at(stream, 5, stamp=2, now=11) == []
-    assert _put_at(stream, LONGEST_HOLE + 11, stamp=12, now=12) == [LONGEST_HOLE + 11]
+    assert _put_at(stream, MAX_HOLE + 11, stamp=12, now=12) == [MAX_HOLE + 11]
 
 
 def test_what_its_writer_has_not_put_is_struck_and_the_rest_waits() -> None:

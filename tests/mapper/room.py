@@ -15,8 +15,8 @@ from bus_schema.messages.health import Diagnostic
 from regraft.testing import Rig
 from services.mapper.component import MappingComponent
 from services.mapper.mapper import Mapper
+from services.mapper.maps.poses import Pose
 from services.mapper.odometry_mapper import OdometryMapper
-from services.mapper.poses import Pose
 
 MAPPERS: list[type[MappingComponent]] = [Mapper, OdometryMapper]
 TICK = 0.05
@@ -87,7 +87,6 @@ class Ride:
     truth: list[Pose] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Start the mapper."""
         self.mapper = self.rig.add(self.cls, "mapper", self.parameters)
         self.localized = self.rig.collect("localization", sensors.Odometry)
         self.maps = self.rig.collect("map", maps.OccupancyGrid)

@@ -15,10 +15,10 @@ from bus_schema.encoding import codec
 from bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from evaluation.map_quality import MapQuality, map_quality
 from regraft import CallFailed
-from regraft.component import describe
+from regraft.component.component import describe
 from regraft.testing import Rig
 from services.mapper.component import MappingComponent
-from services.mapper.poses import Pose
+from services.mapper.maps.poses import Pose
 from tests.services.rigs import set_parameters
 
 from .room import MAPPERS, THINGS, TICK, WALLS, Ride, circle, true_cells

@@ -12,11 +12,11 @@ from bus_schema.encoding import codec
 from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.health import Diagnostic
 from bus_schema.model.lifecycle import Transition
-from regraft.component import describe
+from regraft.component.component import describe
 from regraft.testing import Rig
 from services.mapper.map_localizer import MapLocalizer
 from services.mapper.mapper import Mapper
-from services.mapper.poses import Pose
+from services.mapper.maps.poses import Pose
 from tests.mapper.room import MOUNT, RANGE, THINGS, TICK, TICKS_PER_SCAN, WALLS, Ride, cast, circle, true_cells
 
 

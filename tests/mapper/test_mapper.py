@@ -10,8 +10,8 @@ import pytest
 
 from regraft.testing import Rig
 from services.mapper.mapper import Mapper
+from services.mapper.maps.poses import Pose
 from services.mapper.odometry_mapper import OdometryMapper
-from services.mapper.poses import Pose
 
 from .room import THINGS, WALLS, Ride, circle
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema.messages.control import Rewire, RewireStep
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.messages.protocol.control import Rewire, RewireStep
 from bus_schema.messages.reflection import ReflectedEntry, Reflection
 from bus_schema.messages.sensors import Image
 from bus_schema.model.adaptation import (
@@ -25,7 +25,7 @@ from bus_schema.model.architecture import Architecture
 from bus_schema.model.consistency import violations
 from bus_schema.model.lifecycle import State, Transition
 from regraft import Component, Output, Parameter, every, service
-from regraft.runtime.rewiring import Pending
+from regraft.runtime.core.pending import Pending
 from regraft.stack import load
 from regraft.testing import Rig
 from tests.missions.robot import STACKS
@@ -41,7 +41,6 @@ class ActingManager(Component):
     """
 
     def __init__(self) -> None:
-        """Begin with nothing to manage."""
         self.rig: Rig | None = None
         self.architecture: Architecture | None = None
         self.fates: list[Outcome | str] = []
@@ -138,7 +137,6 @@ class Senses(Component):
     reflection = Output(Reflection)
 
     def __init__(self) -> None:
-        """Begin with all being well."""
         self.manager: ActingManager | None = None
         self.values: dict[str, Any] = {"speed": 0.26, "nearest": 2.0, "motion_power": 6.63}
 

@@ -45,7 +45,6 @@ class Navigator(Component):
     max_velocity = Parameter(0.26, "how fast it may be", unit="m/s")
 
     def __init__(self) -> None:
-        """Begin without goals."""
         self.blocked: set[float] = set()
         self.reached: list[float] = []
         self.cancelled: list[float] = []
@@ -71,7 +70,6 @@ class Explorer(Component):
     count = Parameter(3, "how many there are")
 
     def __init__(self) -> None:
-        """Begin without having given any."""
         self.asked: list[bool] = []
         self.failures = 0
 
@@ -93,7 +91,6 @@ class Docking(Component):
     """Fills the battery after a while, unless told to fail."""
 
     def __init__(self) -> None:
-        """Begin without goals."""
         self.until: list[float] = []
         self.failures = 0
         self.cancelled = 0
@@ -120,7 +117,6 @@ class Detector(Component):
     pictures = Parameter(1, "pictures for a request that does not say how many")
 
     def __init__(self) -> None:
-        """Begin blind."""
         self.navigator: Navigator | None = None
         self.seen_from: set[float] = set()
         self.spread = 0.01
@@ -159,7 +155,6 @@ class Manager(Component):
     """Applies whatever is asked for, unless told to refuse."""
 
     def __init__(self) -> None:
-        """Begin without requests."""
         self.asked: list[AdaptationRequest] = []
         self.refuse = ""
 

@@ -15,8 +15,8 @@ from bus_schema.messages.sensors import Odometry
 from bus_schema.messages.world import GroundTruth
 from evaluation.judge import Judge
 from evaluation.judgement import Judgement, JudgementRequest
+from evaluation.runs.search_run import SearchRun
 from evaluation.search_campaign import is_kept, report, seeds_of
-from evaluation.search_run import SearchRun
 from evaluation.true_objects import true_objects
 from regraft.testing import Rig
 

@@ -72,7 +72,7 @@ def test_an_adaptation_is_asked_for_and_waited_for() -> None:
             ChangeState("detector", Transition.ACTIVATE),
             SetParameters("navigator", {"max_velocity": 0.2}),
         )
-        assert (asked.reason, asked.who) == ("explored", "adapt")
+        assert (asked.reason, asked.actor) == ("explored", "adapt")
 
 
 def test_a_rejected_adaptation_is_a_failure_that_says_why() -> None:

@@ -12,7 +12,7 @@ import pytest
 from bus_schema.messages.quality import Quality
 from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
 from evaluation.quality_over_time import Spell, Standing, report, satisfied_share, spells, write_report
-from evaluation.quality_run import QualityRun
+from evaluation.runs.quality_run import QualityRun
 
 GOOD = Quality(1.0, "MoveSafely", "Safety", node="A/MoveSafely::7", metric=0.5, satisfied=True)
 TOLD = (

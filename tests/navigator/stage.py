@@ -12,12 +12,12 @@ from bus_schema.messages import geometry, maps, sensors
 from bus_schema.messages.geometry import FramedPose, Twist
 from bus_schema.messages.health import Diagnostic
 from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from regraft.runtime.calling import Goal
+from regraft.component.goal import Goal
 from regraft.testing import Rig
 from services.navigator.geometry import Pose, compose
-from services.navigator.grid import OccupancyGrid
 from services.navigator.navigator import Navigator
-from services.navigator.scan import Scan
+from services.navigator.planning.grid import OccupancyGrid
+from services.navigator.sensing.scan import Scan
 
 from .world import Box, Robot, rasterise
 

@@ -14,8 +14,8 @@ from bus_schema.messages.health import Level
 from bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from services.navigator.geometry import Pose, wrap_angle
-from services.navigator.grid import OccupancyGrid
 from services.navigator.navigator import Navigator
+from services.navigator.planning.grid import OccupancyGrid
 from services.navigator.pursuit_navigator import PursuitNavigator
 
 from ..services.rigs import set_parameters
@@ -286,7 +286,7 @@ def test_successor_of_either_kind_takes_over_what_is_remembered(stage: Stage) ->
     stage.send(3.4, 2.0)
     stage.robot.boxes = [*ROOM, Box(2.0, 2.1, 0.4, 0.6)]
     stage.run(3.0)
-    snapshot = codec.encode(stage.rig.runtimes["navigator"].control.snapshot())
+    snapshot = codec.encode(stage.rig.runtimes["navigator"].checkpoints.snapshot())
     state = codec.unpack_plain(snapshot)["state"]
     stage.rig.transition("navigator", Transition.DEACTIVATE)
     for successor_kind in (Navigator, PursuitNavigator):

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.navigator.control import Manoeuvres, Situation
-from services.navigator.controller import RolloutController
+from services.navigator.driving.control import Manoeuvres, Situation
+from services.navigator.driving.controller import RolloutController
+from services.navigator.driving.robot import Footprint, Limits
 from services.navigator.geometry import FloatArray, Pose, Twist, to_fixed_frame
-from services.navigator.robot import Footprint, Limits
 
 from .world import Box, Robot
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from services.navigator.geometry import FloatArray, polyline_length
-from services.navigator.grid import OccupancyGrid
-from services.navigator.planner import SPACING, GridPlanner, NoPath
+from services.navigator.planning.grid import OccupancyGrid
+from services.navigator.planning.planner import SPACING, GridPlanner, NoPath
 
 from .world import FROG_GOALS, Box, frog_map, rasterise
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from services.navigator.control import Manoeuvres, Situation
+from services.navigator.driving.control import Manoeuvres, Situation
+from services.navigator.driving.recovery import MAX_ATTEMPTS, ProgressMonitor, Recovery
+from services.navigator.driving.robot import Limits
 from services.navigator.geometry import FloatArray, Pose, Twist
-from services.navigator.recovery import MOST_ATTEMPTS, ProgressMonitor, Recovery
-from services.navigator.robot import Limits
 
 from .world import Robot
 
@@ -69,14 +69,14 @@ def test_first_manoeuvre_turns_and_the_second_backs_up_slowly() -> None:
 def test_robot_with_its_back_to_a_wall_does_not_back_up() -> None:
     recovery, robot = Recovery(), Robot(Pose(0.0, 0.0, 0.0), [])
     behind = np.column_stack([np.full(20, -0.29), np.linspace(-0.3, 0.3, 20)])
-    for _ in range(MOST_ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         recover(recovery, robot, behind)
         assert robot.pose.x > -0.02
 
 
 def test_walled_in_robot_waits_and_attempts_are_bounded() -> None:
     recovery, robot = Recovery(), Robot(Pose(0.0, 0.0, 0.0), [])
-    for _ in range(MOST_ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         assert not recovery.exhausted
         recover(recovery, robot, ring(0.24))
         robot.time += 0.05

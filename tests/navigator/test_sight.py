@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from services.navigator.geometry import Pose, Twist, compose, to_base_frame
-from services.navigator.planner import GridPlanner
-from services.navigator.scan import Scan
-from services.navigator.sight import Sight
+from services.navigator.planning.planner import GridPlanner
+from services.navigator.sensing.scan import Scan
+from services.navigator.sensing.sight import Sight
 
 from .world import Box, Robot, rasterise
 

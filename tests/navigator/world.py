@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from services.navigator.driving.robot import Footprint, Limits
 from services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
-from services.navigator.grid import OccupancyGrid
-from services.navigator.robot import Footprint, Limits
-from services.navigator.scan import Scan
+from services.navigator.planning.grid import OccupancyGrid
+from services.navigator.sensing.scan import Scan
 
 SENSOR = Pose(-0.064, 0.0, 0.0)
 RANGE = 3.5

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from bus_schema.messages.geometry import Pose
 from bus_schema.messages.maps import Goals
 from regraft.testing import Rig
-from services.navigator.grid import OccupancyGrid
+from services.navigator.planning.grid import OccupancyGrid
 from services.obstacles.obstacles import Obstacles
 from services.obstacles.tour import short_tour, tour_length
-from sim_service.poses import Pose2D
-from sim_service.scene import load_scene
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 from tests.explorer.rooms import Mapped, Room, frog_room, odometry, room_of
 from tests.explorer.tour import Tour

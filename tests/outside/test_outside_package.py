@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft import rundir
+from regraft import run_directory
 from tests.waiting import PATIENCE, wait_until
 
 PACKAGE = Path(__file__).parent / "package"
@@ -53,8 +53,8 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
     command = [sys.executable, "-m", "regraft.cli", "run", "acme_weather.station:Station", "--name", "station"]
     process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
     try:
-        wait_until(lambda: rundir.running(), "the component to be up")
-        system = rundir.running()[0].system
+        wait_until(lambda: run_directory.running(), "the component to be up")
+        system = run_directory.running()[0].system
         assert process.poll() is None
 
         def echo() -> subprocess.CompletedProcess[str]:

@@ -23,7 +23,7 @@ from bus_schema.model.adaptation import (
 from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from bus_schema.model.lifecycle import State, Transition, after
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
-from regraft.component import class_path, describe
+from regraft.component.component import class_path, describe
 from regraft.testing import Rig
 
 

@@ -14,9 +14,9 @@ import yaml
 from typer.testing import CliRunner
 
 from bus_schema.encoding import codec
-from bus_schema.messages.control import Snapshot
 from bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft.zenoh_bus import open_bus
+from bus_schema.messages.protocol.control import Snapshot
+from regraft.bus.zenoh_bus import open_bus
 from tests.cli.app import whole
 from tests.host.system import System
 from tests.waiting import wait_until

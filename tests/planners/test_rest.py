@@ -66,7 +66,7 @@ def test_a_proposal_is_carried_out_in_the_name_of_who_asked(served: Served) -> N
     assert answer["changes"] == [
         {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
     ]
-    assert served.manager.requests[0].who == f"{user_name(os.geteuid())}: safety desk, by the bandits"
+    assert served.manager.requests[0].actor == f"{user_name(os.geteuid())}: safety desk, by the bandits"
 
 
 def test_a_dry_proposal_touches_nothing(served: Served) -> None:
@@ -93,7 +93,7 @@ def test_a_rejected_adaptation_is_told_by_the_proposal(served: Served) -> None:
         ({"inputs": {"strategy": "ucb", "options": [SPEEDS]}}, "inputs.strategy", "there is no strategy 'ucb'"),
         ({"inputs": {"strategy": "ucb1", "options": []}}, "inputs.options", "are 0, must be 1 to 64"),
         ({"inputs": {}}, "inputs.strategy", "is missing"),
-        ({"who": "me"}, "who", "X-Regraft-Actor"),
+        ({"actor": "me"}, "who", "X-Regraft-Actor"),
         ({"surprise": 1}, "", "has no field 'surprise'"),
     ],
 )

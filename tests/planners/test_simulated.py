@@ -9,8 +9,8 @@ from adaptation_manager.planners.bandits.planner import BanditPlanner
 from bus_schema.messages.planning import Proposal, ProposalRequest
 from bus_schema.model.architecture import Architecture, TopicSpec
 from regraft import Component
-from regraft.assignment import Assignment
-from regraft.memory_bus import MemoryHub
+from regraft.bus.memory_bus import MemoryHub
+from regraft.runtime.core.assignment import Assignment
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker
 from tests.adaptation.system import SYSTEM, Running, System, spec_of
@@ -37,7 +37,7 @@ class Asker(Component):
         for turn in range(ROUNDS):
             await self.kit.sleep(0.3)
             inputs = {"strategy": "thompson", "options": OPTIONS, "settle": 0.1, **credit}
-            request = ProposalRequest("listen", who="asker", inputs=inputs)
+            request = ProposalRequest("listen", actor="asker", inputs=inputs)
             proposal = await self.kit.call("planners/bandits/propose", request, Proposal, timeout=5.0)
             self.proposals.append(proposal)
             await self.kit.sleep(0.5)

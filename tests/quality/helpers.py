@@ -32,7 +32,6 @@ class Spelt(StatefulAction):
     script = Input(str, default="R")
 
     def __init__(self, setup: NodeSetup) -> None:
-        """Begin with the first letter."""
         super().__init__(setup)
         self.ticks = 0
         self.starts = 0
@@ -60,11 +59,10 @@ class Ear:
     """Hears what requirements tell, and keeps the book."""
 
     def __init__(self) -> None:
-        """Begin with nothing heard."""
         self.heard: list[Quality] = []
         self.book = QualityBook()
 
-    def tell_quality(self, quality: Quality) -> None:
+    def report_quality(self, quality: Quality) -> None:
         """Hear it."""
         self.heard.append(quality)
         self.book.write(quality)

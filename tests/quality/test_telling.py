@@ -9,10 +9,10 @@ from bus_schema.encoding import codec
 from bus_schema.messages.mission import Command, MissionState
 from bus_schema.messages.quality import Quality, QualityLevel
 from bus_schema.model.lifecycle import State
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.testing import Rig
 from services.bt_executor.executor import Executor
-from services.bt_executor.quality import Announcer
+from services.bt_executor.quality import QualityPublisher
 from tests.executor.helpers import command, run, status, tree
 from tests.quality.helpers import Field, task
 from tests.stepped.parts import TinyWorld
@@ -24,7 +24,7 @@ FIRST = Quality(0.0, "QR", "Safety", metric=1.0, satisfied=True, degree=1.0, sta
 def announced(*qualities: Quality) -> list[Quality]:
     """Return what goes out of what is told."""
     out: list[Quality] = []
-    announcer = Announcer(out.append)
+    announcer = QualityPublisher(out.append)
     for quality in qualities:
         announcer.tell(quality)
     return out

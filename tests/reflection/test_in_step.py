@@ -30,7 +30,6 @@ class Witness(Component):
     mission = Input(MissionStatus)
 
     def __init__(self) -> None:
-        """Begin without anything."""
         self.reflected: list[Reflection] = []
         self.boards: list[dict[str, PlainValue]] = []
 

@@ -45,7 +45,7 @@ def test_an_entry_is_rewired_like_any_input_and_only_to_what_it_can_read(system:
     refused = adapt(system, Connect("system_reflection", "speed", "light"))
     assert refused.outcome is Outcome.REJECTED
     (violation,) = refused.violations
-    assert (violation.change, violation.component, violation.field) == (0, "system_reflection", "connections.speed")
+    assert (violation.change, violation.component, violation.field) == (0, "system_reflection", "connect.speed")
     assert violation.problem == (
         "input 'speed' cannot read topic 'light': LightLevel has no field 'twist'; it has: stamp, darkness"
     )

@@ -13,7 +13,7 @@ from hypothesis.strategies import SearchStrategy
 
 import bus_schema
 import bus_schema.messages
-import regraft.assignment
+import regraft.runtime.core.assignment
 from bus_schema.encoding.records import RecordShape, UnionShape
 from bus_schema.encoding.registry import MessageType, known_types
 from bus_schema.encoding.shapes import (
@@ -30,13 +30,13 @@ from bus_schema.encoding.shapes import (
     TextShape,
     TupleShape,
 )
-from bus_schema.messages.requests import Request
+from bus_schema.messages.protocol.requests import Request
 from bus_schema.messages.sensors import Image
 
 Values = SearchStrategy[Any]
 
 OURS = ("regraft",)
-LONGEST_LIST = 2
+MAX_LIST_LENGTH = 2
 
 _built: dict[int, tuple[Shape, Values]] = {}
 
@@ -50,9 +50,9 @@ FIELDS: dict[tuple[type, str], Values] = {
 def all_types() -> tuple[MessageType, ...]:
     """Return every message type of ours, with all modules that define one imported."""
     for package in (bus_schema, bus_schema.messages):
-        for module in pkgutil.iter_modules(package.__path__, package.__name__ + "."):
+        for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
             importlib.import_module(module.name)
-    importlib.import_module(regraft.assignment.__name__)
+    importlib.import_module(regraft.runtime.core.assignment.__name__)
     return tuple(kind for kind in known_types() if kind.name.split("/")[0] in OURS)
 
 
@@ -79,11 +79,11 @@ def _ints(shape: IntShape) -> Values:
 
 
 def _tuples(shape: TupleShape) -> Values:
-    return st.lists(values(shape.item), max_size=LONGEST_LIST).map(tuple)
+    return st.lists(values(shape.item), max_size=MAX_LIST_LENGTH).map(tuple)
 
 
 def _maps(shape: MapShape) -> Values:
-    return st.dictionaries(texts(), values(shape.item), max_size=LONGEST_LIST)
+    return st.dictionaries(texts(), values(shape.item), max_size=MAX_LIST_LENGTH)
 
 
 def _plain(_: PlainShape) -> Values:
@@ -97,7 +97,7 @@ def _plain(_: PlainShape) -> Values:
     )
 
     def nested(inner: Values) -> Values:
-        return st.lists(inner, max_size=LONGEST_LIST) | st.dictionaries(texts(), inner, max_size=LONGEST_LIST)
+        return st.lists(inner, max_size=MAX_LIST_LENGTH) | st.dictionaries(texts(), inner, max_size=MAX_LIST_LENGTH)
 
     return st.recursive(leaves, nested, max_leaves=6)
 
@@ -114,9 +114,10 @@ def _arrays(shape: ArrayShape) -> Values:
 
 
 def _records(shape: RecordShape) -> Values:
-    given = {name: FIELDS.get((shape.cls, name), values(inner)) for name, inner in shape.fields}
-    needed = {name: value for name, value in given.items() if name not in shape.optional}
-    optional = {name: value for name, value in given.items() if name in shape.optional}
+    attributes = dict(zip(shape.attributes, shape.fields, strict=True))
+    given = {name: FIELDS.get((shape.cls, name), values(inner)) for name, (_, inner) in attributes.items()}
+    needed = {name: value for name, value in given.items() if attributes[name][0] not in shape.optional}
+    optional = {name: value for name, value in given.items() if name not in needed}
     return st.fixed_dictionaries(needed, optional=optional).map(lambda fields: shape.cls(**fields))
 
 

@@ -74,7 +74,8 @@ def told(kind: MessageType) -> DescribedType:
 def typed(value: Any, shape: Shape) -> Any:
     """Return a value as somebody would type it: in JSON, arrays as lists, bytes as base64."""
     if isinstance(shape, RecordShape):
-        fields = {name: typed(getattr(value, name), inner) for name, inner in shape.fields}
+        attributes = zip(shape.fields, shape.attributes, strict=True)
+        fields = {name: typed(getattr(value, attribute), inner) for (name, inner), attribute in attributes}
         return {shape.tag[0]: shape.tag[1], **fields} if shape.tag else fields
     if isinstance(shape, UnionShape):
         return typed(value, shape.members[getattr(type(value), shape.key)])
@@ -93,7 +94,7 @@ def typed(value: Any, shape: Shape) -> Any:
 
 def can_be_typed(value: Any) -> bool:
     """Tell whether lists say all of a record's arrays: not the shape of an empty one, nor the payload of a NaN."""
-    arrays = (getattr(value, name) for name, _ in type_of(type(value)).shape.fields)
+    arrays = (getattr(value, attribute) for attribute in type_of(type(value)).shape.attributes)
     return all(same(np.array(each.tolist(), each.dtype), each) for each in arrays if isinstance(each, np.ndarray))
 
 

@@ -15,19 +15,24 @@ from jsonschema import Draft202012Validator
 from bus_schema.encoding import codec, envelope
 from bus_schema.encoding.envelope import Envelope
 from bus_schema.encoding.registry import type_named
-from bus_schema.encoding.shapes import ARRAY_EXTENSION, DEEPEST_PLAIN_VALUE, TAIL_EXTENSION
+from bus_schema.encoding.shapes import ARRAY_EXTENSION, MAX_PLAIN_DEPTH, TAIL_EXTENSION
 from bus_schema.keys import CONTROL_VERBS, Keys
-from bus_schema.messages.clock import StepKind
-from bus_schema.messages.control import ControlCode, RewireStep
-from bus_schema.messages.handover import HandoverStep
-from bus_schema.messages.requests import Answer, RefusalCode, Verb
+from bus_schema.messages.protocol.clock import StepKind
+from bus_schema.messages.protocol.control import ControlCode, RewireStep
+from bus_schema.messages.protocol.handover import HandoverStep
+from bus_schema.messages.protocol.requests import Answer, RefusalCode, Verb
 from bus_schema.model.lifecycle import TRANSITIONS, State, Transition
 from dashboard_api.backend.refusals import KINDS
-from regraft.assignment import Assignment
 from regraft.client.json_view import as_json
-from regraft.host import children, host, silence
-from regraft.runtime import calling, herald, incumbent, rewiring, serving, stream, successor
-from regraft.stepped import errands, member
+from regraft.host import supervisor
+from regraft.host.watchdog import watchdog
+from regraft.lockstep import member, step_dispatch
+from regraft.process import forked
+from regraft.runtime.core import pending
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.data import status_reporter, stream
+from regraft.runtime.handover import incumbent, successor
+from regraft.runtime.requests import request_client, request_server
 
 from .spelling import line_of
 from .strategies import all_types
@@ -93,7 +98,7 @@ def test_the_table_of_the_envelope_is_its_layout() -> None:
         layout += codes[kind]
         assert struct.calcsize(layout) == int(offset) + int(size)
     assert layout == envelope.LAYOUT.format
-    assert source[:2] == [str(envelope.LAYOUT.size), f"1 to {envelope.LONGEST_SOURCE}"]
+    assert source[:2] == [str(envelope.LAYOUT.size), f"1 to {envelope.MAX_SOURCE_LENGTH}"]
     assert [int(fixed[0][3].split(": ")[1])] == [envelope.VERSION]
 
 
@@ -103,8 +108,8 @@ def test_the_page_names_every_dtype_and_both_extensions() -> None:
     assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == codec.KNOWN_DTYPES
     assert f"| array | extension type {ARRAY_EXTENSION} |" in PAGE
     assert f"| array as the tail | extension type {TAIL_EXTENSION}, and the payload's tail |" in PAGE
-    assert f"at most {DEEPEST_PLAIN_VALUE} levels deep" in PAGE
-    assert f"at most {codec.LARGEST_MESSAGE // 2**20} MiB" in PAGE
+    assert f"at most {MAX_PLAIN_DEPTH} levels deep" in PAGE
+    assert f"at most {codec.MAX_MESSAGE_SIZE // 2**20} MiB" in PAGE
 
 
 def test_the_table_of_keys_is_how_keys_are_spelled() -> None:
@@ -174,31 +179,31 @@ def test_the_fields_of_the_assignment_that_the_page_explains_exist() -> None:
     table = rows("field", "meaning")
     named = set(re.findall(r"`(\w+)`", " ".join(row[0] for row in table)))
     assert named <= type_named("regraft/Assignment").shape.names | {"checkpoint_file"}
-    assert f"`{children.ASSIGNMENT_VARIABLE}` holds" in PAGE
+    assert f"`{forked.ASSIGNMENT_VARIABLE}` holds" in PAGE
 
 
 def test_the_times_are_those_of_the_code() -> None:
     told = [float(seconds) for _, seconds in rows("what", "seconds")]
     assert told == [
         Assignment.__dataclass_fields__["heartbeat"].default,
-        stream.HOLE_CLOSES_WITHIN / 1e9,
-        herald.SAY_AGAIN_AFTER,
-        rewiring.AWAIT_AT_MOST / 1e9,
-        calling.ASK_AGAIN_AFTER / 1e9,
-        silence.HUNG_AFTER,
-        host.FIRST_BEAT_WITHIN,
-        member.JOIN_AGAIN_AFTER,
-        member.IDLE_JOIN_AFTER,
-        member.WANT_AGAIN_AFTER,
-        member.INPUTS_WITHIN,
-        errands.STEP_AGAIN_AFTER,
-        errands.STEP_BOUND,
-        successor.PREPARE_WITHIN,
+        stream.HOLE_TIMEOUT / 1e9,
+        status_reporter.REPEAT_INTERVAL,
+        pending.AWAIT_AT_MOST / 1e9,
+        request_client.ASK_INTERVAL / 1e9,
+        watchdog.HUNG_TIMEOUT,
+        supervisor.FIRST_BEAT_TIMEOUT,
+        member.JOIN_INTERVAL,
+        member.IDLE_JOIN_TIMEOUT,
+        member.WANT_INTERVAL,
+        member.INPUTS_TIMEOUT,
+        step_dispatch.STEP_INTERVAL,
+        step_dispatch.STEP_BOUND,
+        successor.PREPARE_TIMEOUT,
         incumbent.CATCH_UP / 1e9,
         incumbent.DRAIN,
-        successor.PULL_WITHIN,
-        successor.TAKE_OVER_WITHIN,
+        successor.PULL_TIMEOUT,
+        successor.TAKE_OVER_TIMEOUT,
     ]
-    assert f"heartbeat stays away for {silence.HUNG_AFTER} s" in PAGE
-    assert f"the last {serving.REMEMBERED_REPLIES} of each of\n  {serving.MOST_CLIENTS} clients" in PAGE
-    assert f"and of {serving.REMEMBERED_NUMBERS} before them" in PAGE
+    assert f"heartbeat stays away for {watchdog.HUNG_TIMEOUT} s" in PAGE
+    assert f"the last {request_server.REMEMBERED_REPLIES} of each of\n  {request_server.MAX_CLIENTS} clients" in PAGE
+    assert f"and of {request_server.REMEMBERED_NUMBERS} before them" in PAGE

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from bus_schema.encoding import codec
-from bus_schema.messages.control import ParameterValues
+from bus_schema.messages.protocol.control import ParameterValues
 from bus_schema.messages.sensors import Image
-from regraft.runtime.calling import Goal
+from regraft.component.goal import Goal
 from regraft.testing import Rig
-from sim_service.camera import CameraSettings, RenderState, SensorNoise
-from sim_service.camera_mount import camera_mount
-from sim_service.placement import Placement
-from sim_service.poses import Pose2D
-from sim_service.renderers import RendererName, make_camera
-from sim_service.scene import load_scene
+from sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
+from sim_service.cameras.camera_mount import camera_mount
+from sim_service.cameras.renderers import RendererName, make_camera
+from sim_service.layout.placement import Placement
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import load_scene
 from sim_service.world import World
 
 FROG = str(Path(__file__).parents[2] / "stacks" / "frog" / "world.xml")

@@ -12,9 +12,10 @@ from bus_schema.messages.sensors import Image, LightLevel
 from bus_schema.messages.world import WorldState
 from bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
-from sim_service import camera_component, renderers
+from sim_service import camera_component
 from sim_service.camera_component import Camera
-from sim_service.renderers import RendererName
+from sim_service.cameras import renderers
+from sim_service.cameras.renderers import RendererName
 
 from .rigs import FROG, run, world_on
 
@@ -30,7 +31,7 @@ def test_pictures_come_at_the_renderers_pace_and_show_their_tick(renderer: Rende
         camera_on(rig, renderer)
         images = rig.collect("camera/image", Image)
         run(rig, world, 2.0)
-        status = rig.runtimes["camera"].herald.status
+        status = rig.runtimes["camera"].reporter.status
     rate, shape = (2, (120, 160, 3)) if renderer == "ray" else (5, (240, 320, 3))
     assert len(images) == 2 * rate
     assert [round(image.stamp, 3) for image in images[:2]] == [round(1 / rate, 3), round(2 / rate, 3)]

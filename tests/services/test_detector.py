@@ -14,10 +14,10 @@ from bus_schema.model.lifecycle import Transition
 from regraft import CallFailed, Component, Output, every
 from regraft.testing import Rig
 from services.detector.detector import Detector
-from sim_service.placement import draw_placement
-from sim_service.poses import Pose2D
-from sim_service.renderers import RendererName
-from sim_service.scene import load_scene
+from sim_service.cameras.renderers import RendererName
+from sim_service.layout.placement import draw_placement
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import load_scene
 from sim_service.simulation import Simulation
 
 from .rigs import FROG, Studio

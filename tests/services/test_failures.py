@@ -11,10 +11,10 @@ from bus_schema.messages.power import BatteryState, ChargerState
 from bus_schema.messages.sensors import Image, LaserScan, Odometry
 from bus_schema.messages.world import GroundTruth
 from bus_schema.model.lifecycle import State, Transition
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.testing import Rig
 from sim_service.camera_component import Camera
-from sim_service.scene import load_scene
+from sim_service.layout.scene import load_scene
 from sim_service.world import World
 
 from .rigs import FROG, run, set_parameters, world_on
@@ -115,7 +115,7 @@ def test_failures_survive_a_restart_from_a_checkpoint() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig, failures=schedule)
         run(rig, world, 1.5)
-        checkpoint = codec.encode(rig.runtimes["world"].control.snapshot())
+        checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
         expected = go_on(rig, world)
     with Rig(seed=3, start=1.5) as rig:
         successor = world_on(rig, failures=schedule)

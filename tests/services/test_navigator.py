@@ -14,7 +14,7 @@ from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgre
 from bus_schema.messages.sensors import Odometry
 from bus_schema.messages.world import GroundTruth
 from bus_schema.model.lifecycle import State, Transition
-from regraft.runtime.calling import Goal
+from regraft.component.goal import Goal
 from regraft.testing import Rig
 from services.navigator.navigator import Navigator
 from sim_service.map_server import MapServer
@@ -198,7 +198,7 @@ def test_a_goal_without_map_or_odometry_is_refused_and_says_what_is_missing(give
 def test_a_successor_with_its_state_finishes_the_drive(course: Course) -> None:
     course.send("hydrant")
     course.run(5.0)
-    snapshot = codec.encode(course.rig.runtimes["navigator"].control.snapshot())
+    snapshot = codec.encode(course.rig.runtimes["navigator"].checkpoints.snapshot())
     course.rig.transition("navigator", Transition.DEACTIVATE)
     successor = course.rig.add(Navigator, "successor", {}, state=State.INACTIVE)
     successor.restore(codec.unpack_plain(snapshot)["state"])

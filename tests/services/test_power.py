@@ -13,7 +13,7 @@ from regraft.testing import Rig
 from services.battery import Battery
 from services.lighting import Lighting, darkness_at
 from services.power_model import motion_power, total_power
-from services.reflection import Reflection
+from services.system_status import SystemStatusReporter
 
 
 def moving(rig: Rig, speed: float) -> None:
@@ -179,7 +179,7 @@ def test_a_battery_that_is_swapped_while_charging_goes_on_charging() -> None:
     with Rig() as rig:
         battery = rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.5})
         charging(rig, connected=True, seconds=5.0)
-        state = codec.unpack_plain(codec.encode(rig.runtimes["battery"].control.snapshot()))["state"]
+        state = codec.unpack_plain(codec.encode(rig.runtimes["battery"].checkpoints.snapshot()))["state"]
         drawn = battery.evaluate()["drawn"]
     with Rig(start=5.0) as rig:
         successor = rig.add(Battery, parameters={"capacity": 2000.0})
@@ -235,7 +235,7 @@ def test_the_light_can_be_kept_on() -> None:
 
 def test_reflection_puts_together_charge_and_darkness_and_names_problems() -> None:
     with Rig() as rig:
-        rig.add(Reflection)
+        rig.add(SystemStatusReporter)
         statuses = rig.collect("system_status", SystemStatus)
         rig.publish("battery", BatteryState(0.0, 19_000.0, 20_000.0, 0.95, 7.0))
         rig.publish("light", LightLevel(0.0, 0.3))
@@ -256,7 +256,7 @@ def test_reflection_puts_together_charge_and_darkness_and_names_problems() -> No
 
 def test_reflection_names_what_is_wrong_with_the_sensors() -> None:
     with Rig() as rig:
-        rig.add(Reflection)
+        rig.add(SystemStatusReporter)
         statuses = rig.collect("system_status", SystemStatus)
         faults = (SensorFault("camera/image", "black", "the pictures are black", 0.0),)
         rig.publish("sensor_health", SensorHealth(0.5, ("camera/image", "scan"), faults))

@@ -144,7 +144,7 @@ def test_a_restored_recorder_goes_on_with_the_same_digest() -> None:
         world = world_on(rig)
         rig.add(Recorder)
         run(rig, world, 1.5)
-        state = codec.unpack_plain(codec.encode(rig.runtimes["recorder"].control.snapshot()))["state"]
+        state = codec.unpack_plain(codec.encode(rig.runtimes["recorder"].checkpoints.snapshot()))["state"]
         successor = rig.add(Recorder, "successor")
         successor.restore(state)
         run(rig, world, 1.5)

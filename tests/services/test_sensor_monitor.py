@@ -11,8 +11,8 @@ from bus_schema.messages.geometry import Pose, Twist
 from bus_schema.messages.health import Diagnostic, Level, SensorHealth
 from bus_schema.messages.sensors import Image, LightLevel, Odometry
 from bus_schema.model.lifecycle import State, Transition
-from regraft.component import describe
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.component.component import describe
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.testing import Rig
 from services.sensor_monitor import SensorMonitor
 from sim_service.camera_component import Camera

@@ -8,7 +8,7 @@ from bus_schema.messages.geometry import Twist
 from bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
 from bus_schema.messages.world import GroundTruth, WorldState
 from bus_schema.model.lifecycle import State, Transition
-from regraft.runtime.lifecycle import TransitionFailed
+from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.testing import Rig
 from sim_service.world import World
 
@@ -87,7 +87,7 @@ def test_a_world_continued_from_its_checkpoint_goes_on_identically() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig, travel_noise=0.01)
         continued(rig, world)
-        checkpoint = codec.encode(rig.runtimes["world"].control.snapshot())
+        checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
         expected = continued(rig, world)
     with Rig(seed=3, start=2.0) as rig:
         successor = world_on(rig, travel_noise=0.01)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from sim_service import picture
-from sim_service.camera import CameraSettings, Image, SensorNoise
-from sim_service.placement import Placement
-from sim_service.poses import Pose2D
-from sim_service.ray_camera import RayCamera
-from sim_service.renderers import FORCE, RendererName, make_camera, probe
-from sim_service.scene import SceneError
+from sim_service.cameras.camera import CameraSettings, Image, SensorNoise
+from sim_service.cameras.ray_camera import RayCamera
+from sim_service.cameras.renderers import FORCE, RendererName, make_camera, probe
+from sim_service.layout.placement import Placement
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import SceneError
 from sim_service.simulation import Simulation
 from tests.renderers import renderers, without_opengl
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_service.drive import DifferentialDrive, DriveSettings
-from sim_service.odometry import OdometrySettings
+from sim_service.robot.drive import DifferentialDrive, DriveSettings
+from sim_service.robot.odometry import OdometrySettings
 from sim_service.simulation import SimulationSettings
 
 from .worlds import drive, frog, frog_with_robot_at

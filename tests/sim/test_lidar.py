@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim_service.lidar import LidarSettings
+from sim_service.robot.lidar import LidarSettings
 from sim_service.simulation import SimulationSettings
 
 from .worlds import drive, frog_with_robot_at

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from sim_service.placement import draw_placement
-from sim_service.scene import SceneError, load_scene
+from sim_service.layout.placement import draw_placement
+from sim_service.layout.scene import SceneError, load_scene
 from sim_service.simulation import Simulation
 
 from .worlds import frog

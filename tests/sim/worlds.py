@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from sim_service.placement import Placement
-from sim_service.poses import Pose2D
-from sim_service.scene import Scene, load_scene
+from sim_service.layout.placement import Placement
+from sim_service.layout.poses import Pose2D
+from sim_service.layout.scene import Scene, load_scene
 from sim_service.simulation import Simulation, SimulationSettings
 
 FROG = Path(__file__).parents[2] / "stacks" / "frog" / "world.xml"

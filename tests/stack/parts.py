@@ -10,7 +10,7 @@ from bus_schema.messages.navigation import Arrival, NavigateTo
 from bus_schema.messages.sensors import LaserScan, Odometry
 from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, action
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
 
 
 @message("stacktest/Smell")

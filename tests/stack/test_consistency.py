@@ -29,7 +29,7 @@ from bus_schema.model.description import (
 from bus_schema.model.lifecycle import State
 from bus_schema.model.parameter_values import parameter_problem
 from regraft import Parameter
-from regraft.parameters import ParameterError
+from regraft.component.parameters import ParameterError
 
 IMAGE = "test/Image"
 
@@ -95,7 +95,7 @@ def test_consistent_architecture_has_no_violations() -> None:
 
 def test_reader_of_an_idle_writer_is_unfed() -> None:
     violation = only(system(camera("eye", state=State.INACTIVE), detector()))
-    assert (violation.component, violation.field, violation.change) == ("detector", "connections.image", None)
+    assert (violation.component, violation.field, violation.change) == ("detector", "connect.image", None)
     assert "activate one of 'eye' (inactive)" in violation.problem
 
 
@@ -106,7 +106,7 @@ def test_reader_that_is_idle_or_needs_nothing_may_be_unfed(reader: ComponentSpec
 
 def test_versions_of_both_ends_must_agree() -> None:
     violation = only(system(camera("eye", version=2), detector()))
-    assert violation.field == "connections.image"
+    assert violation.field == "connect.image"
     assert "takes version 1 of test/Image, but 'eye' writes version 2" in violation.problem
 
 
@@ -124,7 +124,7 @@ def test_standby_writer_may_share_the_topic_of_an_active_one() -> None:
 
 def test_two_active_writers_share_a_topic_only_if_it_takes_many() -> None:
     eyes = (camera("left"), camera("right"))
-    assert found(system(*eyes)) == [("left", "connections.image"), ("right", "connections.image")]
+    assert found(system(*eyes)) == [("left", "connect.image"), ("right", "connect.image")]
     assert violations(system(*eyes, writers=Writers.MANY)) == ()
 
 
@@ -192,9 +192,9 @@ def test_several_violations_are_all_told() -> None:
         connections={"image": "nowhere", "x": "scan"},
     )
     assert sorted(found(system(eye, detector()))) == [
-        ("detector", "connections.image"),
-        ("eye", "connections.image"),
-        ("eye", "connections.x"),
+        ("detector", "connect.image"),
+        ("eye", "connect.image"),
+        ("eye", "connect.x"),
         ("eye", "host"),
         ("eye", "parameters.rat"),
         ("eye", "parameters.rate"),

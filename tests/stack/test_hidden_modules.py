@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.process import NoSuchClass, load_class
+from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.classes import look_in
 from tests.stack.files import problems
 

@@ -9,7 +9,7 @@ import pytest
 from bus_schema.encoding.registry import type_named
 from bus_schema.encoding.topic_types import PROTOCOL, know_schema
 from bus_schema.suggestions import near
-from regraft.process import NoSuchClass, load_class
+from regraft.process.main import NoSuchClass, load_class
 from regraft.stack import load
 from tests.stack.files import problems, write
 

@@ -10,7 +10,7 @@ from regraft.stack import load
 from tests.stack.files import GOOD, line_of, problems, write
 
 SLOW = "{change: set_parameters, component: rescuer.navigator, parameters: {max_velocity: 0.1}}"
-ADDED = "{change: add, component: second, spec: {cls: 'tests.stack.parts:Navigator'}}"
+ADDED = "{change: add, component: second, spec: {class: 'tests.stack.parts:Navigator'}}"
 
 
 def _with(mode: str) -> str:

@@ -9,7 +9,7 @@ import pytest
 from bus_schema.errors import BadKey
 from bus_schema.messages.sensors import Odometry
 from regraft import Component, Output, Parameter
-from regraft.component import describe
+from regraft.component.component import describe
 from tests.stack.files import line_of, problems
 
 HEAD = "system: tests\n"

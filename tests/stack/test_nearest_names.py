@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.process import NoSuchClass, load_class
+from regraft.process.main import NoSuchClass, load_class
 from regraft.stack import StackError, load
 
 STACK = """\

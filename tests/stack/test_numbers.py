@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from regraft.cli.group import BadInput
-from regraft.cli.values import value_of
+from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.values import value_of
 from regraft.stack import StackError, apply_overrides
 from tests.stack.files import changed, good, problems
 

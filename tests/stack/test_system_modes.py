@@ -11,7 +11,7 @@ from bus_schema.model.adaptation import AdaptationRequest, ChangeState, SetParam
 from bus_schema.model.lifecycle import State, Transition
 from bus_schema.model.modes import as_needed, is_in_force
 from regraft.stack import StackError, load
-from regraft.stack.system_modes import read_system_modes
+from regraft.stack.sections.system_modes import read_system_modes
 from tests.adaptation.system import small_architecture
 from tests.stack.files import GOOD, write
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from bus_schema.annotations import Count
 from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
-from regraft.stepped.source import TimeSource
+from regraft.lockstep.source import TimeSource
 
 
 @message("stepped_tests/Reading")

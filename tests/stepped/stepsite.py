@@ -9,20 +9,20 @@ from typing import Any
 
 from bus_schema.encoding import codec
 from bus_schema.encoding.registry import type_of
-from bus_schema.messages.clock import ClockTime
+from bus_schema.messages.protocol.clock import ClockTime
 from bus_schema.model.lifecycle import State
-from regraft.assignment import Assignment
-from regraft.bus import Bus, Sample
+from regraft.bus.interface import Bus, Sample
+from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_config import Endpoints
 from regraft.client import Client
-from regraft.clock import SteppedClock
-from regraft.component import Component
-from regraft.memory_bus import MemoryBus, MemoryHub
+from regraft.component.component import Component
+from regraft.lockstep.member import Member
+from regraft.lockstep.source import SourceLoop, TimeSource
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.core.clock import SteppedClock
+from regraft.runtime.data.writers import Identity, Writers
 from regraft.runtime.runtime import Runtime
-from regraft.runtime.writers import Identity, Writers
-from regraft.stepped.member import Member
-from regraft.stepped.source import SourceLoop, TimeSource
-from regraft.zenoh_bus import ZenohBus, open_bus
-from regraft.zenoh_config import Endpoints
 from tests.ports import free_endpoint
 from tests.waiting import PATIENCE, wait_until
 
@@ -35,14 +35,14 @@ class StepSite:
         self._router: ZenohBus | None = None
         if kind == "zenoh":
             self._endpoint = free_endpoint()
-            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True), in_step=True)
+            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True), lockstep=True)
         self.runtimes: dict[str, Runtime] = {}
         self.threads: dict[str, threading.Thread] = {}
         self._buses: list[Bus] = []
         self.client = Client(self._session(), "steps", "tester")
 
     def _session(self) -> Bus:
-        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), in_step=True)
+        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), lockstep=True)
         self._buses.append(bus)
         return bus
 

@@ -8,11 +8,11 @@ import threading
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.clock import Wiring
-from bus_schema.messages.control import SetTransition
+from bus_schema.messages.protocol.clock import Wiring
+from bus_schema.messages.protocol.control import SetTransition
 from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Input, service
-from regraft.stepped.roster import MOST_BACKLOG, Roster
+from regraft.lockstep.membership import MAX_BACKLOG, Membership
 from tests.kit.parts import Follower, Number, Walker
 from tests.stepped.parts import Reading, Text, TinyWorld
 from tests.stepped.stepsite import StepSite
@@ -84,7 +84,7 @@ def test_a_component_that_only_reads_when_asked_holds_few_messages(steps: StepSi
     steps.start_world(TinyWorld, ("reader",), 20.0)
     steps.wait_finished()
     held = [len(stream.waiting) for stream in steps.runtimes["reader"].inbound.streams.values()]
-    assert max(held) <= MOST_BACKLOG
+    assert max(held) <= MAX_BACKLOG
     assert steps.client.call("look", Text(), Reading, PATIENCE).stamp > 0.0
 
 
@@ -130,7 +130,7 @@ def test_a_goal_of_a_client_outside_of_the_clock_ends_with_it(steps: StepSite) -
 
 
 def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_return() -> None:
-    roster = Roster()
+    roster = Membership()
     key = "s/topic/t"
     reader = roster.add("reader", 1, Wiring({key: False}, {}), None)
     roster.add("writer", 1, Wiring({}, {key: 7}), None)
@@ -150,4 +150,4 @@ def test_a_holder_of_a_slot_that_waits_for_time_is_cancelled_and_time_goes_on(st
     with pytest.raises(CallFailed, match="cancelled"):
         steps.client.call("dawdle", Text(), Text, PATIENCE)
     steps.wait_for_time(steps.told().time / 1e9 + 1.0)
-    assert "in a slot, only ask and compute" in steps.runtimes["dawdler"].herald.status.error
+    assert "in a slot, only ask and compute" in steps.runtimes["dawdler"].reporter.status.error

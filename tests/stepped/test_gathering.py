@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from bus_schema.keys import Keys
+from regraft.lockstep import gathering
 from regraft.patience import Patience
-from regraft.stepped import gathering
 from tests.waiting import PATIENCE
 
 KEYS = Keys("s")

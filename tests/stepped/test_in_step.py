@@ -8,9 +8,9 @@ from collections import Counter
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.clock import Join
+from bus_schema.messages.protocol.clock import Join
 from bus_schema.model.lifecycle import Transition
-from regraft.stepped import source
+from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
 from tests.waiting import PATIENCE, wait_until
@@ -147,7 +147,7 @@ def test_a_new_source_of_time_takes_the_members_over_and_time_does_not_go_back(s
 def test_a_new_source_of_time_waits_for_a_member_that_lives_and_is_slow(
     steps: StepSite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(source, "MEMBERS_BACK_WITHIN", 0.1)
+    monkeypatch.setattr(source, "MEMBERS_BACK_TIMEOUT", 0.1)
     _start_all(steps, 3600.0)
     steps.wait_for_time(1.0)
     steps.end("world")
@@ -164,7 +164,7 @@ def test_a_new_source_of_time_waits_for_a_member_that_lives_and_is_slow(
 
 
 def test_a_new_source_of_time_says_whom_it_left_behind(steps: StepSite, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source, "MEMBERS_BACK_WITHIN", 0.1)
+    monkeypatch.setattr(source, "MEMBERS_BACK_TIMEOUT", 0.1)
     _start_all(steps, 3600.0)
     steps.wait_for_time(1.0)
     steps.end("world")

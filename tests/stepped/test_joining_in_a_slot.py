@@ -10,8 +10,8 @@ from typing import ClassVar
 import pytest
 
 from bus_schema.encoding import codec
-from bus_schema.messages.clock import ClockMember, Membership
-from bus_schema.messages.control import ControlError, SetTransition
+from bus_schema.messages.protocol.clock import ClockMember, Membership
+from bus_schema.messages.protocol.control import ControlError, SetTransition
 from bus_schema.model.lifecycle import State, Transition
 from regraft import Component, Input, Output, every
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness

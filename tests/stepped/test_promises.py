@@ -26,7 +26,7 @@ class Eye(Component):
     def look(self) -> None:
         seen, now = self.position.latest, self.kit.now()
         if seen is not None:
-            self.picture.promise(lambda: self._picture(Reading(now, seen.stamp)))
+            self.picture.publish_deferred(lambda: self._picture(Reading(now, seen.stamp)))
 
     def _picture(self, picture: Reading) -> Reading:
         assert self.gate.wait(PATIENCE)
@@ -58,9 +58,9 @@ class Hasty(Eye):
     @every(seconds=1.0)
     def look(self) -> None:
         now = self.kit.now()
-        self.picture.promise(lambda: Reading(now, 1.0))
+        self.picture.publish_deferred(lambda: Reading(now, 1.0))
         self.picture.publish(Reading(now, 2.0))
-        self.picture.promise(lambda: Reading(now, 3.0))
+        self.picture.publish_deferred(lambda: Reading(now, 3.0))
 
 
 class Viewer(Component):
@@ -121,8 +121,8 @@ def test_time_goes_on_until_somebody_needs_what_is_being_made(steps: StepSite) -
 def test_a_promise_that_cannot_be_kept_is_reported_and_lost_and_nobody_waits_for_it(steps: StepSite) -> None:
     _start(steps, BlindEye)
     assert [stamp for _, stamp, _ in _viewed(steps)] == [1.0, 3.0]
-    assert steps.runtimes["viewer"].herald.status.lost == 1
-    assert "too dark" in steps.runtimes["eye"].herald.status.error
+    assert steps.runtimes["viewer"].reporter.status.lost == 1
+    assert "too dark" in steps.runtimes["eye"].reporter.status.error
 
 
 def test_promises_and_messages_keep_their_order(steps: StepSite) -> None:

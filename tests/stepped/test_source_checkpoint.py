@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bus_schema.encoding import codec
 from bus_schema.keys import Keys
-from bus_schema.messages.control import Snapshot
-from regraft.bus import Sample
+from bus_schema.messages.protocol.control import Snapshot
+from regraft.bus.interface import Sample
 from tests.stepped.parts import Reading, TinyWorld
 from tests.stepped.stepsite import StepSite
 from tests.stepped.test_promises import Viewer

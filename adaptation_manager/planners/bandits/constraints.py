@@ -48,7 +48,6 @@ class Reader:
     """Reads constraints on some dimensions."""
 
     def __init__(self, dimensions: Sequence[Dimension]) -> None:
-        """Know the dimensions by their names."""
         self._dimensions = dimensions
         self._index = {dimension.name: index for index, dimension in enumerate(dimensions)}
 

@@ -14,10 +14,10 @@ from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
 from bus_schema.model.lifecycle import Transition
 
-MOST_DIMENSIONS: Final = 64
-MOST_CHOICES: Final = 1000
-MOST_CONSTRAINTS: Final = 200
-LONGEST_SETTLING: Final = 3600.0
+MAX_DIMENSIONS: Final = 64
+MAX_CHOICES: Final = 1000
+MAX_CONSTRAINTS: Final = 200
+MAX_SETTLING: Final = 3600.0
 
 Name = Annotated[str, Text(200)]
 
@@ -75,7 +75,7 @@ class BanditInputs:
     options: tuple[Varied, ...]
     knobs: dict[str, PlainValue] = field(default_factory=dict)
     constraints: tuple[PlainValue, ...] = ()
-    settle: Annotated[Seconds, Bounds(0.0, LONGEST_SETTLING)] = 0.0
+    settle: Annotated[Seconds, Bounds(0.0, MAX_SETTLING)] = 0.0
     credit: dict[str, PlainValue] | None = None
 
 
@@ -95,8 +95,8 @@ def read_inputs(plain: dict[str, PlainValue]) -> Asked:
     """Return what is asked for; raises BadMessage naming what is wrong, and where."""
     inputs: BanditInputs = record_shape(BanditInputs).unpack(plain)
     dimensions = _dimensions(inputs.options)
-    if len(inputs.constraints) > MOST_CONSTRAINTS:
-        raise BadMessage(f"are {len(inputs.constraints)}, must be at most {MOST_CONSTRAINTS}", ("constraints",))
+    if len(inputs.constraints) > MAX_CONSTRAINTS:
+        raise BadMessage(f"are {len(inputs.constraints)}, must be at most {MAX_CONSTRAINTS}", ("constraints",))
     try:
         credit = None if inputs.credit is None else _credit(inputs.credit)
     except BadMessage as error:
@@ -105,8 +105,8 @@ def read_inputs(plain: dict[str, PlainValue]) -> Asked:
 
 
 def _dimensions(options: Sequence[Varied]) -> tuple[Dimension, ...]:
-    if not 1 <= len(options) <= MOST_DIMENSIONS:
-        raise BadMessage(f"are {len(options)}, must be 1 to {MOST_DIMENSIONS}", ("options",))
+    if not 1 <= len(options) <= MAX_DIMENSIONS:
+        raise BadMessage(f"are {len(options)}, must be 1 to {MAX_DIMENSIONS}", ("options",))
     found: list[Dimension] = []
     for index, varied in enumerate(options):
         try:
@@ -119,8 +119,8 @@ def _dimensions(options: Sequence[Varied]) -> tuple[Dimension, ...]:
 
 
 def _check_choices(choices: Sequence[PlainValue]) -> None:
-    if len(choices) > MOST_CHOICES:
-        raise BadMessage(f"has {len(choices)} choices, must have at most {MOST_CHOICES}")
+    if len(choices) > MAX_CHOICES:
+        raise BadMessage(f"has {len(choices)} choices, must have at most {MAX_CHOICES}")
     seen: set[str] = set()
     for choice in choices:
         if identity(choice) in seen:
@@ -171,7 +171,7 @@ def inputs_schema(strategies: Sequence[str]) -> dict[str, Any]:
     )
     fields = schema["properties"]
     fields["strategy"] = {"enum": list(strategies)}
-    fields["options"] |= {"minItems": 1, "maxItems": MOST_DIMENSIONS}
+    fields["options"] |= {"minItems": 1, "maxItems": MAX_DIMENSIONS}
     transitions = [transition.value for transition in Transition if transition is not Transition.SHUTDOWN]
     fields["options"]["items"]["properties"]["transitions"]["items"] = {"enum": transitions}
     number = {"type": "number"}
@@ -190,7 +190,7 @@ def inputs_schema(strategies: Sequence[str]) -> dict[str, Any]:
     because = {"because": {"type": "string"}}
     fields["constraints"] = {
         "type": "array",
-        "maxItems": MOST_CONSTRAINTS,
+        "maxItems": MAX_CONSTRAINTS,
         "items": {
             "oneOf": [
                 {"type": "object", "properties": f | because, "required": list(f), "additionalProperties": False}

@@ -16,11 +16,11 @@ from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 from bus_schema.model.architecture import Architecture
 
-MOST_TICKETS: Final = 32
+MAX_TICKETS: Final = 32
 """Tickets of a task that are remembered; an older one cannot be credited any more."""
-MOST_COUNTED: Final = 20_000
+MAX_COUNTED: Final = 20_000
 """Options of which it is remembered how often they were chosen or failed."""
-MOST_DOUBLINGS: Final = 5
+MAX_DOUBLINGS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,6 @@ class TaskMemory:
     """All that is known for the sake of one task."""
 
     def __init__(self, task: str, strategies: Strategies) -> None:
-        """Know nothing yet."""
         self._task = task
         self._strategies = strategies
         self._learned: dict[str, Strategy[Any]] = {}
@@ -104,7 +103,7 @@ class TaskMemory:
         self._choices[chosen.strategy] = self._choices.get(chosen.strategy, 0) + 1
         self._resting = {key: turns - 1 for key, turns in self._resting.items() if turns > 1}
         for counts in (self._uncredited, self._failures):
-            while len(counts) > MOST_COUNTED:
+            while len(counts) > MAX_COUNTED:
                 del counts[next(iter(counts))]
 
     # --- what became of it ---
@@ -125,7 +124,7 @@ class TaskMemory:
         stakes = stakes_of(chosen.dimensions, chosen.option.values)
         low, high = chosen.knobs.low, chosen.knobs.high
         self._tickets[name] = Ticket(chosen.strategy, key, since, low, high, chosen.context, stakes)
-        if len(self._tickets) > MOST_TICKETS:
+        if len(self._tickets) > MAX_TICKETS:
             del self._tickets[next(iter(self._tickets))]
         return name, since
 
@@ -137,7 +136,7 @@ class TaskMemory:
         key = chosen.option.key
         failures = self._failures.pop(key, 0) + 1
         self._failures[key] = failures
-        turns: int = rest * 2 ** min(failures - 1, MOST_DOUBLINGS)
+        turns: int = rest * 2 ** min(failures - 1, MAX_DOUBLINGS)
         if turns:
             self._resting[key] = turns
         return turns

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from adaptation_manager.planners.asking import Errand, Manager, Turns
+from adaptation_manager.planners.asking import AdaptationOrder, Manager, Turns
 from adaptation_manager.planners.bandits.context import numbers_of
 from adaptation_manager.planners.bandits.dimensions import Option
 from adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
@@ -20,7 +20,7 @@ from bus_schema.model.architecture import Architecture
 from bus_schema.model.description import Resources
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
-MOST_TASKS: Final = 256
+MAX_TASKS: Final = 256
 """Tasks that are remembered; beyond it, the one that asked least recently is forgotten, with an event."""
 SPACES_KEPT: Final = 16
 
@@ -151,7 +151,7 @@ class BanditPlanner(Component):
             choice["rests"] = memory.failed(chosen, self.rest)
         if done.error:
             choice["notes"] = [*choice["notes"], done.error]
-        self.kit.say(f"{request.task}: {chosen.strategy} chose {choice['option']}: {done.outcome}")
+        self.kit.set_status_text(f"{request.task}: {chosen.strategy} chose {choice['option']}: {done.outcome}")
         return Proposal(request.task, done.changes, choice, ticket, done.report)
 
     # --- what is kept ---
@@ -160,10 +160,10 @@ class BanditPlanner(Component):
         """Return what is known for a task, as the one that asked last."""
         memory = self._memories.pop(task, None) or TaskMemory(task, self._strategies)
         self._memories[task] = memory
-        if len(self._memories) > MOST_TASKS:
+        if len(self._memories) > MAX_TASKS:
             oldest = next(iter(self._memories))
             del self._memories[oldest]
-            self.kit.event("planner.forgot", f"task {oldest!r} was forgotten: there are more than {MOST_TASKS}")
+            self.kit.event("planner.forgot", f"task {oldest!r} was forgotten: there are more than {MAX_TASKS}")
         return memory
 
     def snapshot(self) -> PlainValue:
@@ -177,11 +177,11 @@ class BanditPlanner(Component):
             self._memories[task].restore(kept)
 
 
-def _errand(request: ProposalRequest, chosen: Chosen) -> Errand:
-    who = f"{request.who}, by the bandits" if request.who else "bandits"
+def _errand(request: ProposalRequest, chosen: Chosen) -> AdaptationOrder:
+    who = f"{request.actor}, by the bandits" if request.actor else "bandits"
     why = f"{chosen.strategy} for {request.task}: {chosen.why}"
     reason = f"{request.reason}; {why}" if request.reason else why
-    return Errand(who, reason, request.context)
+    return AdaptationOrder(who, reason, request.context)
 
 
 def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainValue]:

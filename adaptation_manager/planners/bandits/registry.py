@@ -19,7 +19,7 @@ from bus_schema.encoding.records import RecordShape, record_shape
 from bus_schema.errors import BadMessage, BadType
 from bus_schema.messages.planning import StrategyDescription
 from bus_schema.suggestions import instead_of
-from regraft.modules import CannotImport, imported
+from regraft.process.modules import CannotImport, imported
 
 ENTRY_POINTS: Final = "regraft.strategies"
 """The entry point group of strategies from other packages: each is a class."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-MOST_STEPS = 400_000
+MAX_STEPS = 400_000
 """How often one search may apply a rule before it gives up: a few seconds."""
 
 Domains = list[int]
@@ -99,7 +99,7 @@ class Search:
     """Walks through the combinations of some dimensions that keep all of ``rules``."""
 
     def __init__(
-        self, sizes: Sequence[int], dimensions: Sequence[int], rules: Sequence[Rule], most_steps: int = MOST_STEPS
+        self, sizes: Sequence[int], dimensions: Sequence[int], rules: Sequence[Rule], most_steps: int = MAX_STEPS
     ) -> None:
         """Search among ``dimensions``; ``sizes`` has the number of choices of each dimension there is."""
         self._most_steps = most_steps

@@ -9,12 +9,12 @@ from itertools import product
 
 from adaptation_manager.planners.bandits.constraints import rules_of
 from adaptation_manager.planners.bandits.dimensions import Dimension, Option, option_of
-from adaptation_manager.planners.bandits.search import MOST_STEPS, Rule, Search, TooHard, parts_of
+from adaptation_manager.planners.bandits.search import MAX_STEPS, Rule, Search, TooHard, parts_of
 from bus_schema.annotations import PlainValue
 from bus_schema.errors import BadMessage
 
 STEPS_PER_SUSPECT = 5_000
-MOST_NAMED = 8
+MAX_NAMED = 8
 
 Part = tuple[list[int], list[tuple[int, ...]]]
 
@@ -26,7 +26,7 @@ def options_of(
 
     Raises:
         BadMessage: a constraint is malformed; the constraints leave none, or more than ``most``; or they are too
-            tangled to find out within ``MOST_STEPS`` steps.
+            tangled to find out within ``MAX_STEPS`` steps.
     """
     try:
         rules = rules_of(constraints, dimensions)
@@ -37,7 +37,7 @@ def options_of(
         parts = [_part(sizes, members, tied, constraints, most) for members, tied in parts_of(sizes, rules)]
     except TooHard:
         raise BadMessage(
-            f"no end was found in {MOST_STEPS} steps: give fewer values, or constraints that settle more",
+            f"no end was found in {MAX_STEPS} steps: give fewer values, or constraints that settle more",
             ("constraints",),
         ) from None
     count = math.prod(len(found) for _, found in parts)
@@ -91,9 +91,9 @@ def _impossible(
             if not Search(sizes, members, others, STEPS_PER_SUSPECT).solutions(1):
                 guilty = others
     sources = sorted({rule.source for rule in guilty})
-    named = " and ".join(f"constraint {source}, {_shown(constraints[source])}," for source in sources[:MOST_NAMED])
-    if len(sources) > MOST_NAMED:
-        named += f" and {len(sources) - MOST_NAMED} more"
+    named = " and ".join(f"constraint {source}, {_shown(constraints[source])}," for source in sources[:MAX_NAMED])
+    if len(sources) > MAX_NAMED:
+        named += f" and {len(sources) - MAX_NAMED} more"
     verb = "leaves" if len(sources) == 1 else "together leave"
     return BadMessage(
         f"{named} {verb} no option: change {'it' if len(sources) == 1 else 'one of them'}", ("constraints",)

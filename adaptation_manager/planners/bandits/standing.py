@@ -14,7 +14,7 @@ from bus_schema.model.lifecycle import State, Transition, route
 from bus_schema.model.parameter_values import effective_parameter, parameter_problem
 from bus_schema.suggestions import instead_of
 
-MOST_TOLD: Final = 10
+MAX_TOLD: Final = 10
 """Problems that a refusal names."""
 LEADS_TO: Final = {
     "configure": State.INACTIVE,
@@ -29,8 +29,8 @@ def check_dimensions(dimensions: Sequence[Dimension], architecture: Architecture
     """Raise BadMessage for what of the dimensions cannot be in an architecture; it says what could."""
     wrong = list(_problems(dimensions, architecture))
     if wrong:
-        others = [str(problem) for problem in wrong[1:MOST_TOLD]]
-        more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
+        others = [str(problem) for problem in wrong[1:MAX_TOLD]]
+        more = [f"and {len(wrong) - MAX_TOLD} more"] if len(wrong) > MAX_TOLD else []
         raise BadMessage("; ".join([wrong[0].why, *others, *more]), wrong[0].where)
 
 

@@ -32,7 +32,6 @@ class Knobs:
     high: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse a range without extent, or one so large that it cannot be told."""
         if not self.low < self.high:
             raise BadMessage(f"is {self.high:g}, must be greater than 'low', which is {self.low:g}", ("high",))
         if not math.isfinite(self.high - self.low):

@@ -16,7 +16,7 @@ from bus_schema.errors import BadMessage
 
 Value = float | str | bool
 LONGEST: Final = 2000
-MOST_NODES: Final = 400
+MAX_NODES: Final = 400
 KNOWN: Final = "known"
 ARITHMETIC: Final[dict[type[ast.AST], Callable[[Any, Any], Any]]] = {
     ast.Add: operator.add,
@@ -64,8 +64,8 @@ class Expression:
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise BadMessage(f"{text!r} is no expression: {getattr(error, 'msg', error)}") from None
         nodes = list(ast.walk(tree))
-        if len(nodes) > MOST_NODES:
-            raise BadMessage(f"has {len(nodes)} parts, must have at most {MOST_NODES}")
+        if len(nodes) > MAX_NODES:
+            raise BadMessage(f"has {len(nodes)} parts, must have at most {MAX_NODES}")
         for node in nodes:
             _check(node)
         self._root = tree.body

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
-from adaptation_manager.planners.asking import CarriedOut, Errand, Manager, Turns
+from adaptation_manager.planners.asking import AdaptationOrder, CarriedOut, Manager, Turns
 from adaptation_manager.planners.bandits.context import numbers_of
 from adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
 from adaptation_manager.planners.bandits.space import options_of
 from adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
-from adaptation_manager.planners.forecast.outlook import ForecastKnobs, Model, Outlook, model_of, outlook
+from adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
 from bus_schema.annotations import PlainValue
 from bus_schema.encoding.records import record_shape
 from bus_schema.errors import BadMessage
@@ -25,8 +25,8 @@ from bus_schema.model.description import Resources
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 
 STRATEGY: Final = "expected_utility"
-MOST_OPTIONS: Final = 1000
-MOST_TOLD: Final = 10
+MAX_OPTIONS: Final = 1000
+MAX_TOLD: Final = 10
 """Options whose expected utility an explanation names."""
 
 
@@ -38,7 +38,7 @@ class ForecastPlanner(Component):
     """
 
     resources = Resources(cpu=0.02, memory=60.0)
-    longest_handler = 2.0  # a class is loaded when it is first asked for
+    handler_timeout = 2.0  # a class is loaded when it is first asked for
 
     answer_within = Parameter(
         5.0, "time that the adaptation manager may take to show the architecture", minimum=0.1, maximum=60.0, unit="s"
@@ -78,7 +78,7 @@ class ForecastPlanner(Component):
         architecture = await self._manager.architecture(self.answer_within)
         try:
             check_dimensions(asked.dimensions, architecture)
-            options = options_of(asked.dimensions, asked.constraints, MOST_OPTIONS)
+            options = options_of(asked.dimensions, asked.constraints, MAX_OPTIONS)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         context = numbers_of(request.context)
@@ -113,7 +113,7 @@ def _read(plain: dict[str, PlainValue]) -> tuple[Asked, Model]:
         raise error.inside("knobs") from None
 
 
-def _best(asked: Asked, model: Model, outlooks: list[Outlook], architecture: Architecture) -> Outlook | None:
+def _best(asked: Asked, model: Model, outlooks: list[Forecast], architecture: Architecture) -> Forecast | None:
     """Return the best of those of which something is known; what stands, unless something is better by the margin."""
     known = [each for each in outlooks if each.utility is not None]
     if not known:
@@ -123,12 +123,12 @@ def _best(asked: Asked, model: Model, outlooks: list[Outlook], architecture: Arc
     return stands if stands is not None and _utility(best) <= _utility(stands) + model.margin else best
 
 
-def _utility(each: Outlook) -> float:
+def _utility(each: Forecast) -> float:
     assert each.utility is not None
     return each.utility
 
 
-def _shown(asked: Asked, chosen: Outlook | None, outlooks: list[Outlook]) -> dict[str, PlainValue]:
+def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
     names = [dimension.name for dimension in asked.dimensions]
     told: dict[str, PlainValue] = {"strategy": STRATEGY, "options": len(outlooks), "notes": []}
@@ -139,7 +139,7 @@ def _shown(asked: Asked, chosen: Outlook | None, outlooks: list[Outlook]) -> dic
         }
     expected = ", ".join(
         f"{'/'.join(str(value) for value in each.option.values)}: {each.utility:.4g}"
-        for each in outlooks[:MOST_TOLD]
+        for each in outlooks[:MAX_TOLD]
         if each.utility is not None
     )
     return told | {
@@ -149,7 +149,7 @@ def _shown(asked: Asked, chosen: Outlook | None, outlooks: list[Outlook]) -> dic
     }
 
 
-def _errand(request: ProposalRequest, why: str) -> Errand:
-    who = f"{request.who}, by the forecast" if request.who else "forecast"
+def _errand(request: ProposalRequest, why: str) -> AdaptationOrder:
+    who = f"{request.actor}, by the forecast" if request.actor else "forecast"
     reason = f"{request.reason}; {why}" if request.reason else why
-    return Errand(who, reason, request.context)
+    return AdaptationOrder(who, reason, request.context)

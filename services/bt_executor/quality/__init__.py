@@ -4,11 +4,11 @@ Subclass `TaskLevelQR` or `SystemLevelQR` in Python, or use the XML nodes of the
 requirement holds to a degree, one half is where "satisfied" begins.
 """
 
-from services.bt_executor.quality.announcing import Announcer
 from services.bt_executor.quality.book import QualityBook
 from services.bt_executor.quality.data import Writes
 from services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
 from services.bt_executor.quality.measuring import Integral, MeanOverTime, Metric, Unknown
+from services.bt_executor.quality.publisher import QualityPublisher
 from services.bt_executor.quality.relations import at_least, at_most, close_to
 from services.bt_executor.quality.requirement import QualityRequirement
 from services.bt_executor.quality.system_level import Gathered, SystemLevelQR, combined
@@ -17,7 +17,6 @@ from services.bt_executor.quality.verdict import UNKNOWN, QualityTeller, Verdict
 
 __all__ = [
     "UNKNOWN",
-    "Announcer",
     "Gathered",
     "Integral",
     "MeanOverTime",
@@ -25,6 +24,7 @@ __all__ = [
     "PlainSystemQR",
     "PlainTaskQR",
     "QualityBook",
+    "QualityPublisher",
     "QualityRequirement",
     "QualityTeller",
     "SystemLevelQR",

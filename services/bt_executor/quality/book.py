@@ -12,7 +12,6 @@ class QualityBook:
     """What was last told of each requirement; one whose child is done, or was halted, is there but not active."""
 
     def __init__(self) -> None:
-        """Begin with no tree."""
         self._places: dict[str, int] = {}
         self._latest: dict[str, Quality] = {}
 

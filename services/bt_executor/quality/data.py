@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import Blackboard, Entry, Node
-from behavior_tree.text import board_key
+from behavior_tree.nodes.text import board_key
 from services.bt_executor.quality.measuring import Unknown
 
 AGE, STALE = "_age", "_stale"
@@ -44,7 +44,6 @@ class Writes:
     """Notices when the entry that a node's port is connected to is written again, be it with the same value."""
 
     def __init__(self, node: Node, port: str) -> None:
-        """Watch from now on."""
         self._board = node.blackboard
         self._key = board_key(node.setup.attributes.get(port, ""), port) or ""
         self._sequence = self._now()

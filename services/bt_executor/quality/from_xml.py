@@ -6,7 +6,7 @@ import math
 from typing import Any, Final
 
 from behavior_tree import Input, Node, NodeSetup, Status
-from behavior_tree.values import parse_real
+from behavior_tree.data.values import parse_real
 from services.bt_executor.quality.measuring import Integral, Unknown
 from services.bt_executor.quality.relations import RELATIONS
 from services.bt_executor.quality.requirement import QualityRequirement
@@ -37,7 +37,6 @@ class RequiredInXml(QualityRequirement):
     requirement = Input[Any](default="", description="such as: {@nearest} at least 0.46 or {@speed} at most 0.18")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with nothing known."""
         super().__init__(setup, context)
         self._required: Requirement | None = None
 
@@ -117,7 +116,6 @@ class PlainTaskQR(RequiredInXml, TaskLevelQR):
     measure_as = Input(str, name="measure", default="value", description="value, or integral: its sum over seconds")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with nothing measured."""
         super().__init__(setup, context)
         self._began = 0.0
         self._integral = Integral(0.0)

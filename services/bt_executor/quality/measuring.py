@@ -38,7 +38,6 @@ class MeanOverTime:
     """
 
     def __init__(self) -> None:
-        """Begin without values."""
         self._sum = 0.0
         self._seconds = 0.0
         self._value: float | None = None

@@ -21,8 +21,8 @@ from behavior_tree import (
     PortError,
     Status,
 )
-from behavior_tree.ports import Port
-from behavior_tree.text import board_key
+from behavior_tree.nodes.ports import Port
+from behavior_tree.nodes.text import board_key
 from bus_schema.messages.quality import Quality, QualityLevel
 from services.bt_executor.quality.data import age_of
 from services.bt_executor.quality.measuring import MeanOverTime, Metric, Unknown
@@ -81,7 +81,6 @@ class QualityRequirement(Decorator):
                 raise TypeError(f'{cls.__name__}.{name} hides an attribute; declare the port with name="{name}"')
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with nothing known."""
         super().__init__(setup)
         self.context = context
         self.bus_name = key_safe(self.name)
@@ -317,7 +316,7 @@ class QualityRequirement(Decorator):
 
     def _tell(self) -> None:
         metric = self.verdict.metric
-        self.context.tell_quality(
+        self.context.report_quality(
             Quality(
                 stamp=self.now(),
                 requirement=self.bus_name,

@@ -15,14 +15,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from behavior_tree.text import board_key
-from behavior_tree.values import parse_real
+from behavior_tree.data.values import parse_real
+from behavior_tree.nodes.text import board_key
 from services.bt_executor.quality.relations import RELATIONS, Relation
 
 DEEPEST: Final = 20
 """Levels of brackets and negations in a requirement."""
 
-LONGEST_SHOWN: Final = 200
+MAX_SHOWN_LENGTH: Final = 200
 _TOKEN: Final = re.compile(r"\s*(\{[^{}]*\}|[()]|[^\s(){}]+)")
 _LEADING_WORDS: Final = sorted(RELATIONS, key=lambda relation: -len(relation.words.split()))
 
@@ -218,5 +218,5 @@ class _Parser:
         return False
 
     def _wrong(self, why: str) -> ValueError:
-        text = self._text if len(self._text) <= LONGEST_SHOWN else f"{self._text[:LONGEST_SHOWN]}…"
+        text = self._text if len(self._text) <= MAX_SHOWN_LENGTH else f"{self._text[:MAX_SHOWN_LENGTH]}…"
         return ValueError(f"requirement '{text}': {why}")

@@ -11,13 +11,13 @@ from services.bt_executor.quality.measuring import Metric
 
 UNKNOWN: Final = "unknown"
 """The status of a requirement of which nothing can be said."""
-LONGEST_TEXT: Final = 500
+MAX_TEXT_LENGTH: Final = 500
 
 
 class QualityTeller(Protocol):
     """Whom requirements tell how they are met: the executor's `LeafContext`."""
 
-    def tell_quality(self, quality: Quality) -> None:
+    def report_quality(self, quality: Quality) -> None:
         """Take what is known now."""
         ...
 
@@ -48,4 +48,4 @@ def explained(error: Exception) -> str:
 
 def sendable(text: str) -> str:
     """Return text as it can travel: not too long, and well-formed."""
-    return str(text)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
+    return str(text)[:MAX_TEXT_LENGTH].encode("utf-8", "replace").decode()

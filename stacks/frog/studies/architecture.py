@@ -33,7 +33,7 @@ MAPPING = [
         "stale_after": 1,
     },
     {"topic": "power", "field": "consumers.motion", "entry": "motion_power", "rate": 2, "stale_after": 3},
-    {"topic": "architecture", "field": "components.detector.connections.image", "entry": "image_topic", "rate": 1},
+    {"topic": "architecture", "field": "components.detector.connect.image", "entry": "image_topic", "rate": 1},
     {
         "topic": "architecture",
         "field": "components.navigator.parameters.max_velocity",

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures import COLOURS
+from evaluation.reports.figures import COLOURS
+from evaluation.reports.sections import Arms, Measure
 from evaluation.rows import TIME, Rows
-from evaluation.sections import Arms, Measure
 from evaluation.study import RunRecord
 from stacks.frog.studies import rounds_measures as measures
 from stacks.frog.studies.rounds_recorder import REQUIREMENTS

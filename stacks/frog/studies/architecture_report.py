@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from evaluation.figures import NEEDS, drawn
-from evaluation.markdown import UNKNOWN, mean_and_sd, number, p_value, table
-from evaluation.rows import Rows
-from evaluation.sections import (
+from evaluation.reports.figures import NEEDS, drawn
+from evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
+from evaluation.reports.sections import (
     Arms,
     Claim,
     Measure,
@@ -20,7 +19,8 @@ from evaluation.sections import (
     intervals_table,
     measures_table,
 )
-from evaluation.statistics import summary
+from evaluation.reports.statistics import summary
+from evaluation.rows import Rows
 from evaluation.study import Report, Results
 from stacks.frog.studies import rounds_measures as measures
 from stacks.frog.studies.architecture_figures import figures

@@ -22,7 +22,7 @@ class ExploringRecorder(RowRecorder):
     ``power`` what the robot draws.
     """
 
-    mission = Input(MissionStatus, latest_only=True, text="what the robot does, how the requirement is met")
+    mission = Input(MissionStatus, latest_only=True, description="what the robot does, how the requirement is met")
     battery = Input(BatteryState, latest_only=True)
     charger = Input(ChargerState, latest_only=True, required=False)
     power = Input(PowerDraw, latest_only=True)

@@ -11,8 +11,8 @@ from typing import Any
 
 from behavior_tree import SUCCESS, Input, NodeSetup, PortError, Status
 from bus_schema.model.adaptation import Change
-from services.bt_executor.adapting import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
-from services.bt_executor.adapting.results import Result
+from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
+from services.bt_executor.adaptation.results import Result
 from services.bt_executor.quality import QualityTeller, TaskLevelQR
 from services.power_model import PICTURE_ENERGY
 from stacks.frog.plans import FASTEST, PICTURES_IN_THE_DARK, SLOWEST, SPARE_PICTURES, STEP
@@ -20,7 +20,7 @@ from stacks.frog.quality import POWER, DetectPowerEfficiently
 
 NOT_MEASURED = -10.0
 """What every metric begins with, and decisions are made on."""
-SAMPLE_EVERY = 2.0
+SAMPLE_INTERVAL = 2.0
 """s between two looks at the power: the published leg "power" is a sum of such samples, half the energy in J."""
 EVER_LOOKS = 4 * 5
 """Looks that the plan reckons with, however long the mission goes on."""
@@ -37,7 +37,6 @@ class PublishedMaxVelocity(AdaptPeriodically):
     leg_power = Input(float, description="sum of the samples of power of the leg before, in W")
 
     def __init__(self, setup: NodeSetup, context: Any) -> None:
-        """Begin with nothing measured, and decide on that."""
         super().__init__(setup, context)
         self._known = {"safety": NOT_MEASURED, "quickness": NOT_MEASURED, "leg_power": NOT_MEASURED}
         self._decided = False
@@ -68,7 +67,6 @@ class PublishedMovePower(TaskLevelQR):
     motion_power = Input(float, description="power that the drive takes, in W")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
-        """Begin with nothing measured."""
         super().__init__(setup, context)
         self._sum = 0.0
         self._next = 0.0
@@ -77,7 +75,7 @@ class PublishedMovePower(TaskLevelQR):
     def measure(self) -> float | None:
         """Take a sample if it is time; returns the sum of the drive before."""
         if self.now() >= self._next:
-            self._next = self.now() + SAMPLE_EVERY
+            self._next = self.now() + SAMPLE_INTERVAL
             self._sum += self.motion_power
         return self._told
 
@@ -107,7 +105,6 @@ class PublishedPictures(AdaptOnStart):
     darkness = Input(float, description="0 to 1")
 
     def __init__(self, setup: NodeSetup, context: Any) -> None:
-        """Begin on the robot's own camera, with one picture."""
         super().__init__(setup, context)
         self._is_external = False
         self._pictures = 1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.markdown import UNKNOWN, table
-from evaluation.sections import Arms
+from evaluation.reports.markdown import UNKNOWN, table
+from evaluation.reports.sections import Arms
 from evaluation.study import RunRecord
 from stacks.frog.studies.blocking import blocked
 from stacks.frog.studies.rounds_reactions import NONE, Reactions, blocked_by, to_blocking, to_darkness, to_nearness

@@ -20,7 +20,7 @@ RANGE_MIN, RANGE_MAX, NEAR = 0.12, 3.5, 0.10
 DRIVING_FROM = 0.03
 BUDGET = TASK_PICTURES * PICTURE_ENERGY
 OWN_TOPIC = "camera/image"
-SAMPLE_EVERY = 2.0
+SAMPLE_INTERVAL = 2.0
 """s between the samples of power that the published leg "power" adds up."""
 
 
@@ -146,7 +146,7 @@ def published_rows(rows: Rows) -> list[PublishedRow]:
     for time, nearest, speed, max_velocity, number, driving in columns:
         if was_driving and (not driving or number != leg):
             told, total = total, 0.0
-        is_sampled = round(time) % round(SAMPLE_EVERY) == 0
+        is_sampled = round(time) % round(SAMPLE_INTERVAL) == 0
         if driving and is_sampled:
             safety = share_of_range(nearest) if math.isfinite(nearest) else safety
             efficiency = min(speed / FASTEST, 1.0) if speed > DRIVING_FROM else efficiency

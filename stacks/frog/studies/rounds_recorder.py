@@ -36,15 +36,15 @@ class RoundsRecorder(RowRecorder):
     under way. Each requirement has a column: 1 satisfied, 0 not, empty while its task does not run or it is unknown.
     """
 
-    ground_truth = Input(GroundTruth, keep=256, text="how fast the robot really is")
-    scan = Input(LaserScan, latest_only=True, text="what is near")
-    power = Input(PowerDraw, keep=64, text="what driving takes")
-    energy = Input(EnergyUse, keep=256, text="what pictures take")
-    detections = Input(Detections, keep=256, text="what is seen")
-    light = Input(LightLevel, latest_only=True, text="how dark it is")
-    architecture = Input(Architecture, latest_only=True, text="what is set, and connected")
-    adaptations = Input(AdaptationReport, keep=256, text="what is changed when")
-    mission = Input(MissionStatus, latest_only=True, text="how the requirements are met")
+    ground_truth = Input(GroundTruth, keep=256, description="how fast the robot really is")
+    scan = Input(LaserScan, latest_only=True, description="what is near")
+    power = Input(PowerDraw, keep=64, description="what driving takes")
+    energy = Input(EnergyUse, keep=256, description="what pictures take")
+    detections = Input(Detections, keep=256, description="what is seen")
+    light = Input(LightLevel, latest_only=True, description="how dark it is")
+    architecture = Input(Architecture, latest_only=True, description="what is set, and connected")
+    adaptations = Input(AdaptationReport, keep=256, description="what is changed when")
+    mission = Input(MissionStatus, latest_only=True, description="how the requirements are met")
 
     def on_configure(self) -> None:
         """Begin to count."""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures import COLOURS, NEEDS, drawn
-from evaluation.markdown import UNKNOWN, number, table
+from evaluation.reports.figures import COLOURS, NEEDS, drawn
+from evaluation.reports.markdown import UNKNOWN, number, table
+from evaluation.reports.sections import arms_of, costs_line, head
 from evaluation.rows import TIME
-from evaluation.sections import arms_of, costs_line, head
 from evaluation.study import Report, Results, RunRecord
 from stacks.frog.studies.exploring_measures import (
     LIMIT,

@@ -9,7 +9,7 @@ from typing import Final
 from adaptation_manager.planners.bandits.strategy import Decision, Offer
 from bus_schema.annotations import PlainValue
 
-MOST_KEPT: Final = 20_000
+MAX_KEPT: Final = 20_000
 """Options that are remembered; beyond it, those that were not credited for the longest time are forgotten."""
 TRIES_WITHOUT_CREDIT: Final = 3
 """An option chosen so often without earning a credit is not tried first any more."""
@@ -40,7 +40,6 @@ class Averages:
     """An average for each option that was credited."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._found: dict[str, Average] = {}
 
     def add(self, key: str, utility: float) -> None:
@@ -48,7 +47,7 @@ class Averages:
         average = self._found.pop(key, None) or Average()
         average.add(utility)
         self._found[key] = average
-        if len(self._found) > MOST_KEPT:
+        if len(self._found) > MAX_KEPT:
             del self._found[next(iter(self._found))]
 
     def of(self, key: str) -> Average:

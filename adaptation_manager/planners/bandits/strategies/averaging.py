@@ -13,7 +13,6 @@ class Averaging(Strategy[K]):
     """A strategy whose knowledge is an average per option."""
 
     def __init__(self, knobs: K) -> None:
-        """Begin without averages."""
         super().__init__(knobs)
         self.averages = Averages()
 

@@ -10,12 +10,12 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptation_manager.planners.bandits.strategies.averages import MOST_KEPT, best
+from adaptation_manager.planners.bandits.strategies.averages import MAX_KEPT, best
 from adaptation_manager.planners.bandits.strategy import CannotLearn, Decision, Knobs, Offer, Strategy
 from bus_schema.annotations import Bounds, PlainValue
 from bus_schema.errors import BadMessage
 
-MOST_FEATURES: Final = 32
+MAX_FEATURES: Final = 32
 LARGEST: Final = 1e6
 """The largest number to learn on: the squares of larger ones leave nothing of the others, and end in infinity."""
 
@@ -52,7 +52,6 @@ class LinUcb(Strategy[LinUcbKnobs]):
     knobs_class = LinUcbKnobs
 
     def __init__(self, knobs: LinUcbKnobs) -> None:
-        """Begin without models."""
         super().__init__(knobs)
         self._names: tuple[str, ...] = ()
         self._models: dict[str, Model] = {}
@@ -74,8 +73,8 @@ class LinUcb(Strategy[LinUcbKnobs]):
                     ("features",),
                 )
         names = self._names_with(offer.context)
-        if len(names) > MOST_FEATURES:
-            raise BadMessage(f"are {len(names)}, must be at most {MOST_FEATURES}: name those that count", ("features",))
+        if len(names) > MAX_FEATURES:
+            raise BadMessage(f"are {len(names)}, must be at most {MAX_FEATURES}: name those that count", ("features",))
 
     def choose(self, offer: Offer, rng: Random) -> Decision:
         """Choose the highest x' theta + alpha sqrt(x' A^-1 x) (algorithm 1 of the paper)."""
@@ -88,13 +87,13 @@ class LinUcb(Strategy[LinUcbKnobs]):
     def learn(self, key: str, utility: float, context: Mapping[str, float]) -> None:
         """Take a utility into the option's model."""
         names = self._names_with(context)
-        if len(names) > MOST_FEATURES:
-            raise CannotLearn(f"there would be {len(names)} numbers to learn on, must be at most {MOST_FEATURES}")
+        if len(names) > MAX_FEATURES:
+            raise CannotLearn(f"there would be {len(names)} numbers to learn on, must be at most {MAX_FEATURES}")
         self._names = names
         x = self._vector(names, context)
         model = _padded(self._models.pop(key, None), len(x))
         self._models[key] = Model(model.products + np.outer(x, x), model.earned + utility * x)
-        if len(self._models) > MOST_KEPT:
+        if len(self._models) > MAX_KEPT:
             del self._models[next(iter(self._models))]
 
     def _counting(self, context: Mapping[str, float]) -> list[str]:

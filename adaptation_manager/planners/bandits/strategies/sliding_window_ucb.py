@@ -14,14 +14,14 @@ from adaptation_manager.planners.bandits.strategy import Decision, Knobs, Offer,
 from bus_schema.annotations import Bounds, PlainValue
 from bus_schema.errors import BadMessage
 
-LARGEST_WINDOW: Final = 10_000
+MAX_WINDOW: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class WindowKnobs(Knobs):
     """``window`` is how many of the latest credits count; ``xi`` widens the bound (0.6 in the paper's experiments)."""
 
-    window: Annotated[int, Bounds(2, LARGEST_WINDOW)] = 50
+    window: Annotated[int, Bounds(2, MAX_WINDOW)] = 50
     xi: Annotated[float, Bounds(0.0, 100.0)] = 0.6
 
 
@@ -34,7 +34,7 @@ class SlidingWindowUcb(Strategy[WindowKnobs]):
     def __init__(self, knobs: WindowKnobs) -> None:
         """Begin with an empty window."""
         super().__init__(knobs)
-        self._latest: deque[tuple[str, float]] = deque(maxlen=LARGEST_WINDOW)
+        self._latest: deque[tuple[str, float]] = deque(maxlen=MAX_WINDOW)
 
     def check(self, offer: Offer) -> None:
         """Refuse a window into which not every option fits: it would only ever try what it has just forgotten."""

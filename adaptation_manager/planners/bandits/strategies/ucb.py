@@ -13,7 +13,7 @@ from adaptation_manager.planners.bandits.strategies.averaging import Averaging
 from adaptation_manager.planners.bandits.strategy import Decision, K, Knobs, Offer
 from bus_schema.annotations import Bounds
 
-LARGEST_VARIANCE = 0.25
+MAX_VARIANCE = 0.25
 """No variable in [0, 1] varies more."""
 
 
@@ -62,4 +62,4 @@ class UcbTuned(UpperBounds[Knobs]):
     def index(self, average: Average, n: int) -> float:
         """Return UCB-Tuned's index (section 4 of the paper), with its cap of 1/4."""
         share = math.log(n) / average.count
-        return average.mean + math.sqrt(share * min(LARGEST_VARIANCE, average.variance + math.sqrt(2.0 * share)))
+        return average.mean + math.sqrt(share * min(MAX_VARIANCE, average.variance + math.sqrt(2.0 * share)))

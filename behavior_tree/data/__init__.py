@@ -1,0 +1,1 @@
+"""Typed values, and the blackboards that hold them."""

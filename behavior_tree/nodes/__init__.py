@@ -1,0 +1,1 @@
+"""The bases of all nodes, their ports, and one tick of any of them."""

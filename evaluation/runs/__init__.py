@@ -1,0 +1,1 @@
+"""Single runs: their processes and their folders."""

@@ -1,0 +1,68 @@
+"""A stack that is run at full speed to be looked at: started as a user would, ended whatever happens."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from regraft import run_directory
+from regraft.process.own_python import own_environment, own_python
+
+STARTED_TIMEOUT = 60.0
+END_TIMEOUT = 30.0
+LOOK_INTERVAL = 0.1
+
+
+class RunFailed(Exception):
+    """A run could not be started or judged."""
+
+
+@contextmanager
+def running(stack: Path, seed: int, home: Path, options: tuple[str, ...] = ()) -> Iterator[subprocess.Popen[str]]:
+    """Run ``regraft up`` with further ``options``; ``home`` takes the run's files, and its complaints in ``up.log``.
+
+    Its closing line is its output. At the end it is interrupted if it still runs, and killed if that takes too long.
+    """
+    command = own_python("-m", "regraft.cli", "up", str(stack), "--headless", "--json", "--speed", "max")
+    command += ["--seed", str(seed), "--set", "gateway.port=0", *options]
+    os.environ["REGRAFT_HOME"] = str(home)
+    home.mkdir(parents=True, exist_ok=True)
+    with (home / "up.log").open("w") as errors:
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            env=own_environment(),
+        )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGINT)
+    try:
+        process.communicate(timeout=END_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+
+
+def started(process: subprocess.Popen[str], home: Path) -> run_directory.RunInfo:
+    """Wait until a process of ``regraft up`` has brought its system up; raises RunFailed."""
+    deadline = time.monotonic() + STARTED_TIMEOUT
+    while time.monotonic() < deadline and process.poll() is None:
+        there = run_directory.running()
+        if there:
+            return there[0]
+        time.sleep(LOOK_INTERVAL)
+    raise RunFailed(f"it did not come up within {STARTED_TIMEOUT:g} s, see {home / 'up.log'}")

@@ -1,0 +1,1 @@
+"""The bus: its interface, Zenoh, and a bus in memory for fast tests."""

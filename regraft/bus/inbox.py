@@ -1,0 +1,119 @@
+"""Where everything that reaches a component waits for its thread."""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any
+
+
+class Inbox:
+    """Items in the order of their arrival: put from any thread, taken by one.
+
+    A wait with a time-out has the kernel set a timer, which costs as much as a fifth of a round trip; and a
+    component waits after every message. So another thread, the alarm, keeps the time, and is told of it only
+    when something is due earlier than what it is set to. A wait may end early with nothing.
+
+    No wait carries a time-out of its own: before Python 3.13, ``SimpleQueue.get(timeout=...)`` waits for ever if its
+    thread is held up in it until the time is over.
+
+    What is shelved is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
+    whoever takes is ``attentive``. It comes behind what was put, whichever came first.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty; a None in it is the alarm, or whoever wants the waiting to end."""
+        self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._shelf: deque[Any] = deque()
+        self._alarm = _Alarm(self._items.put)
+        self.attentive = False
+        self.put = self._items.put
+
+    def put_lazy(self, item: Any) -> None:
+        """Put an item that need not be taken before something else is."""
+        self._shelf.append(item)
+        # Whoever becomes attentive looks at the shelf afterwards, so that one of the two sees the other.
+        if self.attentive:
+            self._items.put(None)
+
+    def empty(self) -> bool:
+        """Tell whether nothing is there."""
+        return not self._shelf and self._items.empty()
+
+    def qsize(self) -> int:
+        """Return how many items are there."""
+        return len(self._shelf) + self._items.qsize()
+
+    def get(self, timeout: float) -> Any:
+        """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
+        return self.get_until(time.monotonic() + timeout) if timeout > 0.0 else self._take_now()
+
+    def get_until(self, then: float) -> Any:
+        """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
+        if self._shelf:
+            return self._take_now()
+        if self._alarm.set_to > then:
+            if then <= time.monotonic():
+                return self._take_now()
+            self._alarm.set(then)
+        return self._items.get()
+
+    def close(self) -> None:
+        """End the alarm: nobody waits here any more."""
+        self._alarm.stop()
+
+    def take_lazy(self) -> Iterator[Any]:
+        """Take what is on the shelf now."""
+        for _ in range(len(self._shelf)):
+            yield self._shelf.popleft()
+
+    def _take_now(self) -> Any:
+        item = None
+        try:
+            while item is None:  # the alarm's Nones stand among the items
+                item = self._items.get_nowait()
+        except queue.Empty:
+            pass
+        return self._shelf.popleft() if item is None and self._shelf else item
+
+
+class _Alarm:
+    """Puts a None at the earliest of the times (monotonic seconds) that it was set to since it last did.
+
+    Its thread starts when it is first set.
+    """
+
+    def __init__(self, ring: Callable[[None], object]) -> None:
+        self.set_to = math.inf
+        self._ring = ring
+        self._told = threading.Condition()
+        self._started = self._stopped = False
+
+    def set(self, then: float) -> None:
+        """Ring at ``then``, which is earlier than what it is set to."""
+        if not self._started:
+            self._started = True
+            threading.Thread(target=self._run, name="alarm", daemon=True).start()
+        with self._told:
+            self.set_to = then
+            self._told.notify()
+
+    def stop(self) -> None:
+        """End the thread."""
+        with self._told:
+            self._stopped = True
+            self._told.notify()
+
+    def _run(self) -> None:
+        with self._told:
+            while not self._stopped:
+                left = self.set_to - time.monotonic()
+                if left > 0.0:
+                    self._told.wait(left if left < math.inf else None)
+                else:
+                    self.set_to = math.inf
+                    self._ring(None)

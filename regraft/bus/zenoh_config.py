@@ -1,0 +1,154 @@
+"""How a Zenoh session is configured: everything explicit, nothing discovered, nothing beyond loopback by itself."""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import zenoh
+
+from regraft.bus.interface import BusError
+
+MEGABYTE = 1024 * 1024
+
+LEASE = 10_000
+"""Milliseconds that others wait for a sign of life on this process's link before they take it for lost.
+
+A process that a busy machine keeps from running must not lose its link. Dead processes are seen by their closed
+sockets, hung ones by their heartbeat, lost hosts by their own leases: this one is for pulled cables alone.
+"""
+MAX_PENDING = 512
+"""Connections to a hub that have not proved themselves yet; further ones are closed. Each takes a file."""
+BLOCKED_PUT = 0.2
+"""Seconds that a reliable put may block under the real clock before the link at fault is closed."""
+BLOCKED_PUT_IN_STEP = 15.0
+"""The same under simulated time: longer than the step bound, since one lost message would mean waiting for ever."""
+SHARED_MEMORY_FROM = 64 * 1024
+SHARED_MEMORY_POOL = 64 * MEGABYTE
+USER = "regraft"
+"""The user name that goes with a system's secret; Zenoh wants one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tls:
+    """Files of mutual TLS: the authority that both ends trust, and this end's certificate and private key (PEM)."""
+
+    authority: str
+    certificate: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoints:
+    """Where a session listens and connects, such as ``tcp/127.0.0.1:7447``; ``router`` makes it a hub.
+
+    ``tls`` is what it needs to connect to ``tls/...`` endpoints; a hub listens at none, ``regraft.security.gate`` does.
+    ``secret`` proves that a session belongs to the system: a hub admits nobody without it, over any kind of link; with
+    an empty one it admits everybody.
+    """
+
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+    router: bool = False
+    tls: Tls | None = None
+    secret: str = field(default="", repr=False)
+
+    @property
+    def needs_hub(self) -> bool:
+        """Whether the session is nothing without the hub that it connects to."""
+        return bool(self.connect) and not self.router
+
+
+@contextlib.contextmanager
+def admitted(endpoints: Endpoints) -> Iterator[str]:
+    """Hold, while a hub's session is being opened, the file from which it reads who is admitted; yields its path.
+
+    The path is empty for a session that nobody connects to. The file is in memory and without a name, so that nobody
+    else can read it and nothing is left of it.
+    """
+    if not (endpoints.listen and endpoints.secret):
+        yield ""
+        return
+    descriptor = os.memfd_create("admitted")
+    try:
+        os.write(descriptor, f"{USER}:{endpoints.secret}\n".encode())
+        yield f"/proc/self/fd/{descriptor}"
+    finally:
+        os.close(descriptor)
+
+
+def config(endpoints: Endpoints, *, lockstep: bool, admitted: str = "") -> zenoh.Config:
+    """Return the configuration of one session; ``lockstep`` is true under simulated time.
+
+    ``admitted`` is the path of the file that names who may connect to a hub; without one everybody may.
+    """
+    blocked = BLOCKED_PUT_IN_STEP if lockstep else BLOCKED_PUT
+    settings: dict[str, object] = {
+        "mode": "router" if endpoints.router else ("client" if endpoints.needs_hub else "peer"),
+        "listen/endpoints": list(endpoints.listen),
+        "connect/endpoints": list(endpoints.connect),
+        "connect/retry": {"period_init_ms": 50, "period_max_ms": 100, "period_increase_factor": 1},
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
+        "adminspace/enabled": False,
+        "transport/unicast/accept_pending": MAX_PENDING,
+        "transport/link/tx/lease": LEASE,
+        "transport/link/tx/queue/size/data": 16,
+        "transport/link/rx/buffer_size": 4 * MEGABYTE,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": int(blocked * 1e6),
+        "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_MEMORY_FROM,
+        "transport/shared_memory/transport_optimization/pool_size": SHARED_MEMORY_POOL,
+    }
+    if endpoints.router:
+        settings["connect/exit_on_failure"] = False
+    if endpoints.tls:
+        settings |= _tls_settings(endpoints.tls)
+    if endpoints.secret:
+        settings |= {"transport/auth/usrpwd/user": USER, "transport/auth/usrpwd/password": endpoints.secret}
+    if admitted:
+        settings["transport/auth/usrpwd/dictionary_file"] = admitted
+    made = zenoh.Config()
+    for key, value in settings.items():
+        made.insert_json5(key, json.dumps(value))
+    return made
+
+
+def _tls_settings(tls: Tls) -> dict[str, object]:
+    link = "transport/link/tls"
+    return {
+        f"{link}/root_ca_certificate": tls.authority,
+        f"{link}/enable_mtls": True,
+        f"{link}/verify_name_on_connect": True,
+        f"{link}/connect_certificate": tls.certificate,
+        f"{link}/connect_private_key": tls.key,
+    }
+
+
+def address_of(endpoint: str) -> str:
+    """Return the address of an endpoint, without its protocol."""
+    return endpoint.partition("/")[2]
+
+
+def on_loopback(endpoint: str) -> bool:
+    """Tell whether an endpoint stays on this machine: a Unix socket, or a loopback address.
+
+    Raises:
+        BusError: the endpoint is not of the form ``protocol/address``.
+    """
+    protocol, separator, address = endpoint.partition("/")
+    if not separator or not protocol or not address:
+        raise BusError(f"{endpoint!r} is no endpoint; it must look like tcp/127.0.0.1:7447 or tls/192.0.2.7:7447")
+    if protocol.startswith("unix"):
+        return True
+    name = address.rpartition(":")[0].strip("[]")
+    if name == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,1 @@
+"""``regraft certificates`` and ``token``: who may take part, and who may act."""

@@ -1,0 +1,1 @@
+"""``regraft adapt``, ``swap``, ``mode``, ``planner``, ``journal``: what changes a running system."""

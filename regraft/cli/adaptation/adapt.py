@@ -1,0 +1,119 @@
+"""``regraft adapt``, ``undo`` and ``journal``: changing a system, and what has been changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.manager import (
+    CancelAdaptation,
+    ConfirmAdaptation,
+    UndoAdaptation,
+)
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from regraft.cli.adaptation import managing
+from regraft.cli.outcomes import BadInput
+from regraft.cli.reach import reached, user
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.numbers import seconds, whole
+from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.values import read_document
+
+
+def adapt(
+    ctx: typer.Context,
+    file: Annotated[
+        str,
+        typer.Argument(metavar="FILE", help="An adaptation request in YAML or JSON; - for standard input."),
+    ],
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    revision: Annotated[
+        int | None,
+        typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
+    ] = None,
+    confirm: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            parser=seconds(0.0, 86_400.0),
+            help="Watch it for so long before it is final; undo it if it fails.",
+        ),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(metavar="REQUIREMENT", help="A quality requirement that must hold meanwhile; may be repeated."),
+    ] = None,
+    timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Carry out an adaptation: all of its changes, or none."""
+    request = request_of(file)
+    request = replace(
+        request,
+        dry_run=dry_run or request.dry_run,
+        reason=reason or request.reason,
+        actor=request.actor or user(),
+        revision=revision if revision is not None else request.revision,
+        confirm=confirm if confirm is not None else request.confirm,
+        watch=(*request.watch, *(watch or ())),
+    )
+    with reached(ctx, system) as there:
+        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json)
+
+
+def request_of(file: str) -> AdaptationRequest:
+    """Return the adaptation request in a file; raises BadInput."""
+    try:
+        return codec.from_plain(read_document(file), AdaptationRequest)
+    except BadMessage as error:
+        raise BadInput(f"{file}: {error}") from None
+
+
+def undo(
+    ctx: typer.Context,
+    adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Undo an applied adaptation by a new one."""
+    with reached(ctx, system) as there:
+        managing.require_manager(topology(there))
+        request = UndoAdaptation(adaptation, user(), reason, dry_run)
+        report = there.client.call(managing.UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        managing.show_report(report, as_json=as_json)
+
+
+def confirm(
+    ctx: typer.Context,
+    adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make an adaptation that is being confirmed final at once."""
+    _decide(ctx, managing.CONFIRM, ConfirmAdaptation(adaptation), system, as_json=as_json)
+
+
+def cancel(
+    ctx: typer.Context,
+    adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Cancel an adaptation that waits, is under way or is being confirmed: what it did is undone."""
+    _decide(ctx, managing.CANCEL, CancelAdaptation(adaptation), system, as_json=as_json)
+
+
+def _decide(ctx: typer.Context, service: str, request: object, system: str | None, *, as_json: bool) -> None:
+    with reached(ctx, system) as there:
+        managing.require_manager(topology(there))
+        report = there.client.call(service, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        wanted = (Outcome.CANCELLED,) if service == managing.CANCEL else managing.GOOD
+        managing.show_report(report, as_json=as_json, good=wanted)

@@ -1,0 +1,60 @@
+"""``regraft connect``: moves a port to another topic."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from bus_schema.keys import topic_name
+from bus_schema.messages.protocol.control import Rewire, RewireStep
+from bus_schema.model.adaptation import Connect
+from bus_schema.suggestions import instead_of
+from regraft.cli.adaptation import managing
+from regraft.cli.outcomes import BadInput
+from regraft.cli.reach import Reached, reached
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.output import say, show_json
+
+
+def connect(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    port: Annotated[str, typer.Argument(metavar="PORT", help="An input or output of it.")],
+    topic: Annotated[str, typer.Argument(metavar="TOPIC", help="The topic that it moves to.")],
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Move a port to another topic while messages flow."""
+    topic_name(topic)
+    with reached(ctx, system) as there:
+        known = topology(there)
+        described = known.component(component).description
+        ports = {said.name for said in described.ports} if described else set()
+        if port not in ports:
+            raise BadInput(f"{component} has no port {port!r}; {instead_of(port, ports)}")
+        if component in known.hosted:
+            report = managing.change(there, Connect(component, port, topic), reason=reason, dry_run=dry_run)
+            managing.show_report(report, as_json=as_json)
+            return
+        managing.refuse_dry_run(component, dry_run)
+        before = there.client.view(component).connections.get(port)
+        if before != topic:
+            rewire(there, component, port, topic)
+    if as_json:
+        show_json({"component": component, "port": port, "topic": topic, "before": before})
+    else:
+        say(f"{component}.{port} is connected to {topic}")
+
+
+def rewire(there: Reached, component: str, port: str, topic: str) -> None:
+    """Move a port of a component that takes control queries from anybody; raises ClientError.
+
+    Without an adaptation manager nobody sees to it that all writers put markers, so what is written on either
+    topic around the switch may be missed.
+    """
+    for step in (RewireStep.OPEN, RewireStep.SWITCH):
+        there.client.control(component, "connections", Rewire(step, port, topic))

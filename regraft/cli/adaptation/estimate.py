@@ -1,0 +1,76 @@
+"""``regraft estimate``: what quality a component gives, or a class would give."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bus_schema.annotations import PlainValue
+from bus_schema.messages.protocol.control import AskQualities
+from regraft.cli.adaptation.mistakes import refuse_values
+from regraft.cli.reach import reached
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.output import complain, show_json, show_table
+from regraft.cli.terminal.values import assignment
+from regraft.component.component import declared
+from regraft.component.parameters import ParameterSet
+from regraft.process.main import load_class
+from regraft.process.trial.trial_import import check_classes
+from regraft.stack.classes import look_in
+
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="PARAMETER=VALUE", help="As if it had this value; may be repeated.")
+]
+Context = Annotated[
+    list[str] | None,
+    typer.Option("--context", metavar="NAME=VALUE", help="What it would work in: darkness=0.7; may be repeated."),
+]
+
+
+def estimate(
+    ctx: typer.Context,
+    component: Annotated[
+        str, typer.Argument(metavar="COMPONENT|MODULE:CLASS", help="A running component, or a class that need not run.")
+    ],
+    settings: Settings = None,
+    context: Context = None,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the qualities that a component gives now, and would give with other parameters in another context."""
+    asked = AskQualities(dict(map(assignment, settings or [])), dict(map(assignment, context or [])))
+    if ":" in component:
+        _show(component, _of_class(component, asked), None, as_json)
+        return
+    with reached(ctx, system) as there:
+        refuse_values(topology(there).component(component), asked.parameters, starting=True)
+        qualities = there.client.qualities(component, asked)
+    _show(component, qualities.estimated, qualities.evaluated, as_json)
+
+
+def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
+    look_in(Path.cwd())
+    check_classes([path], complain)
+    cls = load_class(path)
+    parameters = ParameterSet(declared(cls).parameters)
+    parameters.set(asked.parameters, starting=True)
+    given: dict[str, PlainValue] = parameters.plain()
+    return cls.estimate(given, dict(asked.context))
+
+
+def _show(component: str, estimated: Mapping[str, float], evaluated: Mapping[str, float] | None, as_json: bool) -> None:
+    if as_json:
+        shown = {"component": component, "estimated": dict(estimated)}
+        show_json(shown if evaluated is None else {**shown, "evaluated": dict(evaluated)})
+        return
+    names = sorted({*estimated, *(evaluated or {})})
+    rows = [(name, _number(estimated, name), _number(evaluated or {}, name)) for name in names]
+    show_table(("quality", "estimated", "now"), rows, empty=f"{component} says nothing of its qualities")
+
+
+def _number(values: Mapping[str, float], name: str) -> str:
+    return f"{values[name]:.4g}" if name in values else ""

@@ -1,0 +1,159 @@
+"""``regraft journal``: what has been changed, by whom, why, and how."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Annotated, Any
+
+import typer
+
+from bus_schema.encoding import codec
+from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from bus_schema.model.adaptation import AdaptationReport
+from bus_schema.model.architecture import Architecture
+from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.adapt import undo
+from regraft.cli.outcomes import BadInput
+from regraft.cli.reach import Reached, reached
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.numbers import whole
+from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.output import say, seconds, show_json, show_table
+from regraft.client.diff import ArchitectureDiff, Difference, diff
+
+journal = typer.Typer(help="List the adaptations of this run, newest first.", rich_markup_mode=None)
+
+IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")]
+
+
+@journal.callback(invoke_without_command=True)
+def list_lines(
+    ctx: typer.Context,
+    limit: Annotated[
+        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="How many, newest first.")
+    ] = 20,
+    before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the adaptations of this run, newest first; one of them, what it changed, undo it: by the commands below."""
+    if ctx.invoked_subcommand is not None:
+        return
+    with reached(ctx, system) as there:
+        page = _page(there, JournalRequest("", before, limit))
+    if as_json:
+        show_json(page)
+        return
+    show_table(
+        ("id", "time", "outcome", "revision", "took", "actor", "reason"),
+        [_row(entry, simulated=there.info.simulated) for entry in page.entries],
+        empty="no adaptations",
+    )
+
+
+@journal.command()
+def show(ctx: typer.Context, adaptation: IdArgument, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Show an adaptation: who asked for it and why, its phases and steps, and what it changed."""
+    with reached(ctx, system) as there:
+        page = _page(there, JournalRequest(adaptation))
+        if not page.entries:
+            raise BadInput(f"the journal of this run has no adaptation {adaptation!r}")
+        (entry,) = page.entries
+        changed = None
+        if entry.revision_after != entry.revision_before and entry.revision_before:
+            changed = _diff(there, entry.revision_before, entry.revision_after)
+    if as_json:
+        shown = codec.to_plain(entry)
+        show_json(shown if changed is None else shown | {"differences": _plain(changed)})
+        return
+    _show_entry(entry)
+    if changed is not None:
+        _show_differences(changed)
+
+
+@journal.command("diff")
+def show_diff(
+    ctx: typer.Context,
+    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier one.")],
+    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later one.")],
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show how two revisions of the architecture differ."""
+    with reached(ctx, system) as there:
+        managing.require_manager(topology(there))
+        changed = _diff(there, before, after)
+    if as_json:
+        show_json({"before": before, "after": after, "differences": _plain(changed)})
+        return
+    say(f"revision {before} to {after}" + ("" if changed.differences else ": no difference"))
+    _show_differences(changed)
+
+
+journal.command("undo")(undo)
+
+
+def _page(there: Reached, request: JournalRequest) -> JournalPage:
+    managing.require_manager(topology(there))
+    return there.client.call(managing.JOURNAL, request, JournalPage)
+
+
+def _diff(there: Reached, before: int, after: int) -> ArchitectureDiff:
+    service = "adaptation_manager/architecture"
+    old, new = (there.client.call(service, ArchitectureRequest(n), Architecture) for n in (before, after))
+    return diff(old, new)
+
+
+def _plain(changed: ArchitectureDiff) -> list[dict[str, Any]]:
+    return [{"path": d.path, "kind": d.kind, "before": d.before, "after": d.after} for d in changed.differences]
+
+
+def _show_differences(changed: ArchitectureDiff) -> None:
+    for difference in changed.differences:
+        say(f"  {difference_line(difference)}")
+
+
+def difference_line(difference: Difference) -> str:
+    """Return a difference as one line: a sign, the path, what it was and is."""
+    sign = {"added": "+", "removed": "-"}.get(difference.kind, "~")
+    values = (
+        [difference.before, difference.after]
+        if sign == "~"
+        else [difference.after if sign == "+" else difference.before]
+    )
+    return f"{sign} {difference.path}: {' -> '.join(map(_short, values))}"
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 100 else f"{text[:97]}..."
+
+
+def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
+    clock_time = time.strftime("%H:%M:%S", time.localtime(report.started))
+    return (
+        report.id,
+        f"{report.started:.2f} s" if simulated else clock_time,
+        report.outcome.value,
+        report.revision_after,
+        seconds(report.duration),
+        report.request.actor,
+        report.request.reason,
+    )
+
+
+def _show_entry(report: AdaptationReport) -> None:
+    say(managing.headline(report))
+    why = " ".join(report.request.reason.split()) or "no reason given"
+    say(f"by {report.request.actor or 'nobody known'}, because: {why}")
+    for change in codec.to_plain(report.request)["changes"]:
+        say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
+    for name, value in report.request.context.items():
+        say(f"  {name}: {json.dumps(value, default=str) if isinstance(value, dict | list) else value}")
+    for phase in report.phases:
+        say(f"  {phase.phase.value} took {seconds(phase.duration)}")
+    for violation in report.violations:
+        say(f"  violation: {managing.violation_line(violation)}")
+    for step in report.steps:
+        say(f"  {managing.step_line(step)}")

@@ -1,0 +1,87 @@
+"""``regraft lifecycle``: states of components."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from bus_schema.messages.protocol.control import ComponentView, SetTransition
+from bus_schema.model.adaptation import ChangeState
+from bus_schema.model.lifecycle import Transition, legal
+from regraft.cli.adaptation import managing
+from regraft.cli.reach import reached
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.one_of import one_of
+from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.output import say, show_json, show_table
+
+lifecycle = typer.Typer(help="Get and change the states of components.", no_args_is_help=True, rich_markup_mode=None)
+
+OptionalComponent = Annotated[str | None, typer.Argument(metavar="[COMPONENT]", help="Only this component.")]
+
+
+@lifecycle.command("list")
+def list_states(
+    ctx: typer.Context,
+    component: OptionalComponent = None,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List components with their states and the transitions that these allow."""
+    with reached(ctx, system) as there:
+        names = [topology(there).component(component).name] if component else sorted(there.client.components(wait=0.0))
+        views = [there.client.view(name) for name in names]
+    rows = [
+        (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views
+    ]
+    if as_json:
+        shown = [{"component": name, "state": state, "transitions": allowed} for name, state, allowed in rows]
+        show_json({"components": shown})
+        return
+    cells = ((name, state, ", ".join(allowed)) for name, state, allowed in rows)
+    show_table(("component", "state", "transitions"), cells, empty="no components")
+
+
+@lifecycle.command("get")
+def get(
+    ctx: typer.Context, component: ComponentArgument, system: SystemOption = None, as_json: JsonOption = False
+) -> None:
+    """Print a component's state."""
+    with reached(ctx, system) as there:
+        topology(there).component(component)
+        state = there.client.view(component).state.value
+    if as_json:
+        show_json({"component": component, "state": state})
+    else:
+        say(state)
+
+
+@lifecycle.command("set")
+def set_state(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    transition: Annotated[
+        Transition,
+        typer.Argument(metavar="TRANSITION", help="What it is to do.", parser=one_of(Transition, "transition")),
+    ],
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Have a component configure, activate, deactivate or cleanup; one without an adaptation manager shutdown too."""
+    with reached(ctx, system) as there:
+        known = topology(there)
+        known.component(component)
+        if component in known.hosted:
+            report = managing.change(there, ChangeState(component, transition), reason=reason, dry_run=dry_run)
+            managing.show_report(report, as_json=as_json)
+            return
+        managing.refuse_dry_run(component, dry_run)
+        view = there.client.control(component, "transition", SetTransition(transition))
+    assert isinstance(view, ComponentView)
+    if as_json:
+        show_json({"component": component, "state": view.state.value})
+    else:
+        say(f"{component} is {view.state.value}")

@@ -1,0 +1,110 @@
+"""Changing a system: through its adaptation manager, or directly where a component runs alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import typer
+
+from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
+from bus_schema.model.estimates import Estimate
+from regraft.cli.adaptation.mistakes import refuse_mistakes
+from regraft.cli.outcomes import FAILED, BadInput, Unreachable
+from regraft.cli.reach import Reached, user
+from regraft.cli.system.topology import Topology, topology
+from regraft.cli.terminal.output import complain, say, seconds, show_json
+
+ADAPT, UNDO, JOURNAL = "adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/journal"
+CONFIRM, CANCEL = "adaptation_manager/confirm", "adaptation_manager/cancel"
+ADAPTATION_TIMEOUT = 60.0
+GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
+
+
+def require_manager(known: Topology) -> None:
+    """Raise Unreachable if the system has no adaptation manager."""
+    if ADAPT not in known.offers():
+        raise Unreachable(
+            "this system has no adaptation manager, which carries out adaptations and keeps their journal: add a "
+            "component of the class adaptation_manager.manager:AdaptationManager to its stack"
+        )
+
+
+def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_TIMEOUT) -> AdaptationReport:
+    """Have an adaptation carried out, and confirmed if it is to be.
+
+    Raises:
+        BadInput: it names what is not there, or has a value that does not fit; nobody has been asked.
+        CallFailed, Unreachable: the adaptation manager refuses, or is not there.
+    """
+    known = topology(there)
+    require_manager(known)
+    refuse_mistakes(there, known, request.changes)
+    return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
+
+
+def change(there: Reached, *changes: Change, reason: str, dry_run: bool = False) -> AdaptationReport:
+    """Have changes carried out, or only tried; raises as ``adapt`` does."""
+    return adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
+
+
+def refuse_dry_run(component: str, dry_run: bool) -> None:
+    """Raise BadInput if a change is only to be tried that no adaptation manager carries out."""
+    if dry_run:
+        raise BadInput(f"{component} takes changes directly: only an adaptation manager can try them by --dry-run")
+
+
+def show_report(report: AdaptationReport, *, as_json: bool, good: Collection[Outcome] = GOOD) -> None:
+    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``."""
+    if as_json:
+        show_json(report)
+    else:
+        say(headline(report))
+        for violation in report.violations:
+            complain(violation_line(violation))
+        if report.request.dry_run or report.outcome not in good:
+            for step in report.steps:
+                say(f"  {step_line(step)}")
+        for line in estimate_lines(report.estimate):
+            say(f"  {line}")
+    if report.outcome not in good:
+        raise typer.Exit(FAILED)
+
+
+def estimate_lines(estimate: Estimate | None) -> list[str]:
+    """Return what an adaptation would take and give, as lines."""
+    if estimate is None:
+        return []
+    past = sum(step.samples > 0 for step in estimate.steps)
+    basis = f"known from the past for {past} of {len(estimate.steps)} steps" if estimate.steps else "nothing to do"
+    lines = [f"expected to take {seconds(estimate.median)}, seldom more than {seconds(estimate.p95)} ({basis})"]
+    for quality in estimate.qualities:
+        if quality.before == quality.after:
+            continue
+        before, after = ("nothing" if v is None else f"{v:.4g}" for v in (quality.before, quality.after))
+        lines.append(f"{quality.component}: {quality.quality}: {before} -> {after}")
+    return lines
+
+
+def headline(report: AdaptationReport) -> str:
+    """Return an adaptation's outcome as one line."""
+    what = "dry run, " if report.request.dry_run else f"adaptation {report.id} " if report.id else ""
+    parts = [f"{what}{report.outcome.value.replace('_', ' ')}"]
+    if report.revision_after != report.revision_before:
+        parts.append(f"revision {report.revision_before} to {report.revision_after}")
+    if report.duration:
+        parts.append(f"in {seconds(report.duration)}")
+    return ", ".join(parts) + (f": {report.error}" if report.error else "")
+
+
+def violation_line(violation: Violation) -> str:
+    """Return a violation as one line."""
+    where = ".".join(filter(None, (violation.component, violation.field)))
+    number = "" if violation.change is None else f"change {violation.change}: "
+    return f"{number}{where}: {violation.problem}" if where else f"{number}{violation.problem}"
+
+
+def step_line(step: StepReport) -> str:
+    """Return a step as one line."""
+    error = f": {step.error}" if step.error else ""
+    took = f" in {seconds(step.duration)}" if step.duration else ""
+    return f"{step.number}. {step.component}: {step.action}: {step.state.value.replace('_', ' ')}{took}{error}"

@@ -1,0 +1,80 @@
+"""``regraft mode``: enters a mode of the stack, or of a ROS 2 system_modes file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
+from bus_schema.messages.manager import ArchitectureRequest
+from bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
+from bus_schema.model.architecture import Architecture
+from bus_schema.model.modes import as_needed, is_in_force
+from bus_schema.suggestions import instead_of
+from regraft.cli.adaptation import managing
+from regraft.cli.outcomes import BadInput
+from regraft.cli.reach import Reached, reached, user
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.output import say, show_json, show_table
+from regraft.stack.sections.system_modes import read_system_modes
+
+
+def mode(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="[MODE]", help="A mode of the stack or file; none: list.")] = "",
+    file: Annotated[
+        Path | None, typer.Option("--from", metavar="FILE", help="A modes file of ROS 2's system_modes.")
+    ] = None,
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Enter a mode: all of its changes are made, or none; without a name, list the modes and which are in force."""
+    with reached(ctx, system) as there:
+        managing.require_manager(topology(there))
+        if name and file is None:
+            report = managing.change(there, EnterMode(name), reason=reason or f"mode {name}", dry_run=dry_run)
+            managing.show_report(report, as_json=as_json)
+            return
+        now = _architecture(there)
+        modes = now.modes if file is None else read_system_modes(file, now.components)
+        if not name:
+            _list(modes, now, as_json=as_json)
+            return
+        if name not in modes:
+            raise BadInput(f"{file}: there is no mode {name!r}; {instead_of(name, modes)}")
+        changes = as_needed(_changes(modes[name]), now)
+        if not changes:
+            _say_in_force(name, as_json=as_json)
+            return
+        request = AdaptationRequest(changes, reason or f"mode {name}", user(), now.revision, dry_run=dry_run)
+        managing.show_report(managing.adapt(there, request), as_json=as_json)
+
+
+def _say_in_force(name: str, *, as_json: bool) -> None:
+    if as_json:
+        show_json({"mode": name, "in_force": True})
+    else:
+        say(f"mode {name} is in force already")
+
+
+def _architecture(there: Reached) -> Architecture:
+    return there.client.call("adaptation_manager/architecture", ArchitectureRequest(), Architecture)
+
+
+def _changes(mode: PlainValue) -> tuple[Change, ...]:
+    return codec.from_plain({"changes": mode}, AdaptationRequest).changes
+
+
+def _list(modes: dict[str, PlainValue], now: Architecture, *, as_json: bool) -> None:
+    found = {name: is_in_force(_changes(changes), now) for name, changes in modes.items()}
+    if as_json:
+        show_json([{"mode": name, "in_force": so} for name, so in found.items()])
+        return
+    rows = [(name, "yes" if so else "") for name, so in found.items()]
+    show_table(("mode", "in force"), rows, empty="the stack names no modes")

@@ -1,0 +1,108 @@
+"""``regraft planner``: who decides on adaptations, and what they would decide."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from bus_schema.suggestions import instead_of
+from regraft.cli.adaptation import managing
+from regraft.cli.outcomes import FAILED, BadInput
+from regraft.cli.reach import Reached, reached, user
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+from regraft.cli.terminal.values import read_document
+
+planner = typer.Typer(help="List planners, and ask them for proposals.", no_args_is_help=True, rich_markup_mode=None)
+
+PROPOSE = re.compile(r"planners/([^/]+)/propose")
+
+
+@planner.command("list")
+def list_planners(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List planners, with their strategies and the knobs of each."""
+    with reached(ctx, system) as there:
+        found = [_described(there, name) for name in sorted(_planners(there))]
+    if as_json:
+        show_json({"planners": [codec.to_plain(described) for described in found]})
+        return
+    rows = [
+        (described.planner, described.component, strategy.name, _knobs(strategy.knobs))
+        for described in found
+        for strategy in described.strategies
+    ]
+    rows += [(described.planner, described.component, "", "") for described in found if not described.strategies]
+    show_table(("planner", "component", "strategy", "knobs"), rows, empty="no planners")
+
+
+@planner.command("propose")
+def propose(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="PLANNER")],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A proposal's request in YAML or JSON; - for standard input.")
+    ],
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be chosen, and touch nothing.")] = False,
+    reason: ReasonOption = "",
+    timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Have a planner decide, and what it decides carried out."""
+    try:
+        request = codec.from_plain(read_document(file), ProposalRequest)
+    except BadMessage as error:
+        raise BadInput(f"{file}: {error}") from None
+    request = replace(
+        request,
+        apply=request.apply and not dry_run,
+        reason=reason or request.reason,
+        actor=request.actor or user(),
+    )
+    with reached(ctx, system) as there:
+        known = _planners(there)
+        if name not in known:
+            raise BadInput(f"there is no planner {name!r}; {instead_of(name, known)}")
+        found = there.client.call(f"planners/{name}/propose", request, Proposal, timeout)
+    if as_json:
+        show_json(found)
+    else:
+        _show(found)
+    if found.report is not None and found.report.outcome not in managing.GOOD:
+        raise typer.Exit(FAILED)
+
+
+def _show(found: Proposal) -> None:
+    for field, value in found.choice.items():
+        say(f"{field}: {json.dumps(value) if isinstance(value, dict | list) else value}")
+    for change in codec.to_plain(found)["changes"]:
+        say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
+    if found.ticket:
+        say(f"ticket: {found.ticket}")
+    if found.report is not None:
+        say(managing.headline(found.report))
+        for violation in found.report.violations:
+            complain(managing.violation_line(violation))
+
+
+def _planners(there: Reached) -> dict[str, str]:
+    """Return the components that are planners, by the names of the planners."""
+    offers = ((PROPOSE.fullmatch(name), offer) for name, offer in topology(there).offers("service").items())
+    return {match[1]: offer.component for match, offer in offers if match}
+
+
+def _described(there: Reached, name: str) -> PlannerDescription:
+    return there.client.call(f"planners/{name}/describe", PlannerQuery(), PlannerDescription)
+
+
+def _knobs(schema: dict[str, PlainValue]) -> str:
+    return ", ".join(f"{name}={described.get('default')}" for name, described in schema.get("properties", {}).items())

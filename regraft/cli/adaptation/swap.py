@@ -1,0 +1,65 @@
+"""``regraft swap`` and ``move``: another class, or another host, for a component that goes on meanwhile."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from bus_schema.keys import component_name
+from bus_schema.model.adaptation import Change, Move, Swap
+from regraft.cli.adaptation import managing
+from regraft.cli.outcomes import BadInput
+from regraft.cli.reach import reached
+from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.values import assignment
+
+Several = list[str] | None
+
+
+def swap(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    cls: Annotated[
+        str, typer.Argument(metavar="[CLASS]", help="module:Class; left out, the class of now, configured otherwise.")
+    ] = "",
+    parameters: Annotated[
+        Several, typer.Option("--set", "-p", metavar="NAME=VALUE", help="A parameter; the others keep their values.")
+    ] = None,
+    ports: Annotated[Several, typer.Option("--connect", metavar="PORT=TOPIC", help="The topic of a port.")] = None,
+    host: Annotated[str, typer.Option("--host", metavar="HOST", help="The host that it goes on at.")] = "",
+    without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Have another class go on in a component's place, or the same one configured otherwise; nothing is missed."""
+    connections = {port: str(topic) for port, topic in map(assignment, ports or ())}
+    values = dict(map(assignment, parameters or ()))
+    if len(values) != len(parameters or ()) or len(connections) != len(ports or ()):
+        raise BadInput("a parameter or port is given twice: leave one out")
+    name = component_name(component)
+    changes: tuple[Change, ...] = (Swap(name, cls, values, connections, with_state=not without_state),)
+    if host:
+        changes += (Move(name, host),)
+    with reached(ctx, system) as there:
+        report = managing.change(there, *changes, reason=reason, dry_run=dry_run)
+        managing.show_report(report, as_json=as_json)
+
+
+def move(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    host: Annotated[str, typer.Argument(metavar="HOST", help="The host that it goes on at.")],
+    without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Have a component go on at another host, with its state; nothing is missed."""
+    change = Move(component_name(component), host, with_state=not without_state)
+    with reached(ctx, system) as there:
+        report = managing.change(there, change, reason=reason, dry_run=dry_run)
+        managing.show_report(report, as_json=as_json)

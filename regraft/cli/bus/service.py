@@ -1,0 +1,148 @@
+"""``regraft service``, ``action`` and ``goal``: asking what components offer."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+
+from bus_schema.annotations import PlainValue
+from regraft.cli.bus import message_types
+from regraft.cli.outcomes import INTERRUPTED
+from regraft.cli.reach import Reached, reached
+from regraft.cli.system.topology import Offer, topology
+from regraft.cli.terminal.options import JsonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+from regraft.cli.terminal.values import document
+from regraft.client import ClientGoal
+from regraft.client import as_json as shown
+from regraft.component.errors import CallFailed
+
+service = typer.Typer(help="List and call services.", no_args_is_help=True, rich_markup_mode=None)
+action = typer.Typer(help="List actions, and send them goals.", no_args_is_help=True, rich_markup_mode=None)
+goal = typer.Typer(help="Send goals to actions.", no_args_is_help=True, rich_markup_mode=None)
+
+CANCEL_TIMEOUT = 5.0
+LOOK_INTERVAL = 0.2
+
+BodyArgument = Annotated[str, typer.Argument(metavar="[BODY]", help="The fields in JSON or YAML; none by default.")]
+
+
+@service.command("list")
+def list_services(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List services with their types and who offers them."""
+    with reached(ctx, system) as there:
+        _list(list(topology(there).offers("service").values()), "services", json=as_json)
+
+
+@action.command("list")
+def list_actions(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List actions with their types and who offers them."""
+    with reached(ctx, system) as there:
+        _list(list(topology(there).offers("action").values()), "actions", json=as_json)
+
+
+def _list(offers: list[Offer], kind: str, *, json: bool) -> None:
+    if json:
+        show_json({kind: [offer.plain() for offer in offers]})
+        return
+    rows = (
+        (
+            offer.name,
+            offer.component,
+            offer.description.request,
+            offer.description.reply,
+            offer.description.description,
+        )
+        for offer in offers
+    )
+    show_table((kind[:-1], "component", "request", "reply", ""), rows, empty=f"no {kind}")
+
+
+@service.command("call")
+def call(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="SERVICE")],
+    body: BodyArgument = "",
+    timeout: TimeoutOption = 5.0,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Call a service and print its reply."""
+    with reached(ctx, system) as there:
+        request = _request(there, name, "service", body)
+        show_reply(there.client.call_plain(name, request, timeout), as_json=as_json)
+
+
+@action.command("send")
+@goal.command("send")
+def send(
+    ctx: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="ACTION")],
+    body: BodyArgument = "",
+    feedback: Annotated[bool, typer.Option("--feedback", help="Print feedback as it comes.")] = False,
+    detach: Annotated[
+        bool, typer.Option("--detach", help="Return once it is accepted; nobody waits for it, and it goes on.")
+    ] = False,
+    timeout: TimeoutOption = 3600.0,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Send an action a goal and print its result; Ctrl-C cancels the goal, as whatever ends this command does."""
+    with reached(ctx, system) as there:
+        request = _request(there, name, "action", body)
+
+        def show(message: PlainValue) -> None:
+            show_reply(message, as_json=as_json, compact=True)
+
+        pursued = there.client.goal_plain(name, request, on_feedback=show if feedback else None, outlives=detach)
+        if detach:
+            complain(f"{name} has accepted the goal")
+            return
+        show_reply(_result(pursued, timeout), as_json=as_json, compact=feedback)
+
+
+def _result(pursued: ClientGoal[PlainValue, PlainValue], timeout: float) -> PlainValue:
+    """Wait for a goal's end; if nobody waits for it any more, it is cancelled."""
+    deadline = time.monotonic() + timeout
+    try:
+        # Waiting in short steps lets Ctrl-C through.
+        while not pursued.done and time.monotonic() < deadline:
+            time.sleep(min(LOOK_INTERVAL, max(0.0, deadline - time.monotonic())))
+        if pursued.done:
+            return pursued.result(CANCEL_TIMEOUT)
+        _cancel(pursued)
+        raise CallFailed("goal", None, f"had not ended after {timeout:g} s, and was cancelled")
+    except KeyboardInterrupt:
+        complain("cancelling the goal ...")
+        _cancel(pursued)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _cancel(pursued: ClientGoal[PlainValue, PlainValue]) -> None:
+    pursued.cancel()
+    try:
+        pursued.result(CANCEL_TIMEOUT)
+    except CallFailed as error:
+        complain(str(error))
+
+
+def _request(there: Reached, name: str, kind: str, body: str) -> PlainValue:
+    """Return the request that a typed body stands for, as plain data; raises BadInput."""
+    fields = document(body, "the body") if body.strip() else None
+    known = topology(there)
+    offer = known.offer(name, kind)
+    request = message_types.described(there, known, offer.description.request, offer.component)
+    return message_types.packed(request, fields)
+
+
+def show_reply(message: PlainValue, *, as_json: bool, compact: bool = False) -> None:
+    """Print the plain data of a message, as JSON or one field per line."""
+    if as_json:
+        show_json(message, compact=compact)
+    elif isinstance(message, dict):
+        for field, value in shown(message).items():
+            say(f"{field}: {value}")
+    else:
+        say(str(shown(message)))

@@ -1,0 +1,222 @@
+"""``regraft topic``: looking at topics, and putting a message on one."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Iterator
+from typing import Annotated
+
+import typer
+
+from bus_schema.keys import topic_name
+from bus_schema.suggestions import instead_of
+from regraft.cli.bus import message_types
+from regraft.cli.bus.rates import Rates
+from regraft.cli.outcomes import BadInput, Failed
+from regraft.cli.reach import Reached, reached
+from regraft.cli.system.topology import TopicUse, topology
+from regraft.cli.terminal.numbers import seconds, whole
+from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+from regraft.cli.terminal.values import document
+from regraft.client import Subscription, TopicSample, as_json, read_plain
+
+topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mode=None)
+
+KNOWN_TIMEOUT = 2.0
+"""Seconds within which a topic must be known or carry something."""
+LOOK_INTERVAL = 0.1
+REPORT_INTERVAL = 1.0
+MAX_SHOWN_LENGTH = 400
+
+TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
+CountOption = Annotated[
+    int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many messages.")
+]
+ForOption = Annotated[
+    float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
+]
+
+
+@topic.command("list")
+def list_topics(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List topics with their types, who writes and who reads them."""
+    with reached(ctx, system) as there:
+        uses = list(topology(there).uses().values())
+    if as_json:
+        show_json({"topics": [use.plain() for use in uses]})
+        return
+    rows = ((use.name, use.type, _carried(use), _names(use.writers), _names(use.readers)) for use in uses)
+    show_table(("topic", "type", "carried", "written by", "read by"), rows, empty="no topics")
+
+
+def _names(ends: list[tuple[str, str]]) -> str:
+    return ", ".join(dict.fromkeys(component for component, _ in ends))
+
+
+def _carried(use: TopicUse) -> str:
+    if use.spec is None:
+        return ""
+    rate = f", {use.spec.rate:g} Hz" if use.spec.rate else ""
+    return f"{'reliable' if use.spec.reliable else 'sensor stream'}{rate}"
+
+
+@topic.command("info")
+def info(ctx: typer.Context, name: TopicArgument, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Show a topic's type and which ports write and read it."""
+    with reached(ctx, system) as there:
+        use = topology(there).use(name)
+    plain = use.plain()
+    if as_json:
+        show_json(plain)
+        return
+    say(f"type: {use.type}")
+    say(f"carried: {_carried(use) or 'as its writers choose'}")
+    for side in ("writers", "readers"):
+        say(f"{side}: {', '.join(map(str, plain[side])) or 'none'}")  # type: ignore[call-overload]
+
+
+@topic.command("echo")
+def echo(
+    ctx: typer.Context,
+    name: TopicArgument,
+    count: CountOption = None,
+    duration: ForOption = None,
+    once: Annotated[bool, typer.Option("--once", help="End after the first message.")] = False,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the messages on a topic as they come; as JSON, one document per line."""
+    with reached(ctx, system) as there:
+        _check(there, name)
+        seen = 0
+        for sample in _samples(there, name, 1 if once else count, duration):
+            seen += 1
+            _show(sample, as_json)
+    if (once or count) and not seen:
+        raise Failed(f"nothing came on {name} within {duration:g} s" if duration else f"nothing came on {name}")
+
+
+def _check(there: Reached, name: str) -> None:
+    """Warn of a topic that nobody writes; raise BadInput for one that no component knows and nothing comes on.
+
+    A component that has just started has told nothing of itself yet, and a program need not: they get a moment.
+    """
+    topic_name(name)
+    heard = threading.Event()
+    deadline = time.monotonic() + KNOWN_TIMEOUT
+    with there.client.topic(name, None, lambda _: heard.set()):
+        while name not in (uses := topology(there).uses()):
+            if heard.wait(LOOK_INTERVAL):
+                return
+            if time.monotonic() > deadline:
+                raise BadInput(
+                    f"no component knows the topic {name!r}, and nothing comes on it; {instead_of(name, uses)}"
+                )
+    if not uses[name].writers:
+        complain(f"nobody writes {name} now; waiting")
+
+
+def _samples(there: Reached, name: str, count: int | None, duration: float | None) -> Iterator[TopicSample]:
+    """Yield what comes on a topic until ``count`` messages or ``duration`` seconds have passed."""
+    waiting: queue.Queue[TopicSample] = queue.Queue()
+    end = None if duration is None else time.monotonic() + duration
+    with there.client.topic(name, None, waiting.put) as subscription:
+        seen = 0
+        while count is None or seen < count:
+            left = 1.0 if end is None else end - time.monotonic()
+            if left <= 0:
+                break
+            try:
+                sample = waiting.get(timeout=min(left, 1.0))
+            except queue.Empty:
+                continue
+            seen += 1
+            yield sample
+        _tell_problems(subscription)
+
+
+def _tell_problems(subscription: Subscription) -> None:
+    if subscription.refused:
+        complain(f"{subscription.refused} messages did not fit, the last one: {subscription.last_problem}")
+    if subscription.dropped:
+        complain(f"{subscription.dropped} messages came too fast and were not shown")
+
+
+def _show(sample: TopicSample, json: bool) -> None:
+    if json:
+        plain = {
+            name: getattr(sample, name) for name in ("topic", "type", "source", "incarnation", "sequence", "stamp")
+        }
+        show_json({**plain, "message": sample.message}, compact=True)
+        return
+    say(f"{sample.stamp / 1e9:.3f} s, {sample.source}, number {sample.sequence}")
+    fields = as_json(sample.message)
+    for field, value in fields.items() if isinstance(fields, dict) else [("", fields)]:
+        text = f"  {field}: {value}"
+        say(text if len(text) <= MAX_SHOWN_LENGTH else f"{text[:MAX_SHOWN_LENGTH]}...")
+
+
+@topic.command("hz")
+def hz(
+    ctx: typer.Context,
+    name: TopicArgument,
+    count: CountOption = None,
+    duration: ForOption = None,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure how often messages come: by the wall clock, and by the stamps of their sender's clock."""
+    rates = Rates()
+    shown_at = time.monotonic()
+    with reached(ctx, system) as there:
+        _check(there, name)
+        try:
+            for sample in _samples(there, name, count, duration):
+                rates.add(time.monotonic(), sample)
+                if not as_json and time.monotonic() - shown_at >= REPORT_INTERVAL:
+                    shown_at = time.monotonic()
+                    say(rates.line())
+        except KeyboardInterrupt:
+            if not rates.count:
+                raise
+    if not rates.count:
+        raise Failed(f"nothing came on {name}")
+    if as_json:
+        show_json({"topic": name, **rates.plain()})
+    else:
+        say(rates.line())
+
+
+@topic.command("pub")
+def pub(
+    ctx: typer.Context,
+    name: TopicArgument,
+    body: Annotated[str, typer.Argument(metavar="BODY", help="The message's fields in JSON or YAML.")],
+    kind: Annotated[str, typer.Option("--type", metavar="TYPE", help="By default the topic's.")] = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Put one message on a topic."""
+    fields = document(body, "the body")
+    with reached(ctx, system) as there:
+        key = there.client.keys.topic(topic_name(name))
+        known = topology(there)
+        uses = known.uses()
+        use = uses.get(name)
+        if use is None and not kind:
+            hint = instead_of(name, uses)
+            raise BadInput(f"nobody writes or reads {name!r}, so its type is not known: give one with --type; {hint}")
+        wanted = kind or (use.type if use else "")
+        if use is not None and wanted != use.type:
+            raise BadInput(f"{name} carries {use.type}, not {wanted}")
+        ends = use.readers + use.writers if use else []
+        found = message_types.described(there, known, wanted, *(component for component, _ in ends))
+        payload = message_types.payload(found, fields)
+        there.put(key, payload, found.encoding)
+    if as_json:
+        show_json({"topic": name, "type": wanted, "message": read_plain(payload, found.encoding)})
+    else:
+        say(f"put one {wanted} on {name}")

@@ -1,0 +1,1 @@
+"""``regraft up``, ``host``, ``run``, ``ps``, ``logs``, ``doctor``: systems as a whole."""

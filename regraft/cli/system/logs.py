@@ -1,0 +1,152 @@
+"""``regraft logs`` and ``events``: what the components say."""
+
+from __future__ import annotations
+
+import queue
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bus_schema.keys import component_name, system_name
+from bus_schema.messages.health import Event
+from bus_schema.model.hosts import LOCAL
+from bus_schema.suggestions import instead_of
+from regraft import run_directory
+from regraft.bus.interface import BusError
+from regraft.cli.outcomes import BadInput, Unreachable
+from regraft.cli.reach import reached
+from regraft.cli.system.display import event_line
+from regraft.cli.terminal.numbers import seconds, whole
+from regraft.cli.terminal.options import ComponentArgument, JsonOption, SystemOption, chosen_system
+from regraft.cli.terminal.output import pass_on, say, show_json
+
+LOOK_INTERVAL = 0.1
+MAX_BYTES = 1024 * 1024
+
+
+def logs(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")] = False,
+    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", parser=whole(1, 10_000), help="How many.")] = 100,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the end of a component's log ('host': the host's own), also of a system that has ended."""
+    component_name(component)
+    path = _log_file(ctx, system, component)
+    if path is None:
+        _ask_host(ctx, system, component, lines, follow, as_json)
+        return
+    shown, position = tail(path, lines)
+    if as_json:
+        show_json({"component": component, "file": str(path), "lines": shown})
+        return
+    for line in shown:
+        pass_on(line)
+    while follow:
+        more, position = grown(path, position)
+        for line in more:
+            pass_on(line)
+        if not more:
+            time.sleep(LOOK_INTERVAL)
+
+
+def _ask_host(ctx: typer.Context, system: str | None, component: str, lines: int, follow: bool, as_json: bool) -> None:
+    """Print the log of a component on another host, as that host has it."""
+    if follow:
+        raise BadInput(f"{component} runs on another host: its log can be followed there alone")
+    with reached(ctx, system) as there:
+        shown = there.client.logs(component, lines)
+    if as_json:
+        show_json({"component": component, "file": None, "lines": shown})
+    else:
+        for line in shown:
+            pass_on(line)
+
+
+def _is_elsewhere(ctx: typer.Context, system: str | None, component: str) -> bool:
+    try:
+        with reached(ctx, system) as there:
+            seen = there.client.components().get(component)
+    except (run_directory.NotRunning, BusError):
+        return False
+    return seen is not None and seen.host not in (None, LOCAL)
+
+
+def _log_file(ctx: typer.Context, system: str | None, component: str) -> Path | None:
+    """Return the file of a component's log, None if another host has it; raises BadInput, Unreachable."""
+    chosen = chosen_system(ctx, system)
+    name = system_name(chosen) if chosen is not None else run_directory.find().system
+    folder = run_directory.folder(name) / "logs"
+    if not folder.is_dir():
+        raise Unreachable(f"no system named {name!r} has run here")
+    path = folder / f"{component}.log"
+    if not path.exists():
+        if _is_elsewhere(ctx, system, component):
+            return None
+        hint = instead_of(component, [found.stem for found in folder.glob("*.log")])
+        raise BadInput(f"{name} has no log of {component!r}; {hint} (what 'regraft run' starts logs to its terminal)")
+    return path
+
+
+def tail(path: Path, count: int) -> tuple[list[str], int]:
+    """Return the last lines of a file, and the position behind them."""
+    with path.open("rb") as log:
+        end = log.seek(0, 2)
+        log.seek(max(0, end - MAX_BYTES))
+        data = log.read(MAX_BYTES)
+    whole = data[: data.rfind(b"\n") + 1]
+    position = end - len(data) + len(whole)
+    return whole.decode(errors="replace").splitlines()[-count:], position
+
+
+def grown(path: Path, position: int) -> tuple[list[str], int]:
+    """Return the whole lines that a file has behind ``position``, and the position behind them.
+
+    A file that has become shorter was begun anew.
+    """
+    try:
+        with path.open("rb") as log:
+            end = log.seek(0, 2)
+            start = position if position <= end else 0
+            log.seek(start)
+            data = log.read(MAX_BYTES)
+    except FileNotFoundError:
+        return [], 0
+    whole = data[: data.rfind(b"\n") + 1] if len(data) < MAX_BYTES else data
+    return whole.decode(errors="replace").splitlines(), start + len(whole)
+
+
+def events(
+    ctx: typer.Context,
+    kind: Annotated[str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")] = "",
+    count: Annotated[
+        int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many.")
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
+    ] = None,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print what happens, as it happens; as JSON, one document per line."""
+    waiting: queue.Queue[Event] = queue.Queue()
+    end = None if duration is None else time.monotonic() + duration
+    shown = 0
+    with reached(ctx, system) as there:
+        there.client.events(waiting.put)
+        while (count is None or shown < count) and (end is None or time.monotonic() < end):
+            try:
+                event = waiting.get(timeout=LOOK_INTERVAL)
+            except queue.Empty:
+                continue
+            if not event.kind.startswith(kind):
+                continue
+            shown += 1
+            if as_json:
+                show_json(event, compact=True)
+            else:
+                say(event_line(event, there.client.clock()))

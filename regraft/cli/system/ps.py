@@ -1,0 +1,138 @@
+"""``regraft ps`` and ``regraft down``: what is running, and its end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from typing import Annotated, Any
+
+import typer
+
+from regraft import run_directory
+from regraft.bus.interface import BusError
+from regraft.cli.outcomes import BadInput, Failed, Unreachable
+from regraft.cli.reach import joined, plain_info
+from regraft.cli.terminal.options import JsonOption, SystemOption, chosen_system
+from regraft.cli.terminal.output import complain, say, show_json, show_table
+from regraft.client import ComponentSeen
+from regraft.run_directory import RunInfo
+
+END_TIMEOUT = 20.0
+"""Seconds that a system may take to end: its host gives its components five, and leaves the bus."""
+LOOK_INTERVAL = 0.02
+SILENT_TIMEOUT = 1.0
+"""Seconds without a status after which it is shown how long ago the last one was."""
+
+
+def ps(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """List the running systems and their components: state, process, restarts, errors."""
+    name = chosen_system(ctx, system)
+    infos = [run_directory.find(name)] if name is not None else run_directory.running()
+    found = [{**plain_info(info), **_components(info)} for info in infos]
+    if as_json:
+        show_json({"systems": found})
+    elif not found:
+        say("no system is running: start one with 'regraft up STACK'")
+    else:
+        for entry in found:
+            _show(entry)
+    unreachable = [entry["system"] for entry in found if entry["problem"]]
+    if unreachable:
+        raise Unreachable(f"{', '.join(unreachable)} cannot be reached, though its process has not ended")
+
+
+def _components(info: RunInfo) -> dict[str, Any]:
+    try:
+        with joined(info) as there:
+            seen = there.client.components()
+            return {
+                "problem": None,
+                "components": [plain_component(component) for component in seen.values()],
+            }
+    except BusError as error:
+        return {"problem": str(error), "components": []}
+
+
+def plain_component(seen: ComponentSeen) -> dict[str, Any]:
+    """Return a component as seen from outside as plain data."""
+    status, process = seen.status, seen.process
+    return {
+        "name": seen.name,
+        "alive": seen.alive,
+        "state": status.state.value if status else None,
+        "incarnation": process.incarnation if process else status.incarnation if status else None,
+        "host": seen.host,
+        "process": process.state.value if process else None,
+        "pid": process.pid or None if process else None,
+        "restarts": process.restarts if process else 0,
+        "last_end": process.last_end if process else "",
+        "revision": status.revision if status else None,
+        "silent_s": None if seen.age is None else round(seen.age, 3),
+        "lost": status.lost if status else 0,
+        "refused": status.refused if status else 0,
+        "error": status.error if status else "",
+        "detail": status.detail if status else "",
+        "values": status.values if status else {},
+    }
+
+
+def _show(entry: dict[str, Any]) -> None:
+    clock = "simulated time" if entry["simulated"] else "real clock"
+    gateway = f", gateway {entry['gateway']}" if entry["gateway"] else ""
+    say(f"{entry['system']}  process {entry['pid']}, {clock}, {entry['stack']}{gateway}")
+    rows = [
+        (f"  {c['name']}", shown_state(c), c["incarnation"], c["pid"], c["restarts"], remark(c))
+        for c in entry["components"]
+    ]
+    show_table(("  component", "state", "run", "pid", "restarts", ""), rows, empty="  no components")
+
+
+def shown_state(component: dict[str, Any]) -> str:
+    """Return a component's state in a word: that of its process where it is not running."""
+    process = component["process"]
+    if process not in (None, "running"):
+        return str(process)
+    if not component["alive"]:
+        return "running" if process else "gone"
+    return component["state"] or "starting"
+
+
+def remark(component: dict[str, Any]) -> str:
+    """Return what else there is to say about a component, the worst first."""
+    silent = component["silent_s"]
+    parts = [component["error"], component["detail"]]
+    if component["alive"] and silent is not None and silent > SILENT_TIMEOUT:
+        parts.insert(0, f"silent for {silent:.1f} s")
+    if component["last_end"]:
+        parts.append(f"last ended: {component['last_end']}")
+    parts += [f"{component[count]} messages {count}" for count in ("lost", "refused") if component[count]]
+    return "; ".join(filter(None, parts))
+
+
+def down(
+    ctx: typer.Context,
+    named: Annotated[str | None, typer.Argument(metavar="[SYSTEM]", help="Needed only if several run.")] = None,
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """End a running system, and wait until all its processes have ended."""
+    if named is not None and system is not None and named != system:
+        raise BadInput(f"SYSTEM is {named!r}, but --system says {system!r}: leave one out")
+    info = run_directory.find(chosen_system(ctx, named or system))
+    began = time.monotonic()
+    try:
+        os.kill(info.pid, signal.SIGTERM)
+    except ProcessLookupError:
+        complain(f"process {info.pid} has ended already")
+    except PermissionError:
+        raise Failed(f"process {info.pid} belongs to another user, who has to end it") from None
+    while run_directory.is_running(info.system) and time.monotonic() - began < END_TIMEOUT:
+        time.sleep(LOOK_INTERVAL)
+    if run_directory.is_running(info.system):
+        raise Failed(f"{info.system} has not ended within {END_TIMEOUT:g} s; by force: kill -9 {info.pid}")
+    took = time.monotonic() - began
+    if as_json:
+        show_json({"system": info.system, "ended": True, "seconds": round(took, 3)})
+    else:
+        say(f"{info.system} ended after {took:.1f} s")

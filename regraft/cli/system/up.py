@@ -1,0 +1,128 @@
+"""``regraft up``: starts the system of a stack file and stays until it ends."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bus_schema.model.hosts import LOCAL
+from regraft import run_directory
+from regraft.bus.interface import BusError
+from regraft.cli.outcomes import FAILED, BadInput
+from regraft.cli.system.display import display
+from regraft.cli.system.host_log import log_to_file
+from regraft.cli.system.ports_free import check_ports
+from regraft.cli.system.running import Run
+from regraft.cli.terminal.numbers import seconds, whole
+from regraft.cli.terminal.one_of import one_of
+from regraft.cli.terminal.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
+from regraft.cli.terminal.output import complain, say, show_json
+from regraft.process.descendants import nothing_left_behind
+from regraft.security import system_secret
+from regraft.security.access import Guard
+from regraft.stack import Stack, apply_overrides, load, with_places, with_seed, with_speed, with_system
+from regraft.system.launch import run_system
+
+STACK_FILE = "stack.yaml"
+
+
+class Speed(Enum):
+    """The pace of simulated time."""
+
+    REAL = "real"
+    MAX = "max"
+
+
+@nothing_left_behind()
+def up(
+    ctx: typer.Context,
+    stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
+    ] = None,
+    places: Annotated[
+        list[str] | None,
+        typer.Option("--place", metavar="COMPONENT=HOST", help="Have a component run on a host; may be repeated."),
+    ] = None,
+    speed: Annotated[
+        Speed | None, typer.Option("--speed", help="The pace of simulated time.", parser=one_of(Speed, "speed"))
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            "--for",
+            metavar="SECONDS",
+            parser=seconds(0.001),
+            help="End after so many seconds: of simulated time, or under the real clock once all is up.",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", parser=whole(0), help="The seed of everything random.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live display, plain lines only.")] = False,
+    system: Annotated[
+        str | None, typer.Option("--system", metavar="NAME", help="Run it under another system name.")
+    ] = None,
+    listen: Annotated[
+        str | None,
+        typer.Option("--listen", metavar="ENDPOINT", help="Where other hosts join, such as tcp/127.0.0.1:7447."),
+    ] = None,
+    tls: TlsOption = None,
+    insecure: InsecureOption = False,
+    secret: SecretOption = None,
+    as_json: JsonOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the closing line.")] = False,
+) -> None:
+    """Start the system of a stack file, show what happens, and end it with Ctrl-C or when its time is over.
+
+    Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
+    quarantined or was never up within its time. A --secret FILE that is not there is made.
+    """
+    if secret is not None:
+        system_secret.make(secret)
+    guard = Guard(tls, insecure, secret)
+    guard.secret()
+    if listen is not None:
+        guard.check(listen)
+        guard.tls(LOCAL)
+    wanted = with_places(
+        _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system), silent=quiet), places or []
+    )
+    # That it runs already is the better reason than that its gateway's port is in use.
+    run_directory.lock(wanted.name).close()
+    check_ports(wanted.architecture)
+    duration = duration if duration is not None else wanted.duration
+    log_to_file(run_directory.folder(wanted.name))
+    run = Run(display(headless=headless, quiet=quiet or as_json), duration)
+    try:
+        run_system(wanted, duration=duration, listen=listen or "", guard=guard, step=run.step)
+    except BusError as error:
+        raise BadInput(str(error)) from None
+    finally:
+        run.end()
+    if run.closing is not None:
+        if as_json:
+            show_json(run.closing.plain())
+        elif duration is not None or not quiet:
+            say(run.closing.line())
+    if not run.healthy:
+        raise typer.Exit(FAILED)
+
+
+def _wanted(
+    path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None, *, silent: bool
+) -> Stack:
+    """Return the stack as file and options want it; raises StackError."""
+    file = path / STACK_FILE if path.is_dir() else path
+    wanted = load(file) if silent else load(file, complain)
+    if system is not None:
+        wanted = with_system(wanted, system)
+    if speed is not None:
+        wanted = with_speed(wanted, speed.value)
+    if seed is not None:
+        wanted = with_seed(wanted, seed)
+    return apply_overrides(wanted, overrides)

@@ -1,0 +1,1 @@
+"""What all commands read and print: options, numbers, values, tables, standard streams."""

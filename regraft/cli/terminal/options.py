@@ -1,0 +1,57 @@
+"""Options and arguments that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from regraft.cli.terminal.numbers import seconds
+
+SystemOption = Annotated[
+    str | None,
+    typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
+]
+
+
+def _note_json(ctx: typer.Context, wanted: bool) -> bool:
+    ctx.meta[JSON] = wanted
+    return wanted
+
+
+JSON = "regraft.json"
+"""Where the context of a command notes that errors are to be printed as JSON, too."""
+JsonOption = Annotated[bool, typer.Option("--json", callback=_note_json, help="Print JSON.")]
+TlsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--tls", metavar="FOLDER", file_okay=False, exists=True, help="Certificates for tls/... endpoints, both ways."
+    ),
+]
+InsecureOption = Annotated[
+    bool, typer.Option("--insecure", help="Take links beyond this machine that are neither encrypted nor checked.")
+]
+SecretOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--secret",
+        metavar="FILE",
+        dir_okay=False,
+        help="The secret that all hosts of the system share; by default bus.secret of the --tls folder.",
+    ),
+]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
+ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
+TimeoutOption = Annotated[
+    float, typer.Option("--timeout", metavar="SECONDS", parser=seconds(0.1), help="How long to wait.")
+]
+ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]
+
+
+def chosen_system(ctx: typer.Context, system: str | None) -> str | None:
+    """Return the system named after the command or, if none is, before it (``regraft --system NAME ...``)."""
+    if system is not None:
+        return system
+    before: str | None = ctx.find_root().params.get("system")
+    return before

@@ -1,0 +1,65 @@
+"""Values and documents as they are typed."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from bus_schema.annotations import PlainValue
+from regraft.cli.outcomes import BadInput
+from regraft.stack import StackError
+from regraft.stack.yaml.document import parse
+from regraft.stack.yaml.nodes import NumberTooLarge, plain, scalar
+
+LARGEST = 1024 * 1024
+
+
+def value_of(text: str) -> PlainValue:
+    """Return what a typed value means: a YAML scalar, or a list as ``[1, 2]``; raises BadInput."""
+    text = text.strip()
+    if text[:1] in ("[", "{", "'", '"'):
+        return document(text, "value")
+    try:
+        return scalar(text)
+    except NumberTooLarge as error:
+        raise BadInput(str(error)) from None
+
+
+def assignment(text: str) -> tuple[str, PlainValue]:
+    """Return name and value of ``name=value``; raises BadInput."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise BadInput(f"{text!r} must look like name=value")
+    return name.strip(), value_of(value)
+
+
+def document(text: str, shown: str) -> PlainValue:
+    """Return the plain data in YAML or JSON text; raises BadInput, calling the text ``shown``."""
+    try:
+        return plain(parse(text, shown))
+    except StackError as error:
+        raise BadInput(str(error)) from None
+
+
+def read_document(file: str) -> PlainValue:
+    """Return the plain data in a YAML or JSON file, ``-`` for standard input; raises BadInput."""
+    shown = "standard input" if file == "-" else file
+    try:
+        text = _some_of(file).decode()
+    except OSError as error:
+        raise BadInput(f"{shown}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{shown}: is not UTF-8 text") from None
+    return document(text, shown)
+
+
+def _some_of(file: str) -> bytes:
+    """Return all that a file holds, unless it is more than it may be; raises BadInput, OSError."""
+    if file == "-":
+        data = sys.stdin.buffer.read(LARGEST + 1)
+    else:
+        with Path(file).open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise BadInput(f"{'standard input' if file == '-' else file}: is more than {LARGEST // 1024} KiB")
+    return data

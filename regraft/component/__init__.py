@@ -1,0 +1,1 @@
+"""What the author of a component imports: the base class, its declarations, the kit."""

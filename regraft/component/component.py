@@ -1,0 +1,255 @@
+"""The base class of all components: declare ports, parameters, services and timers; the kit does the rest."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from bus_schema.annotations import PlainValue
+from bus_schema.errors import BadType
+from bus_schema.keys import own_name
+from bus_schema.model.description import Description, Resources
+from regraft.component.handlers import Period, Service, period_of, service_of
+from regraft.component.kit import Kit
+from regraft.component.parameters import Parameter, ParameterError, ParameterSet
+from regraft.component.ports import Input, Output
+from regraft.component.reserved import check_attributes
+
+
+class Component:
+    """A part of a robot that runs as a process, with a lifecycle, parameters and ports.
+
+    Everything that reaches a component passes through one inbox and one thread: handlers run one at a time, and an
+    ``async`` one lets others run only where it awaits. The kit hides behind one name, ``self.kit``.
+    """
+
+    kit: Kit
+
+    handler_timeout: ClassVar[float] = 0.3
+    """Seconds that one handler may keep the loop before the host takes the component for hung."""
+    state_version: ClassVar[int] = 0
+    """Version of what ``snapshot`` returns; a state of another version is not restored, unless it can be converted.
+
+    Classes that may replace each other give a version the same meaning.
+    """
+    converts_versions: ClassVar[tuple[int, ...]] = ()
+    """Other versions of a state, which ``convert_state`` turns into that of this class."""
+    checkpoint_every: ClassVar[float | None] = None
+    """Seconds between checkpoints, which the host keeps and gives back after a crash; None for no checkpoints."""
+    resources: ClassVar[Resources] = Resources()
+    """What the component needs of its host."""
+    lockstep: ClassVar[bool] = True
+    """Whether the component is a member of simulated time; an onlooker (a gateway) lives by the wall clock."""
+
+    removal_forbidden: ClassVar[str] = ""
+    """Why a running system cannot be without the component, so that it cannot be removed; empty if it can."""
+    is_time_source: ClassVar[bool] = False
+    """Whether the component makes simulated time go on; `TimeSource` says so."""
+    exclusive: ClassVar[bool] = False
+    """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device,
+    a port, a lock. A run that is succeeded lets go of it first. Who names devices in ``resources`` is exclusive too.
+    """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Refuse a class that uses a name of this one for something else; raises BadType."""
+        super().__init_subclass__(**more)
+        check_attributes(cls, Component)
+
+    @classmethod
+    def is_exclusive(cls) -> bool:
+        """Tell whether another process must let go of something before this one can be configured."""
+        return cls.exclusive or bool(cls.resources.devices)
+
+    @classmethod
+    def preload(cls) -> str | None:
+        """Prepare what all processes of this class share, once, before any is started: imports, probing hardware.
+
+        It must start no thread and open no device. A returned line is shown once to the person who starts the system,
+        such as what this machine lacks.
+        """
+        return None
+
+    @classmethod
+    def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:
+        """Name the ports that a component has by its read-only ``parameters``, beside those of its class.
+
+        Each needs a ``name`` and an ``origin``; it is found in ``kit.inputs`` or ``kit.outputs``, not as an attribute.
+
+        Raises:
+            ParameterError: the parameters make no sense together.
+        """
+        return ()
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Say what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
+        return {}
+
+    def evaluate(self) -> dict[str, float]:
+        """Say what qualities the running component gives now (ReFrESH EV)."""
+        return {}
+
+    def on_configure(self) -> None:
+        """Prepare: load, connect, allocate. An exception leads to ``on_error``."""
+
+    def on_activate(self) -> None:
+        """Begin to act; messages and ticks come from now on."""
+
+    def on_deactivate(self) -> None:
+        """Stop acting; running tasks have been cancelled."""
+
+    def on_cleanup(self) -> None:
+        """Give back what ``on_configure`` took."""
+
+    def on_shutdown(self) -> None:
+        """Leave for good."""
+
+    def on_error(self) -> None:
+        """Recover from an exception in another hook: return and be unconfigured, or raise and be finalized."""
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """React to parameters that have just changed, all at once."""
+
+    def snapshot(self) -> PlainValue:
+        """Return the component's state as plain data, for a successor or a checkpoint; None if there is none.
+
+        It is packed a little later, so it must share nothing that changes.
+        """
+        return None
+
+    def restore(self, state: PlainValue) -> None:
+        """Continue from a state that ``snapshot`` returned, before ``on_activate``."""
+
+    @classmethod
+    def convert_state(cls, state: PlainValue, version: int) -> PlainValue:
+        """Return a state of one of ``converts_versions`` as one of this class's version."""
+        return state
+
+    @classmethod
+    def restorable_versions(cls) -> tuple[int, ...]:
+        """Return the versions of a state that this class can go on from; none without ``restore``."""
+        return (cls.state_version, *cls.converts_versions) if cls.restore is not Component.restore else ()
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """All that a component class declares."""
+
+    inputs: dict[str, Input[Any]]
+    outputs: dict[str, Output[Any]]
+    parameters: dict[str, Parameter[Any]]
+    services: dict[str, Service]
+    timers: dict[str, Period]
+
+
+_declared: dict[type[Component], Declared] = {}
+
+
+def declared(cls: type[Component]) -> Declared:
+    """Return what a class and its bases declare, in order of declaration.
+
+    Raises:
+        BadType: a service is ill-typed, or two services share a name.
+        BadKey: the name of a port or parameter is too long.
+    """
+    known = _declared.get(cls)
+    if known is not None:
+        return known
+    found = Declared({}, {}, {}, {}, {})
+    names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
+    for name in names:
+        attribute = inspect.getattr_static(cls, name)
+        if isinstance(attribute, Input):
+            found.inputs[name] = attribute
+        elif isinstance(attribute, Output):
+            found.outputs[name] = attribute
+        elif isinstance(attribute, Parameter):
+            found.parameters[name] = attribute
+        elif inspect.isfunction(attribute):
+            _take_function(found, name, attribute)
+    for name in (*found.inputs, *found.outputs):
+        own_name(name, "port")
+    for name in found.parameters:
+        own_name(name, "parameter")
+    _declared[cls] = found
+    return found
+
+
+def declared_for(cls: type[Component], parameters: Mapping[str, Any]) -> Declared:
+    """Return what a component of the class declares that has these values of its parameters.
+
+    Raises:
+        BadType: see `declared`.
+        ParameterError: the ports that the parameters ask for cannot be.
+    """
+    parts = declared(cls)
+    fixed = {name: parameters[name] for name, parameter in parts.parameters.items() if parameter.read_only}
+    inputs, outputs = dict(parts.inputs), dict(parts.outputs)
+    problems = []
+    for port in cls.ports_for(fixed):
+        namesake = inputs.get(port.name) or outputs.get(port.name)
+        if namesake is not None:
+            whose = f"{namesake.origin} asks for" if namesake.origin else "the class has"
+            problems.append((port.origin, f"{whose} a port {port.name!r} already: each needs a name of its own"))
+        elif isinstance(port, Input):
+            inputs[port.name] = port
+        else:
+            outputs[port.name] = port
+    if problems:
+        raise ParameterError(problems)
+    return replace(parts, inputs=inputs, outputs=outputs)
+
+
+def _take_function(found: Declared, name: str, function: Any) -> None:
+    offered = service_of(name, function)
+    if offered:
+        if offered.name in found.services:
+            raise BadType(f"two methods offer the service {offered.name!r}")
+        found.services[offered.name] = offered
+    period = period_of(function)
+    if period:
+        found.timers[name] = period
+
+
+def class_path(cls: type) -> str:
+    """Return ``module:Class``."""
+    return f"{cls.__module__}:{cls.__qualname__}"
+
+
+def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) -> Description:
+    """Return what a component class says of itself, without running it, given parameters other than its defaults.
+
+    Raises:
+        BadType: see `declared`.
+        ParameterError: the parameters do not fit the class.
+    """
+    values = ParameterSet(declared(cls).parameters)
+    values.set(parameters or {}, starting=True)
+    parts = declared_for(cls, values.values)
+    text = (inspect.getdoc(cls) or "").split("\n\n")[0]
+    return Description(
+        class_path(cls),
+        text,
+        (
+            *(port.describe() for port in parts.inputs.values()),
+            *(port.describe() for port in parts.outputs.values()),
+        ),
+        tuple(parameter.describe() for parameter in parts.parameters.values()),
+        tuple(offered.describe() for offered in parts.services.values()),
+        cls.state_version,
+        cls.handler_timeout,
+        cls.resources,
+        cls.lockstep,
+        cls.removal_forbidden,
+        cls.snapshot is not Component.snapshot,
+        cls.restorable_versions(),
+        cls.is_time_source,
+        cls.is_exclusive(),
+    )
+
+
+def restore_state(component: Component, state: PlainValue, version: int) -> None:
+    """Have a component continue from a state of one of its `Component.restorable_versions`."""
+    component.restore(state if version == component.state_version else component.convert_state(state, version))

@@ -1,0 +1,164 @@
+"""What a component's author has of the kit, as ``self.kit``."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Coroutine
+from types import TracebackType
+from typing import Any, Protocol, TypeVar
+
+from bus_schema.messages.health import Level
+from bus_schema.messages.quality import Quality
+from regraft.bus.interface import Answer, Bus
+from regraft.component.future import Future
+from regraft.component.goal import Goal
+from regraft.component.live_ports import Inputs, Outputs
+from regraft.component.parameters import ParameterSet
+
+R = TypeVar("R")
+A = TypeVar("A")
+F = TypeVar("F")
+
+
+class Task(Protocol):
+    """A coroutine that runs beside others of its component."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has ended."""
+
+    def cancel(self) -> None:
+        """Raise ``Cancelled`` in the coroutine where it awaits."""
+
+
+class ExclusiveSlot(Protocol):
+    """A pause of simulated time, held by one component: ``async with kit.exclusive() as slot``."""
+
+    async def __aenter__(self) -> ExclusiveSlot: ...
+
+    def touch(self, component: str) -> None:
+        """Name a component whose wiring or timing may change in the slot."""
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class Kit(Protocol):
+    """Time, waiting, asking others, telling how things are. Times are seconds on the component's clock."""
+
+    @property
+    def name(self) -> str:
+        """The component's name in the system."""
+
+    @property
+    def system(self) -> str:
+        """The system's name."""
+
+    @property
+    def seed(self) -> int:
+        """The run's seed: everything random in a component derives from it and the component's name."""
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """The component's parameters."""
+
+    @property
+    def inputs(self) -> Inputs:
+        """The component's inputs by name."""
+
+    @property
+    def outputs(self) -> Outputs:
+        """The component's outputs by name."""
+
+    @property
+    def log(self) -> logging.Logger:
+        """The component's log."""
+
+    # --- time ---
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether time is simulated."""
+
+    @property
+    def tick(self) -> int | None:
+        """The world tick that this component is in, None in real time."""
+
+    def sleep(self, seconds: float) -> Future[None]:
+        """``await`` it: go on after ``seconds``."""
+
+    # --- asking others ---
+
+    def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> Future[A]:
+        """``await`` it: the reply of a service, or CallFailed, at the latest after ``timeout`` seconds."""
+
+    def goal(
+        self,
+        service: str,
+        goal: object,
+        result: type[A],
+        feedback: type[F] | None = None,
+        *,
+        accept_within: float = 5.0,
+        on_feedback: Callable[[F], None] | None = None,
+        outlives: bool = False,
+    ) -> Goal[A, F]:
+        """Give an action a goal; ``await goal.outcome()`` or look at it now and then.
+
+        It is cancelled when this run ends, however that happens, unless it ``outlives`` it.
+        """
+
+    def feedback(self, message: object) -> None:
+        """Tell the client of the goal that the calling action pursues how it goes."""
+
+    @property
+    def asked_by(self) -> str:
+        """Who asked for what the calling ``async`` service or action does: the component's or client's name."""
+
+    # --- doing several things ---
+
+    def spawn(self, coroutine: Coroutine[Any, Any, R], name: str = "task") -> Task:
+        """Run a coroutine beside the others until it ends or the component is deactivated."""
+
+    def compute(self, function: Callable[..., R], *arguments: Any) -> Future[R]:
+        """``await`` it: the result of heavy work, done on another thread while this component goes on.
+
+        Under simulated time the step waits for it, so that it takes no simulated time.
+        """
+
+    # --- telling how things are ---
+
+    def event(self, kind: str, text: str, **details: Any) -> None:
+        """Tell of something that happened once; ``kind`` is dotted, such as ``battery.low``."""
+
+    def diagnose(self, subject: str, level: Level, text: str, **values: Any) -> None:
+        """Put a diagnostic about a part of the component."""
+
+    def report_quality(self, quality: Quality) -> None:
+        """Tell, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
+
+    def set_status_text(self, detail: str, **values: Any) -> None:
+        """Put a short text into the component's status, and the same as plain ``values`` for programs.
+
+        It replaces the text and the values before it.
+        """
+
+    # --- for the adaptation manager and other tools that act on components ---
+
+    @property
+    def bus(self) -> Bus:
+        """The component's own session, for tools that look on from outside the component's loop."""
+
+    def exclusive(self) -> ExclusiveSlot:
+        """``async with`` it: under simulated time, an exclusive slot in which nothing else runs.
+
+        In it, await only ``ask`` and ``compute``: no time passes and no message comes, so whoever waits for those is
+        cancelled.
+        """
+
+    def ask(self, key: str, payload: bytes, timeout: float) -> Future[list[Answer]]:
+        """``await`` it: the answers to a query on the bus; under simulated time only within an exclusive slot."""

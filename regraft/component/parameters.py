@@ -1,0 +1,210 @@
+"""Parameters of a component: typed, bounded, described; set several at once or none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar, overload
+
+from bus_schema.model.description import ParameterDescription
+from bus_schema.suggestions import Hints
+
+V = TypeVar("V", bool, int, float, str, tuple[float, ...], tuple[str, ...])
+
+JSON_TYPES: dict[type, str] = {bool: "boolean", int: "integer", float: "number", str: "string", tuple: "array"}
+
+
+class ParameterError(ValueError):
+    """Values that cannot be set.
+
+    Attributes:
+        parts: what is wrong, each as the parameter or the part of it, and why.
+        problems: the same as texts.
+    """
+
+    def __init__(self, parts: Sequence[tuple[str, str]]) -> None:
+        self.parts = tuple(parts)
+        self.problems = tuple(f"{place}: {why}" for place, why in parts)
+        super().__init__("; ".join(self.problems))
+
+
+class KitWithParameters(Protocol):
+    """The part of a kit that parameters need."""
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """The component's parameters."""
+
+
+class HasParameters(Protocol):
+    """A component, as its parameters see it."""
+
+    @property
+    def kit(self) -> KitWithParameters:
+        """The component's kit."""
+
+
+class Parameter(Generic[V]):
+    """A parameter of a component class; on an instance it reads as its current value.
+
+    >>> from regraft import Component, Parameter
+    >>> class Drive(Component):
+    ...     "Drives."
+    ...     max_velocity = Parameter(0.26, minimum=0.0, maximum=0.26, unit="m/s")
+    """
+
+    def __init__(
+        self,
+        default: V,
+        description: str = "",
+        *,
+        minimum: float | None = None,
+        maximum: float | None = None,
+        choices: Sequence[V] = (),
+        unit: str = "",
+        read_only: bool = False,
+        exists: bool = False,
+    ) -> None:
+        """Declare a parameter by its default, whose type is the parameter's type.
+
+        One that ``exists`` is a path (its unit) to a file that has to be there before the component starts, unless it
+        is empty.
+        """
+        self.name = ""
+        self.default: V = default
+        self.description = description
+        self.minimum = minimum
+        self.maximum = maximum
+        self.choices: tuple[V, ...] = tuple(choices)
+        self.unit = unit
+        self.read_only = read_only
+        self.exists = exists
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+        self.default = self.checked(self.default)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Parameter[V]: ...
+
+    @overload
+    def __get__(self, instance: HasParameters, owner: type) -> V: ...
+
+    def __get__(self, instance: HasParameters | None, owner: type) -> Parameter[V] | V:
+        """Return the declaration on the class, the current value on an instance."""
+        if instance is None:
+            return self
+        value: V = instance.kit.parameters.values[self.name]
+        return value
+
+    def __set__(self, instance: HasParameters, value: V) -> None:
+        """Refuse assignment: parameters are changed by adaptations, so that everybody knows of it."""
+        raise AttributeError(f"parameter {self.name!r} is changed by an adaptation, not by assignment")
+
+    def checked(self, value: Any) -> V:
+        """Return ``value`` in the parameter's type; raises ParameterError saying what would be right."""
+        wanted = type(self.default)
+        converted = _converted(value, wanted)
+        problem = None
+        if converted is None:
+            problem = f"must be {_a(JSON_TYPES[wanted])}"
+        elif wanted in (int, float) and not math.isfinite(converted):
+            problem = "must be finite"
+        elif self.minimum is not None and any(v < self.minimum for v in _numbers(converted)):
+            problem = f"must be at least {self.minimum}{self._unit()}"
+        elif self.maximum is not None and any(v > self.maximum for v in _numbers(converted)):
+            problem = f"must be at most {self.maximum}{self._unit()}"
+        elif self.choices and converted not in self.choices:
+            problem = f"must be one of: {', '.join(map(str, self.choices))}"
+        if problem:
+            raise ParameterError([(f"{self.name} = {value!r}", problem)])
+        checked: V = converted
+        return checked
+
+    def _unit(self) -> str:
+        return f" {self.unit}" if self.unit else ""
+
+    def plain(self, value: Any) -> Any:
+        """Return a value as plain data."""
+        return list(value) if isinstance(value, tuple) else value
+
+    def describe(self) -> ParameterDescription:
+        """Return the parameter's description, with a JSON Schema of its values."""
+        schema: dict[str, Any] = {"type": JSON_TYPES[type(self.default)]}
+        if isinstance(self.default, tuple):
+            schema["items"] = {"type": JSON_TYPES[type(self.default[0])]} if self.default else {}
+        bounds = {"minimum": self.minimum, "maximum": self.maximum}
+        schema |= {key: bound for key, bound in bounds.items() if bound is not None}
+        if self.choices:
+            schema["enum"] = list(self.choices)
+        default = self.plain(self.default)
+        return ParameterDescription(
+            self.name, default, schema, self.unit, self.read_only, self.description, self.exists
+        )
+
+
+def _a(noun: str) -> str:
+    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
+
+
+def _numbers(value: Any) -> tuple[float, ...]:
+    if isinstance(value, tuple):
+        return tuple(v for v in value if isinstance(v, int | float))
+    return (value,) if isinstance(value, int | float) else ()
+
+
+def _converted(value: Any, wanted: type) -> Any:
+    """Return ``value`` as ``wanted``, None where it is of another type."""
+    if wanted is bool or isinstance(value, bool):
+        return value if wanted is bool and isinstance(value, bool) else None
+    if wanted is float and isinstance(value, int | float):
+        return float(value)
+    if wanted is tuple:
+        fits = isinstance(value, list | tuple) and all(isinstance(v, int | float | str) for v in value)
+        return tuple(value) if fits else None
+    return value if isinstance(value, wanted) else None
+
+
+@dataclass(slots=True)
+class ParameterSet:
+    """The current values of one component's parameters."""
+
+    declared: Mapping[str, Parameter[Any]]
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.values = {name: parameter.default for name, parameter in self.declared.items()} | self.values
+
+    def check(self, wanted: Mapping[str, Any], *, starting: bool = False) -> dict[str, Any]:
+        """Return ``wanted`` in the right types.
+
+        Raises:
+            ParameterError: with every problem, if a name is unknown, a value unfit, or a read-only one would change.
+        """
+        problems: list[tuple[str, str]] = []
+        fit = {}
+        known = Hints(self.declared)
+        for name, value in wanted.items():
+            parameter = self.declared.get(name)
+            if parameter is None:
+                problems.append((name, f"there is no such parameter; {known.instead_of(name)}"))
+                continue
+            try:
+                fit[name] = parameter.checked(value)
+            except ParameterError as error:
+                problems += error.parts
+                continue
+            if parameter.read_only and not starting and fit[name] != self.values[name]:
+                problems.append((name, "is read-only, set when the component starts"))
+        if problems:
+            raise ParameterError(problems)
+        return fit
+
+    def set(self, wanted: Mapping[str, Any], *, starting: bool = False) -> None:
+        """Set all of ``wanted`` or, if any does not fit, none."""
+        self.values = {**self.values, **self.check(wanted, starting=starting)}
+
+    def plain(self) -> dict[str, Any]:
+        """Return the current values as plain data."""
+        return {name: self.declared[name].plain(value) for name, value in self.values.items()}

@@ -1,0 +1,71 @@
+"""A parameter whose value is a list of records, each an instance of a dataclass."""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar, overload
+
+from bus_schema.encoding.records import record_shape
+from bus_schema.errors import BadMessage
+from bus_schema.model.description import ParameterDescription
+from regraft.component.parameters import HasParameters, Parameter, ParameterError
+
+T = TypeVar("T")
+
+
+class Records(Parameter[Any], Generic[T]):
+    """A parameter that lists records; empty by default, and read-only: set when the component starts.
+
+    What a record is, its dataclass says, as for messages: types, bounds and units are checked, absent fields take
+    their defaults, and ``__post_init__`` may raise BadMessage.
+
+    >>> from dataclasses import dataclass
+    >>> from bus_schema.annotations import Hertz
+    >>> @dataclass(frozen=True, slots=True)
+    ... class Beacon:
+    ...     name: str
+    ...     rate: Hertz = 1.0
+    >>> class Lighthouse(Component):
+    ...     "Flashes."
+    ...     beacons = Records(Beacon, "what flashes, and how often")
+    """
+
+    def __init__(self, record: type[T], description: str = "") -> None:
+        described: Any = record
+        self._shape = record_shape(described)
+        super().__init__((), description, read_only=True)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Records[T]: ...
+
+    @overload
+    def __get__(self, instance: HasParameters, owner: type) -> tuple[T, ...]: ...
+
+    def __get__(self, instance: HasParameters | None, owner: type) -> Records[T] | tuple[T, ...]:
+        """Return the declaration on the class, the records on an instance."""
+        value: Any = super().__get__(instance, owner)
+        records: Records[T] | tuple[T, ...] = value
+        return records
+
+    def checked(self, value: Any) -> tuple[T, ...]:
+        """Return the records that plain data stands for; raises ParameterError with everything that is wrong."""
+        if not isinstance(value, list | tuple):
+            raise ParameterError([(self.name, f"must be a list of records, is {type(value).__name__}")])
+        records: list[Any] = []
+        problems: list[tuple[str, str]] = []
+        for index, plain in enumerate(value):
+            try:
+                records.append(plain if type(plain) is self._shape.cls else self._shape.unpack(plain))
+            except BadMessage as error:
+                problems.append((".".join([self.name, str(index), *error.where]), error.why))
+        if problems:
+            raise ParameterError(problems)
+        return tuple(records)
+
+    def plain(self, value: Any) -> Any:
+        """Return records as plain data."""
+        return [self._shape.pack(record) for record in value]
+
+    def describe(self) -> ParameterDescription:
+        """Return the parameter's description, with the JSON Schema of its records."""
+        schema = {"type": "array", "items": self._shape.json_schema()}
+        return ParameterDescription(self.name, [], schema, read_only=True, description=self.description)

@@ -1,0 +1,224 @@
+"""A host that has joined another: it runs what the architecture places on it, for as long as it belongs to the system.
+
+It proves that it is there by renewing its lease. Once that has run out, it is alone: what may then start elsewhere it
+ends at once, so that two runs of a component never act. When it is heard again, it asks anew what to run.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+from dataclasses import replace
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.host import StartComponent
+from bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
+from bus_schema.model.hosts import LOCAL
+from regraft.bus.interface import Answer, Bus, BusError
+from regraft.host.host import Host
+from regraft.host.plan import HostPlan
+from regraft.host.runs.managed_process import ManagedProcess
+from regraft.host.zygote.zygote import Zygote
+from regraft.runtime.core.lease import GRACE, GrantedLease, now
+from regraft.security.host_proof import Seal
+
+RENEW_INTERVAL = 0.2
+ANSWER_TIMEOUT = 0.6
+"""Seconds for which an answer is waited for before the next attempt."""
+GOODBYES = 5
+"""How often it says that it leaves, until that is answered: else it would count as lost."""
+PATIENCE = 60.0
+"""Seconds without the first host after which a host gives up: it ends its components, and itself."""
+
+
+class JoinedHost(Host):
+    """A joined host. ``over`` says why it has to end, empty while it has not to."""
+
+    def __init__(
+        self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str, seal: Seal
+    ) -> None:
+        """It has just joined; nothing runs yet."""
+        super().__init__(plan, bus, zygote)
+        self.over = ""
+        self.orderly = False
+        self.term, self.revision = joined.term, joined.revision
+        self._instance = instance
+        self._seal = seal
+        self._lease = joined.lease
+        self._held_until = now() + joined.lease
+        self._lapsed = self._outside = False
+        self._asked_at = 0.0
+        self._waiting = False
+        self._cut: set[str] = set()
+        self._leases: dict[str, GrantedLease] = {}
+        for run in joined.past:
+            self._take_past(run)
+
+    def _take_past(self, run: PastRun) -> None:
+        managed = self.processes.get(run.component)
+        self.past.note(run.component, run.incarnation, run.checkpoint)
+        if managed is not None and not managed.has_process and run.incarnation > managed.incarnation:
+            managed.incarnation = run.incarnation
+            managed.checkpoint = run.checkpoint or managed.checkpoint
+
+    def pump(self, timeout: float) -> None:
+        """See to the lease, then do as any host."""
+        self._see_to_lease()
+        self._extend_leases()
+        super().pump(timeout)
+
+    def end(self) -> None:
+        """End every process, and say goodbye."""
+        super().end()
+        for _ in range(1 if self.over else GOODBYES):
+            try:
+                key, goodbye = self._keys.host(LOCAL, "renew"), codec.encode(self._sign(leaving=True))
+                if self._bus.query(key, goodbye, ANSWER_TIMEOUT):
+                    return
+            except BusError as error:
+                self._log.warning("%s", error)
+                return
+
+    # --- the lease ---
+
+    def lease_of(self, managed: ManagedProcess) -> str:
+        """Return the path of a component's own lease: this host may be frozen when it should end it."""
+        name = managed.spec.name
+        if name not in self._leases:
+            self._leases[name] = GrantedLease(self.plan.folder / "leases" / name, self._until(name))
+        return str(self._leases[name].path)
+
+    def _until(self, name: str) -> float:
+        """Return until when a component may act: for ever, if nobody would start it elsewhere."""
+        may_start_elsewhere = (
+            self.plan.architecture.rules(self.plan.name).move_to
+            or name not in self.processes
+            or self._is_handed_over(name)
+        )
+        return self._held_until + GRACE if may_start_elsewhere else math.inf
+
+    def _extend_leases(self) -> None:
+        for name, lease in self._leases.items():
+            lease.extend(self._until(name))
+
+    def _sign(self, *, leaving: bool = False) -> RenewLease:
+        return self._seal.on(RenewLease(self.plan.name, self._instance, leaving))
+
+    def _see_to_lease(self) -> None:
+        present = now()
+        if present > self._held_until:
+            self._lapse()
+        if present > self._held_until + PATIENCE and not self.over:
+            self.over = f"the first host has not been heard of for {PATIENCE + self._lease:g} s"
+        due = present - self._asked_at > (ANSWER_TIMEOUT if self._waiting else RENEW_INTERVAL)
+        if due and not self.ended and not self.over:
+            self._asked_at, self._waiting = present, True
+            self._ask(present)
+
+    def _ask(self, sent: float) -> None:
+        # A lease that has run out is not renewed: much may have been decided meanwhile.
+        outside = self._outside or self._lapsed
+        asked = self._seal.on(JoinHost(self.plan.name, self._instance)) if outside else self._sign()
+        verb = "join" if outside else "renew"
+
+        def done(answers: list[Answer]) -> None:
+            self.inbox.put(lambda: self._told(answers, sent))
+
+        try:
+            self._bus.ask(self._keys.host(LOCAL, verb), codec.encode(asked), ANSWER_TIMEOUT, done)
+        except BusError as error:
+            self._log.warning("%s", error)
+
+    def _told(self, answers: list[Answer], sent: float) -> None:
+        if sent == self._asked_at:
+            self._waiting = False
+        if not answers or self.ended or self.over:
+            return
+        try:
+            if answers[0].error:
+                self._take_refusal(codec.decode(answers[0].payload, ControlError))
+            elif answers[0].key.endswith("/renew"):
+                self._take_lease(codec.decode(answers[0].payload, Lease), sent)
+            else:
+                self._take_system(codec.decode(answers[0].payload, JoinedSystem), sent)
+        except BadMessage as error:
+            self._log.warning("the first host: %s", error)
+
+    def _take_refusal(self, error: ControlError) -> None:
+        if error.code is ControlCode.REFUSED:
+            self.over = "; ".join(error.problems)
+
+    def _take_lease(self, lease: Lease, sent: float) -> None:
+        if lease.ending:
+            self.over, self.orderly = "the system ends", True
+        elif not lease.held:
+            self._outside = True
+        elif not self._lapsed:
+            self._held_until = sent + self._lease
+
+    def _lapse(self) -> None:
+        """Nobody can rely on this host any more: end what may be started elsewhere."""
+        if self._lapsed:
+            return
+        self._lapsed = True
+        rules = self.plan.architecture.rules(self.plan.name)
+        living = [
+            name
+            for name, managed in sorted(self.processes.items())
+            if managed.has_process or managed.start_at is not None
+        ]
+        names = [name for name in living if rules.move_to or self._is_handed_over(name)]
+        ended = sorted({*names, *self.standby_runs.processes})
+        what = f"ends {', '.join(ended)}" if ended else "goes on alone"
+        self._publisher.event(
+            "host.alone", self.plan.name, f"host {self.plan.name} hears nothing of the system: it {what}"
+        )
+        for name in names:
+            self._cut_off(self.processes[name])
+            self._cut.add(name)
+        self._end_beside()
+
+    def _is_handed_over(self, name: str) -> bool:
+        """Tell whether a component is being moved, from here or to here: it may go on elsewhere, whatever the rules."""
+        return self.processes[name].awaited or self._is_elsewhere(name)
+
+    def _end_beside(self) -> None:
+        """End what stands beside components: nobody may ever say what is to become of it."""
+        for managed in list(self.standby_runs.processes.values()):
+            self._cut_off(managed)
+
+    def _cut_off(self, managed: ManagedProcess) -> None:
+        """End a component's process at once; it has had no say in the matter."""
+        managed.why_killed = "its host was cut off"
+        self.ask_to_end(managed, 0.0)
+        if managed.pid:
+            self._zygote.signal(managed.pid, signal.SIGKILL)
+
+    # --- joining again ---
+
+    def _take_system(self, joined: JoinedSystem, sent: float) -> None:
+        if joined.run != self.plan.run:
+            self.over = "the system that this host had joined has ended"
+            return
+        self._held_until, self._lease = sent + joined.lease, joined.lease
+        self._lapsed = self._outside = False
+        self.term, self.revision = max(self.term, joined.term), joined.revision
+        self.plan = replace(self.plan, architecture=joined.architecture)
+        mine = self.plan.mine()
+        to_start = self._cut | (mine.keys() - self.processes.keys())
+        for name in sorted(self.processes.keys() - mine.keys()):
+            # It is placed elsewhere now, or nowhere: whatever runs here has no say any more.
+            self.processes[name].remove()
+            self._cut_off(self.processes[name])
+        self._end_beside()
+        for spec in mine.values():
+            self._take_spec(spec)
+        for run in joined.past:
+            self._take_past(run)
+        for name in sorted(to_start & mine.keys()):
+            self.questions.start(codec.encode(StartComponent(name, term=self.term)))
+        self._cut.clear()
+        self._publisher.event("host.returned", self.plan.name, f"host {self.plan.name} is part of the system again")
+        self._next_status = 0.0

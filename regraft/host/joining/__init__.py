@@ -1,0 +1,1 @@
+"""What a first host knows of the hosts that have joined it."""

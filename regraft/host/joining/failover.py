@@ -1,0 +1,68 @@
+"""Has the components of a lost host started elsewhere: asked of the adaptation manager, on a thread of its own."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from bus_schema.errors import SchemaError
+from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
+from bus_schema.model.hosts import ADAPT
+from regraft.bus.interface import Bus, BusError
+from regraft.client import Client
+from regraft.component.errors import CallFailed
+
+ANSWER_TIMEOUT = 10.0
+KEEP_TRYING = 60.0
+"""Seconds for which a manager is looked for: it may have to be restarted itself."""
+RETRY_INTERVAL = 0.5
+
+
+class Failover:
+    """Asks for adaptations in the name of the first host."""
+
+    def __init__(self, bus: Bus, system: str, tell: Callable[..., None]) -> None:
+        """Ask on ``bus``; what fails is told by ``tell(kind, subject, text)``."""
+        self._bus = bus
+        self._system = system
+        self._tell = tell
+
+    def begin(self, host: str, target: str, components: Sequence[str]) -> None:
+        """Have the components of a lost host moved."""
+        work = threading.Thread(target=self._move, args=(host, target, tuple(components)), daemon=True)
+        work.start()
+
+    def _move(self, host: str, target: str, components: tuple[str, ...]) -> None:
+        loss = secrets.token_hex(4)
+        with Client(self._bus, self._system, f"host-local-{loss}") as client:
+            problem = self._asked(client, host, loss, target, components)
+            if problem and len(components) > 1:
+                # All together is best: what needs each other starts with each other. Otherwise whoever can.
+                alone = [self._asked(client, host, loss, target, (name,)) for name in components]
+                problem = "; ".join(filter(None, alone))
+        if problem:
+            self._tell("host.stranded", host, f"not everything of host {host} could be started on {target}: {problem}")
+
+    def _asked(self, client: Client, host: str, loss: str, target: str, components: tuple[str, ...]) -> str:
+        """Ask until there is an answer; returns what is wrong, empty if nothing.
+
+        The same ``loss`` asked about again is the same adaptation.
+        """
+        changes = tuple(Move(name, target) for name in components)
+        key = f"lost-{loss}-{host}-{'-'.join(components)}"[:200]
+        request = AdaptationRequest(changes, f"host {host!r} is lost", "the stack's rules for hosts", key=key)
+        deadline = time.monotonic() + KEEP_TRYING
+        while True:
+            try:
+                report = client.call(ADAPT, request, AdaptationReport, ANSWER_TIMEOUT)
+            except (CallFailed, BusError, SchemaError) as error:
+                if time.monotonic() > deadline:
+                    return f"{', '.join(components)}: {error}"
+                time.sleep(RETRY_INTERVAL)
+                continue
+            if report.outcome in APPLIED:
+                return ""
+            told = [f"{v.component}: {v.problem}" for v in report.violations] or [report.error]
+            return f"{', '.join(components)}: {report.outcome.value}: {'; '.join(told)}"

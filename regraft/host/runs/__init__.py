@@ -1,0 +1,1 @@
+"""The runs of components that a host has: present, standing by, past."""

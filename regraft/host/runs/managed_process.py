@@ -1,0 +1,139 @@
+"""One component in the host's care: its spec, its present process, its past ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from bus_schema.model.architecture import ComponentSpec
+from regraft.host.plan import HostPlan
+from regraft.host.runs.restarts import RestartHistory
+from regraft.runtime.core.assignment import Assignment, Succession
+
+
+@dataclass(slots=True)
+class ManagedProcess:
+    """The state of one component's process. ``start_at`` is when to start it, in monotonic seconds.
+
+    ``ordered`` is set from the order to start it until the report that it has started; ``pid`` is 0 until then.
+    ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
+    payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
+    any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
+    ``begun`` is the incarnation as which its process was started, ``formerly`` are those that it has had until now;
+    ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands beside
+    it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
+    """
+
+    spec: ComponentSpec
+    history: RestartHistory
+    state: ProcessState = ProcessState.STOPPED
+    incarnation: int = 0
+    pid: int = 0
+    started: float = 0.0
+    start_at: float | None = None
+    ordered: bool = False
+    kill_at: float | None = None
+    last_end: str = ""
+    stopping: bool = False
+    start_again: bool = False
+    seen: bool = False
+    checkpoint: bytes = b""
+    why_killed: str = ""
+    removed: bool = False
+    owed: bool = False
+    begun: int = 0
+    formerly: tuple[int, ...] = ()
+    succeeds: Succession | None = None
+    restart_by: float | None = None
+    awaited: bool = False
+
+    @property
+    def run(self) -> str:
+        """What names this run among all: no component can be named so."""
+        return f"{self.spec.name}/{self.begun}"
+
+    def is_called(self, incarnation: int) -> bool:
+        """Tell whether its process may speak as ``incarnation``; until it is told of a new one, it has the former."""
+        return incarnation == self.incarnation or incarnation in self.formerly
+
+    def rename(self, incarnation: int) -> None:
+        """Expect its process to speak as another incarnation from some time on."""
+        self.formerly = (*self.formerly, self.incarnation)
+        self.incarnation = incarnation
+
+    @property
+    def has_process(self) -> bool:
+        """Whether there is a process, or one on its way."""
+        return self.ordered or self.pid != 0
+
+    @property
+    def is_starting(self) -> bool:
+        """Whether its process is on its way, or has not given a sign of life yet."""
+        return self.has_process and self.state is ProcessState.STARTING and not self.stopping
+
+    def remove(self) -> None:
+        """Start it no more, but leave its process alone."""
+        self.removed, self.owed = True, self.owed or self.start_at is not None
+        self.start_at = None
+
+    def keep(self, now: float) -> None:
+        """Take its removal back: what would have been restarted meanwhile is."""
+        if self.owed and not self.has_process:
+            self.start_at, self.state = now, ProcessState.WAITING
+        self.removed = self.owed = False
+
+    def status(self) -> ProcessStatus:
+        """Return the process's status, for whoever asks."""
+        return ProcessStatus(
+            self.spec.name,
+            self.incarnation,
+            self.state,
+            self.pid,
+            self.history.total,
+            self.started,
+            self.last_end,
+            self.spec.managed,
+            self.begun,
+        )
+
+    def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:
+        """Return what the next process is told: the spec in force, and the last checkpoint."""
+        is_source = self.spec.name == plan.source
+        connect = (plan.source_endpoint, plan.endpoint) if plan.source and not is_source else (plan.endpoint,)
+        return Assignment(
+            system=plan.architecture.system,
+            name=self.spec.name,
+            cls=self.spec.cls,
+            incarnation=self.incarnation,
+            parameters=plan.found_here(self.spec.parameters),
+            connections=self.spec.connections,
+            services=self.spec.services,
+            state=self.spec.state,
+            revision=revision,
+            term=term,
+            simulated=plan.architecture.simulated,
+            seed=plan.seed,
+            sensor_streams=plan.sensor_streams(),
+            checkpoint=self._checkpoint(),
+            listen_endpoints=(plan.source_endpoint,) if is_source else (),
+            connect_endpoints=connect,
+            members=plan.members() if is_source else (),
+            duration=plan.duration if is_source else None,
+            succeeds=self.succeeds,
+            secret=plan.secret,
+            handler_timeout=plan.limits(self.spec).handler_timeout,
+        )
+
+    def _checkpoint(self) -> Snapshot | None:
+        """Return the last checkpoint, opened only now: one comes in every tick."""
+        try:
+            return codec.decode(self.checkpoint, Snapshot) if self.checkpoint else None
+        except BadMessage:
+            return None
+
+    def order(self, plan: HostPlan, revision: int, term: int) -> dict[str, object]:
+        """Return the assignment as plain data."""
+        return codec.to_plain(self.assignment(plan, revision, term))

@@ -1,0 +1,40 @@
+"""When a component's process is started again, and when it is left alone."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from bus_schema.model.architecture import Restart, RestartPolicy
+
+MAX_BACKOFF = 10.0
+
+
+@dataclass(slots=True)
+class RestartHistory:
+    """The recent restarts of one component. Times are monotonic seconds."""
+
+    policy: RestartPolicy
+    recent: deque[float] = field(default_factory=deque)
+    total: int = 0
+
+    def wants_restart(self, code: int) -> bool:
+        """Tell whether a process that ended with ``code`` is to be started again at all."""
+        if self.policy.when is Restart.NEVER:
+            return False
+        return self.policy.when is Restart.ALWAYS or code != 0
+
+    def next_start(self, now: float) -> float | None:
+        """Return when to start again, None if it was restarted too often: it is quarantined."""
+        while self.recent and now - self.recent[0] > self.policy.window:
+            self.recent.popleft()
+        if len(self.recent) >= self.policy.limit:
+            return None
+        wait: float = min(MAX_BACKOFF, self.policy.backoff * 2.0 ** len(self.recent))
+        self.recent.append(now)
+        self.total += 1
+        return now + wait
+
+    def pardon(self) -> None:
+        """Forget the recent restarts: someone has acted."""
+        self.recent.clear()

@@ -1,0 +1,255 @@
+"""Supervises the components of one host: starts, restarts, watches and ends their processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bus_schema.messages.protocol.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
+from bus_schema.model.architecture import ComponentSpec
+from regraft.host.host_publisher import HostPublisher
+from regraft.host.plan import HostPlan
+from regraft.host.runs.managed_process import ManagedProcess
+from regraft.host.runs.restarts import RestartHistory
+from regraft.host.runs.run_history import RunHistory
+from regraft.host.runs.standby_runs import ALONE_TIMEOUT, StandbyRuns
+from regraft.host.watchdog.process_monitor import ProcessMonitor
+from regraft.host.zygote.zygote import Zygote
+from regraft.process.logs import log_of
+from regraft.process.main import how_it_ended
+from regraft.runtime.core.clock import RealClock
+
+FIRST_BEAT_TIMEOUT = 15.0
+MAX_STARTING = 32
+"""Processes that start at a time: more would only wait for a processor, and keep it from this host."""
+
+
+class Supervisor:
+    """Starts, watches, restarts and ends the components of one host.
+
+    Attributes:
+        ended: whether the zygote is gone, and every process with it.
+    """
+
+    def __init__(self, plan: HostPlan, zygote: Zygote, publisher: HostPublisher) -> None:
+        self.plan = plan
+        self.term = 0
+        self.journal = JournalEnd()
+        self.revision = plan.architecture.revision
+        self.processes = {
+            name: ManagedProcess(spec, RestartHistory(spec.restart)) for name, spec in plan.mine().items()
+        }
+        self.past = RunHistory()
+        self.standby_runs = StandbyRuns(self.processes, self.past)
+        self.ended = False
+        self._zygote = zygote
+        self._clock = RealClock()
+        self._publisher = publisher
+        self._watching = ProcessMonitor(publisher, zygote)
+        self._next_status = 0.0
+
+    @property
+    def log_folder(self) -> Path:
+        return self.plan.folder / "logs"
+
+    def all_processes(self) -> list[ManagedProcess]:
+        return [*self.processes.values(), *self.standby_runs.processes.values()]
+
+    def room(self) -> int:
+        return max(0, MAX_STARTING - sum(managed.is_starting for managed in self.all_processes()))
+
+    def start_due(self) -> None:
+        now, room = time.monotonic(), self.room()
+        for managed in self.all_processes():
+            self.standby_runs.restart_if_alone(managed, now)
+            if managed.start_at is not None and managed.start_at <= now and room:
+                managed.start_at, room = None, room - 1
+                self.spawn(managed)
+            if managed.kill_at is not None and managed.kill_at <= now and managed.pid:
+                managed.kill_at = None
+                self._zygote.signal(managed.pid, signal.SIGKILL)
+
+    def spawn(self, managed: ManagedProcess) -> None:
+        """Start a process."""
+        managed.incarnation = managed.begun = self.standby_runs.next_number(managed)
+        managed.formerly = ()
+        managed.state, managed.seen, managed.stopping, managed.why_killed = ProcessState.STARTING, False, False, ""
+        managed.started = self._clock.now() / 1e9
+        log = str(log_of(self.log_folder, managed.spec.name))
+        order = managed.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(managed)}
+        managed.awaited = False
+        managed.succeeds = None  # whoever is restarted succeeds nobody that lives
+        command, files = list(managed.spec.command) or None, self.plan.limits(managed.spec).files
+        try:
+            self._zygote.spawn(order, str(self.plan.stack_folder), log, command, files)
+        except OSError:
+            self.zygote_gone()
+            return
+        managed.ordered = True
+
+    def lease_of(self, managed: ManagedProcess) -> str:
+        """Return the path of the lease by which a process may act, empty if it always may."""
+        return ""
+
+    def zygote_gone(self) -> None:
+        """Everything it had started has ended with it."""
+        if not self.ended:
+            text = "the process that starts the others is gone: the system ends"
+            self._publisher.event("host.fault", self.plan.name, text)
+        self.ended = True
+        for managed in self.all_processes():
+            managed.ordered, managed.pid, managed.start_at, managed.kill_at = False, 0, None, None
+            self._watching.forget(managed)
+
+    def zygote_reports(self, report: dict[str, Any]) -> None:
+        managed = self.standby_runs.begun_as(report["name"], report["incarnation"])
+        if managed is None:
+            return
+        managed.ordered = False
+        if "started" in report:
+            managed.pid = report["started"]
+            if managed.stopping:
+                self._zygote.signal(managed.pid, signal.SIGTERM)
+            elif managed.spec.managed:
+                timeout = self.plan.architecture.handler_timeout(managed.spec)
+                self._watching.expect(managed, FIRST_BEAT_TIMEOUT + timeout, time.monotonic())
+            else:
+                managed.state = ProcessState.RUNNING
+        else:
+            self._process_ended(managed, report["code"])
+        self._next_status = 0.0
+
+    def _process_ended(self, managed: ManagedProcess, code: int) -> None:
+        name = managed.spec.name
+        self._watching.forget(managed)
+        managed.pid, managed.kill_at = 0, None
+        managed.last_end = managed.why_killed or how_it_ended(code)
+        if self.standby_runs.stands(managed):
+            managed.state = ProcessState.STOPPED
+            if managed.stopping:
+                self.standby_runs.forget(managed)
+            return
+        if managed.removed:
+            # Asked to end, it is forgotten; ended by itself, it stays until it is asked to.
+            managed.state, managed.owed = ProcessState.STOPPED, managed.history.wants_restart(code)
+            if managed.stopping:
+                self._forget(managed)
+            return
+        if managed.stopping:
+            managed.state = ProcessState.STOPPED
+            managed.start_at = time.monotonic() if managed.start_again else None
+            return
+        if self._is_elsewhere(name):
+            managed.state = ProcessState.STOPPED
+            return
+        if not managed.history.wants_restart(code):
+            managed.state = ProcessState.STOPPED
+            self._publisher.event("component.ended", name, f"{name} ended: {managed.last_end}")
+            return
+        if self.standby_runs.awaits(managed):
+            managed.state, managed.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_TIMEOUT
+            text = f"{name} ended: {managed.last_end}; another run of it waits to go on"
+            self._publisher.event("component.ended", name, text)
+            return
+        managed.start_at = managed.history.next_start(time.monotonic())
+        if managed.start_at is None:
+            managed.state = ProcessState.QUARANTINED
+            limit = f"{managed.spec.restart.limit} restarts in {managed.spec.restart.window:g} s"
+            text = f"{name} ended: {managed.last_end}; it had {limit} and is left stopped until someone acts"
+            self._publisher.event("component.quarantined", name, text, incarnation=managed.incarnation)
+            return
+        managed.state = ProcessState.WAITING
+        text = f"{name} ended: {managed.last_end}; it is restarted as incarnation {managed.incarnation + 1}"
+        self._publisher.event(
+            "component.restarted", name, text, incarnation=managed.incarnation + 1, ended=managed.last_end
+        )
+
+    def _is_elsewhere(self, name: str) -> bool:
+        """Tell whether a component is placed on another host by now."""
+        spec = self.plan.architecture.components.get(name)
+        return spec is not None and spec.host != self.plan.name
+
+    def _forget(self, managed: ManagedProcess) -> None:
+        del self.processes[managed.spec.name]
+        self.past.note(managed.spec.name, managed.incarnation, managed.checkpoint)
+        self._watching.forget(managed)
+        self._next_status = 0.0
+        self._publisher.event("component.removed", managed.spec.name, f"{managed.spec.name} was removed")
+
+    def ask_to_end(self, managed: ManagedProcess, grace: float) -> None:
+        """End a process, by force after ``grace`` seconds, and do not restart it."""
+        managed.stopping, managed.start_again, managed.start_at, managed.restart_by = True, False, None, None
+        if not managed.has_process:
+            managed.state = ProcessState.STOPPED
+            if self.standby_runs.stands(managed):
+                self.standby_runs.forget(managed)
+            elif managed.removed:
+                self._forget(managed)
+            return
+        self._watching.forget(managed)
+        managed.kill_at = time.monotonic() + grace
+        if managed.pid:
+            self._zygote.signal(managed.pid, signal.SIGTERM)
+            self._zygote.signal(managed.pid, signal.SIGCONT)
+
+    def beats(self, managed: ManagedProcess) -> None:
+        now = time.monotonic()
+        if managed.seen:
+            self._watching.beat(managed, now)
+            return
+        managed.seen, managed.state = True, ProcessState.RUNNING
+        self._next_status = 0.0
+        if managed.stopping:
+            return
+        self._watching.expect(managed, self.plan.architecture.handler_timeout(managed.spec), now)
+        if managed.spec.name == self.plan.source:
+            self._start_the_others(now)
+
+    def _start_the_others(self, now: float) -> None:
+        for other in self.processes.values():
+            if other.incarnation == 0 and other.start_at is not None:
+                other.start_at = min(other.start_at, now)
+
+    # --- telling ---
+
+    def take_update(self, update: UpdateSpecs) -> None:
+        """Start components as new specs say from now on; touches no process."""
+        self.revision = update.revision
+        self.plan = self.plan.updated(update)
+        for spec in update.specs:
+            if spec.host == self.plan.name:
+                self._take_spec(spec)
+            elif spec.name in self.processes and not self.processes[spec.name].has_process:
+                self.standby_runs.step_aside(spec.name)
+        for name in self.processes.keys() & set(update.removed):
+            self.processes[name].remove()
+
+    def _take_spec(self, spec: ComponentSpec) -> None:
+        managed = self.processes.get(spec.name)
+        aside = self.standby_runs.processes.get(spec.name)
+        if managed is None and aside is not None and not aside.stopping:
+            # The component comes back to the run that stands aside; whoever has it moved says when.
+            aside.spec, aside.history.policy = spec.described_as(aside.spec), spec.restart
+        elif managed is None:
+            last = self.past.incarnation(spec.name)
+            self.processes[spec.name] = ManagedProcess(spec, RestartHistory(spec.restart), incarnation=last)
+        else:
+            managed.spec, managed.history.policy = spec.described_as(managed.spec), spec.restart
+            managed.keep(time.monotonic())
+
+    def tell_soon(self) -> None:
+        """Tell the status at the next look."""
+        self._next_status = 0.0
+
+    def status(self) -> HostStatus:
+        """Return the host's status."""
+        processes = tuple(self._status_of(managed) for _, managed in sorted(self.processes.items()))
+        standby_runs = tuple(self._status_of(managed) for _, managed in sorted(self.standby_runs.processes.items()))
+        return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, standby_runs, term=self.term)
+
+    def _status_of(self, managed: ManagedProcess) -> ProcessStatus:
+        return replace(managed.status(), highest=self.standby_runs.highest(managed.spec.name))

@@ -1,0 +1,1 @@
+"""Finds the processes that hang, and those that use more than they may."""

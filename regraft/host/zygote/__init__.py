@@ -1,0 +1,1 @@
+"""The zygote, from which processes are forked, and what is asked of it."""

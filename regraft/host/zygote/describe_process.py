@@ -1,0 +1,82 @@
+"""What a component would be that is not there yet, as its class says it, in a process of its own."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bus_schema.annotations import PlainValue
+from bus_schema.encoding import codec
+from bus_schema.messages.protocol.host import DescribedComponent
+from bus_schema.model.adaptation import Violation
+from bus_schema.model.architecture import ComponentSpec
+from regraft.lockstep.source import TimeSource
+from regraft.process.main import NoSuchClass, load_class
+from regraft.stack.classes import describe_class
+from regraft.stack.files import file_problems
+from regraft.stack.sections.components import in_run_folder, with_absolute_paths
+
+
+def be_describer(order: dict[str, Any]) -> int:
+    """Write what a spec would be to the file that the order names; for a process of its own."""
+    spec = codec.from_plain(order["spec"], ComponentSpec)
+    described = describe_component(spec, Path(order["stack_folder"]), order["folder"], order["context"])
+    partial = f"{order['answer']}.part"
+    Path(partial).write_bytes(codec.encode(described))
+    os.replace(partial, order["answer"])
+    return 0
+
+
+def describe_component(
+    spec: ComponentSpec, stack_folder: Path, folder: str, context: dict[str, PlainValue] | None = None
+) -> DescribedComponent:
+    """Return a spec with what its class says, as a stack file's component would have it, and what is wrong with it.
+
+    A relative path is looked for from ``stack_folder``; ``$RUN`` is ``folder``.
+    """
+    if not spec.cls:
+        return DescribedComponent(in_run_folder(spec, folder), tuple(_program_problems(spec)))
+    try:
+        description, problems = describe_class(spec.cls, spec.parameters)
+    except NoSuchClass as error:
+        return DescribedComponent(spec, (Violation(None, spec.name, "class", str(error)),))
+    found = [Violation(None, spec.name, f"parameters.{place}", why) for place, why in problems]
+    if issubclass(load_class(spec.cls), TimeSource):
+        problem = f"{spec.cls!r} makes simulated time go on: a system has one source of time, from its start"
+        found.append(Violation(None, spec.name, "class", problem))
+    completed = replace(
+        spec,
+        description=description,
+        parameters=with_absolute_paths(description, dict(spec.parameters), stack_folder),
+        services={offered.name: offered.name for offered in description.services} | spec.services,
+    )
+    found += [
+        Violation(None, spec.name, f"parameters.{name}", problem)
+        for name, problem in file_problems(description, completed.parameters)
+    ]
+    estimated = {} if found else _estimated(completed, context or {})
+    return DescribedComponent(in_run_folder(completed, folder), tuple(found), estimated)
+
+
+def _estimated(spec: ComponentSpec, context: dict[str, PlainValue]) -> dict[str, float]:
+    """Return what qualities a class says it would give; one that fails at that can run nevertheless."""
+    described = spec.description.parameters if spec.description else ()
+    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters
+    try:
+        told = load_class(spec.cls).estimate(parameters, context)
+        return {str(name): float(value) for name, value in told.items() if math.isfinite(value)}
+    except Exception:
+        logging.getLogger(__name__).exception("%s: the qualities of %s", spec.name, spec.cls)
+        return {}
+
+
+def _program_problems(spec: ComponentSpec) -> list[Violation]:
+    if not spec.command or shutil.which(spec.command[0]):
+        return []
+    problem = f"there is no program {spec.command[0]!r} that can be run"
+    return [Violation(None, spec.name, "command", problem)]

@@ -1,0 +1,1 @@
+"""Simulated time in lockstep: the member's side, and the coordinator in the source of time."""

@@ -1,0 +1,410 @@
+"""Keeps all members in step: rounds within a tick until it is quiet, exclusive slots, joining, wiring, leaving.
+
+It lives in the process of the time source, works on its thread, and counts the source itself as a member.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.protocol.clock import Ack, ClockMember, Join, Seen, StepKind, Want
+from bus_schema.model.lifecycle import State
+from regraft.bus.interface import Closable, Presence, Sample
+from regraft.lockstep.admission import Admission
+from regraft.lockstep.exclusive_slot import hold_slot
+from regraft.lockstep.gathering import wait_for_members
+from regraft.lockstep.liveness import LivenessTracker, Run
+from regraft.lockstep.member import NOT_COME
+from regraft.lockstep.membership import Membership, MemberState, Pair
+from regraft.lockstep.run_report import RunReport
+from regraft.lockstep.source_inbox import SourceInbox
+from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
+from regraft.lockstep.wire import ClockLine
+from regraft.lockstep.wiring import ReportedWiring
+from regraft.patience import Patience
+from regraft.runtime.runtime import Runtime
+
+MARK_INTERVAL = 0.1
+WIRED_TIMEOUT = 5.0
+MAX_ROUNDS = 32
+RUN_ENDED = "its run has ended"
+
+M = TypeVar("M")
+
+
+class Coordinator:
+    """The coordinator's side of the protocol, for one run of the time source."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        line = ClockLine(runtime.bus)
+        self.roster = Membership()
+        self.moment = Moment()
+        self._runtime = runtime
+        self._keys = runtime.keys
+        self._inbox = SourceInbox(runtime)
+        self._errands = StepDispatcher(self.roster, self.moment, line, runtime.keys, self._inbox)
+        first_run = runtime.assignment.incarnation == 1
+        self.report = RunReport(line, self._keys.clock("time"), reproducible=first_run)
+        self._name = runtime.assignment.name
+        self._living = LivenessTracker()
+        self._joining: dict[str, Join] = {}
+        self._admission = Admission(runtime, self._admit, self._release, self._succeed)
+        self._ended_in_slot: set[Run] = set()
+        self._marked: set[Pair] = set()
+        self._declared: list[Closable] = []
+        self._wiring = ReportedWiring(runtime)
+        self.local = self.roster.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
+
+    def declare(self) -> None:
+        """Listen to members, and be found by them."""
+        runtime = self._runtime
+        takers: dict[str, Callable[[Sample], None]] = {
+            "join": self._typed(Join, self._take_join),
+            "ack": self._typed(Ack, self._errands.take_ack),
+            "seen": self._typed(Seen, self._take_seen),
+            "want": self._typed(Want, self._take_want),
+        }
+        runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
+        runtime.marker_listeners.append(self._saw_marker)
+        self._declared = [
+            *self._admission.declare(),
+            *(runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put) for part in takers),
+            runtime.bus.watch(self._keys.alive("*", "*"), lambda p: runtime.post(lambda: self._presence(p))),
+            runtime.bus.announce(self._keys.clock(f"alive/{runtime.assignment.incarnation}")),
+        ]
+
+    def _typed(self, cls: type[M], take: Callable[[M], None]) -> Callable[[Sample], None]:
+        def open_and_take(sample: Sample) -> None:
+            try:
+                take(codec.decode(sample.payload, cls))
+            except BadMessage as error:
+                self._runtime.reporter.refused(sample.key, "a member", str(error))
+
+        return open_and_take
+
+    # --- what members say ---
+
+    def _take_join(self, join: Join) -> None:
+        member = self.roster.members.get(join.member)
+        waiting = self._joining.get(join.member)
+        if (
+            not self._admission.may_join(join)
+            or not self._living.admits(join, [run.incarnation for run in (member, waiting) if run is not None])
+            or (waiting is not None and join.incarnation < waiting.incarnation)
+        ):
+            return
+        if member is None or join.incarnation > member.incarnation:
+            self._joining[join.member] = join
+
+    def _take_seen(self, seen: Seen) -> None:
+        reader = self.roster.members.get(seen.member)
+        pair = (seen.key, seen.source, seen.member)
+        if reader is not None and reader.incarnation == seen.incarnation and pair in self._marked:
+            self._marked.discard(pair)
+            self.roster.confirm(pair, seen.sequence)
+
+    def _saw_marker(self, key: str, source: str, stream: object) -> None:
+        handled = getattr(stream, "handled", 0) or 0
+        self._take_seen(Seen(self._name, self.local.incarnation, key, source, handled))
+
+    def _take_want(self, want: Want) -> None:
+        member = self.roster.members.get(want.member)
+        if member is not None and member.incarnation == want.incarnation:
+            member.outside |= self._strangers(want.outside)
+
+    def _strangers(self, sources: tuple[str, ...]) -> set[str]:
+        return {source for source in sources if source not in self.roster.members and source not in self._joining}
+
+    def _presence(self, presence: Presence) -> None:
+        name, _, number = presence.key.split("/")[-3:]
+        if name == self._name or not (number.isascii() and number.isdecimal()):
+            return
+        incarnation = int(number)
+        if presence.present:
+            early = self._living.appeared((name, incarnation))
+            if early is not None:
+                self._take_join(early)
+            return
+        waited = self._living.vanished((name, incarnation))
+        joining = self._joining.get(name)
+        if joining is not None and joining.incarnation == incarnation:
+            del self._joining[name]
+        self._ended(name, incarnation)
+        for join in waited:
+            self._take_join(join)
+
+    def _ended(self, name: str, incarnation: int) -> None:
+        member = self.roster.members.get(name)
+        if member is not None and member.incarnation == incarnation:
+            if self._admission.is_open and not self._errands.awaits(name):
+                self._ended_in_slot.add((name, incarnation))  # another run may be about to go on in its place
+            else:
+                self._drop(name, RUN_ENDED)
+
+    def _drop(self, name: str, why: str) -> None:
+        self.roster.remove(name)
+        self._forget(name)
+        self.report.reproducible = False
+        self.report.dropped.append(name)
+        self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
+
+    def _forget(self, name: str) -> None:
+        self._errands.forget(name)
+        self._marked = {pair for pair in self._marked if name not in pair[1:]}
+
+    # --- joining and wiring ---
+
+    def _admit(self, run: ClockMember) -> bool:
+        """Take a run in now if it has asked to join; in a slot, where it makes no difference when it asked."""
+        join = self._joining.get(run.member)
+        if join is not None and join.incarnation == run.incarnation:
+            self._welcome(run.member)
+        member = self.roster.members.get(run.member)
+        return member is not None and member.incarnation == run.incarnation
+
+    def _release(self, run: ClockMember) -> bool:
+        """Let a run go in order: nothing of what it did is lost, and the run stays reproducible."""
+        join, member = self._joining.get(run.member), self.roster.members.get(run.member)
+        if join is not None and join.incarnation == run.incarnation:
+            del self._joining[run.member]
+        if member is not None and member is not self.local and member.incarnation == run.incarnation:
+            self.roster.leave(run.member)
+            self._forget(run.member)
+        return False
+
+    def _succeed(self, run: ClockMember) -> bool:
+        """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
+        member = self.roster.members.get(run.member)
+        if member is None:  # it was dropped, since the run before stood still without anybody to take over
+            waiting = self._living.waiting((run.member, run.incarnation))
+            if waiting is not None:
+                self._joining[run.member] = waiting
+            return self._admit(run)
+        if run.incarnation > member.incarnation and self._living.has((run.member, run.incarnation)):
+            self._joining.pop(run.member, None)
+            member.succeed(run.incarnation)
+        return member.incarnation == run.incarnation
+
+    def take_in(self) -> None:
+        """Take in who asked to join, and wire them; between ticks only."""
+        while self._joining:
+            self._welcome(min(self._joining))
+        self.wire()
+
+    def _welcome(self, name: str) -> None:
+        join = self._joining.pop(name)
+        if name in self.roster.members:
+            self._drop(name, "it was replaced by a newer run")
+        self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
+        if self.local.incarnation > 1:  # who has lived under the source before this one knows how late it was
+            self.moment.time = max(self.moment.time, join.time)
+        self._exchange({name: StepKind.WELCOME})
+
+    def wire(self) -> None:
+        """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
+        self._refresh_local()
+        within = Patience(WIRED_TIMEOUT)
+        while unwired := self.roster.unwired():
+            if within.is_over():
+                self._give_up_wiring(unwired)
+                return
+            self._marked = unwired
+            by_writer: dict[str, set[str]] = {}
+            for key, writer, _ in unwired:
+                by_writer.setdefault(writer, set()).add(key)
+            for key in by_writer.pop(self._name, ()):
+                self._runtime.writers.open_keys[key].mark()
+            self._exchange(dict.fromkeys(by_writer, StepKind.MARK), by_writer)
+            self._inbox.pump_until(lambda: not self._marked, time.monotonic() + MARK_INTERVAL)
+
+    def _give_up_wiring(self, unwired: set[Pair]) -> None:
+        for key, writer, reader in sorted(unwired):
+            self._runtime.reporter.event("clock.unwired", f"{reader} never saw a marker of {writer} on {key}")
+            self.roster.wired.add((key, writer, reader))
+        self.report.reproducible = False
+
+    def _refresh_local(self) -> None:
+        news = self._wiring.news()
+        if news is not None:
+            self.roster.rewire(self.local, news)
+
+    # --- ticks ---
+
+    def run_tick(self, advance: Callable[[], None]) -> None:
+        """Let the source advance, then run rounds and slots until the tick is quiet."""
+        self.take_in()
+        self._runtime.writers.defers = True
+        advance()
+        self.local.due = True
+        for member in self.roster.members.values():
+            member.due = member.due or (member.next_wake is not None and member.next_wake <= self.moment.time)
+        self.run_rounds(first=True)
+        self.run_slots()
+        self.moment.tick += 1
+        self.tell_time()
+
+    def run_rounds(self, *, first: bool = False) -> None:
+        """Give steps to all who have something to do, round by round, until nobody has."""
+        self._take_local_output()
+        for number in range(0 if first else 1, MAX_ROUNDS):
+            due = [name for name in sorted(self.roster.members) if self.roster.members[name].due]
+            others = [name for name in due if name != self._name]
+            self._errands.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
+            self._flush()
+            if not due:
+                return
+            if self._name in due:
+                self._step_local(number)
+            self._collect(others)
+            self._take_local_output()
+            self.wire()
+        self._runtime.reporter.event(
+            "clock.unquiet", f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
+        )
+
+    def _flush(self) -> None:
+        """Put what the source's own advance promised; the others have begun their steps."""
+        self._runtime.writers.defers = False
+        self._runtime.writers.flush()
+
+    def _step_local(self, number: int) -> None:
+        runtime, member = self._runtime, self.local
+        runtime.inbound.forget_sources(member.take_gone())
+        runtime.end_goals_of(member.take_ended())
+        frontier = member.begin_step()
+        if not self._inbox.wait_for_inputs(frontier, Patience(STEP_BOUND)):
+            self._fault(self._name, NOT_COME)
+        runtime.inbound.release(frontier)
+        runtime.work()
+        if number == 0:
+            runtime.fire()
+        self._settle()
+        member.next_wake = runtime.timers.next_due()
+
+    def _take_local_output(self) -> None:
+        published = dict(self._runtime.writers.advanced)
+        self._runtime.writers.advanced.clear()
+        self.roster.advance(self.local, published)
+
+    # --- slots ---
+
+    def run_slots(self) -> None:
+        """Grant exclusive slots, one at a time, until nobody wants one."""
+        for _ in range(MAX_ROUNDS):
+            wanting = self._wanting()
+            if not wanting:
+                return
+            member = wanting[0]
+            member.wants_slot = False
+            touched = self._slot_local() if member is self.local else self._grant(member)
+            present = [name for name in touched if name in self.roster.members and name != self._name]
+            self._exchange(dict.fromkeys(present, StepKind.REPORT))
+            self.wire()
+            self.run_rounds()
+
+    def _wanting(self) -> list[MemberState]:
+        self.local.outside = self._strangers(self._runtime.inbound.outsiders())
+        self.local.wants_slot = self._runtime.slots.wanted
+        return [member for _, member in sorted(self.roster.members.items()) if member.wants_slot or member.outside]
+
+    def _grant(self, member: MemberState) -> tuple[str, ...]:
+        """Let a member hold the slot until it gives it back; returns whose wiring or timing may have changed.
+
+        That is anybody's if the holder died in it.
+        """
+        outside = tuple(sorted(member.outside))
+        member.outside.clear()
+        self._errands.send({member.name: StepKind.SLOT}, outside=outside)
+        with self._admission.opened():
+            touched = self._collect([member.name], bounded=False)
+        self._drop_ended()
+        return touched if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
+
+    def _drop_ended(self) -> None:
+        ended, self._ended_in_slot = self._ended_in_slot, set()
+        for name, incarnation in sorted(ended):
+            member = self.roster.members.get(name)
+            if member is not None and member.incarnation == incarnation:
+                self._drop(name, RUN_ENDED)
+
+    def _slot_local(self) -> tuple[str, ...]:
+        outside = tuple(sorted(self.local.outside))
+        return hold_slot(self._runtime, outside, self._inbox.pump, self._settle)
+
+    def _settle(self) -> None:
+        """Finish all that the source has begun: heavy work takes wall-clock time, but no simulated time."""
+        self._runtime.work()
+        while self._runtime.compute.under_way:
+            self._inbox.pump()
+            self._runtime.work()
+
+    # --- steps and their results ---
+
+    def _exchange(self, kinds: dict[str, StepKind], marks: dict[str, set[str]] | None = None) -> None:
+        self._errands.send(kinds, marks=marks)
+        self._collect(list(kinds))
+
+    def _collect(self, names: list[str], *, bounded: bool = True) -> tuple[str, ...]:
+        """Wait for members to finish their steps and take the results; returns whom they touched."""
+        acks, silent = self._errands.collect(
+            names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self.tell_time
+        )
+        for name in silent:
+            self._drop(name, f"no acknowledgement within {STEP_BOUND:g} s")
+        for ack in acks:
+            self._take_result(ack)
+        return tuple(name for ack in acks for name in ack.touched)
+
+    def _take_result(self, ack: Ack) -> None:
+        member = self.roster.members[ack.member]
+        member.next_wake = ack.next_wake
+        member.wants_slot = ack.wants_slot
+        if ack.error:
+            self._fault(ack.member, ack.error)
+        self.roster.advance(member, ack.published)
+        if ack.wiring is not None:
+            self.roster.rewire(member, ack.wiring)
+
+    def _fault(self, member: str, error: str) -> None:
+        self.report.reproducible = False
+        self._runtime.reporter.event("clock.fault", f"{member}, tick {self.moment.tick}: {error}")
+
+    # --- between ticks ---
+
+    def idle_until(self, deadline: float) -> None:
+        """Answer control queries and grant slots until the wall clock reaches ``deadline`` (monotonic seconds)."""
+        self._inbox.pump(0.0)
+        while self._inbox.pump_until(lambda: bool(self._wanting()), deadline):
+            self.run_slots()
+
+    def stand_still(self, seconds: float) -> None:
+        """Let no time pass for ``seconds`` of wall-clock time, but take joins and grant slots."""
+        self.idle_until(time.monotonic() + seconds)
+        self.take_in()
+
+    def wait_for(self, names: Iterable[str], seconds: float, without_sign: float) -> None:
+        """Wait at most ``seconds`` until all of ``names`` have joined, ``without_sign`` for those that show no token.
+
+        Time starts without the others, and that is told.
+        """
+        missing = wait_for_members(
+            set(names),
+            lambda: self._joining.keys() | self.roster.members,
+            self._runtime,
+            self._inbox.pump,
+            Patience(seconds),
+            Patience(without_sign),
+        )
+        if missing:
+            self.report.reproducible = False
+            self.report.dropped += missing
+            text = f"time starts without {', '.join(missing)}: not joined in time; this run is not reproducible"
+            self._runtime.reporter.event("clock.incomplete", text)
+
+    def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
+        """Put the time for onlookers, now and then, and once more at the end."""
+        self.report.tell(self.moment.tick, self.moment.time, sorted(self.roster.members), waiting, finished=finished)

@@ -1,0 +1,270 @@
+"""The loop of a component under simulated time: it works when the coordinator gives it a step, and acknowledges.
+
+Between steps it answers control queries and keeps its heartbeat; its clock stands still.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.messages.protocol.clock import Ack, Join, Seen, Step, StepKind, Want
+from bus_schema.model.lifecycle import State
+from regraft.bus.interface import Presence, Sample
+from regraft.lockstep.exclusive_slot import hold_slot
+from regraft.lockstep.wire import ClockLine
+from regraft.lockstep.wiring import ReportedWiring, wiring_of
+from regraft.patience import Patience
+from regraft.runtime.core.clock import SteppedClock
+from regraft.runtime.data.stream import Stream
+from regraft.runtime.loop import reach
+from regraft.runtime.runtime import Runtime
+
+JOIN_INTERVAL = 0.5
+IDLE_JOIN_TIMEOUT = 2.0
+WANT_INTERVAL = 0.2
+INPUTS_TIMEOUT = 8.0
+"""Seconds that a step waits for its inputs; what has not come by then is reported as lost."""
+ASK_TIMEOUT = 0.1
+"""Seconds after which writers are asked to send again what has not come."""
+NOT_COME = "some of the messages that were to be handled have not come"
+
+
+class Member:
+    """One component in step."""
+
+    def __init__(self, runtime: Runtime, clock: SteppedClock) -> None:
+        self._runtime = runtime
+        self._clock = clock
+        self._line = ClockLine(runtime.bus)
+        self._keys = runtime.keys
+        self._name = runtime.assignment.name
+        self._step: Step | None = None
+        self._begun = 0
+        self._stepped_as = self._incarnation
+        self._last_ack: Ack | None = None
+        self._wiring = ReportedWiring(runtime)
+        self._started = False
+        self._configured_to = runtime.state
+        self._next_join = 0.0
+        self._joined_as = 0
+        self._next_want = 0.0
+
+    @property
+    def _incarnation(self) -> int:
+        """As which this run is known now: one that was handed over from and goes on again has a new one."""
+        return self._runtime.assignment.incarnation
+
+    def run(self) -> None:
+        """Join and work until the component is finalized."""
+        runtime = self._runtime
+        runtime.take_in = self._shelve
+        step_key = self._keys.clock(f"step/{self._name}")
+        runtime.direct[step_key] = self._take_step
+        declared = [runtime.bus.subscribe(step_key, runtime.inbox.put)]
+        if runtime.assignment.succeeds is None:
+            runtime.declare()
+            self._configure()
+        else:
+            runtime.handover.stand_by()
+            self._started = True
+        runtime.marker_listeners.append(self._saw_marker)
+        declared.append(
+            runtime.bus.watch(self._keys.clock("alive/*"), lambda p: runtime.post(lambda: self._coordinator(p)))
+        )
+        while runtime.state is not State.FINALIZED:
+            if self._step is None:
+                self._pump_once()
+            if self._step is not None:
+                step, self._step = self._step, None
+                self._perform(step)
+            self._join_if_due()
+            self._want_if_due()
+        for closable in declared:
+            closable.close()
+        self._line.close()
+
+    def _shelve(self, item: Any) -> None:
+        """Take in a topic's message, on the bus's thread: it is not handled before the step that says so.
+
+        A marker, which alone is empty, is waited for now.
+        """
+        self._runtime.inbox.put_lazy(item)
+        if not len(item.payload):
+            self._runtime.inbox.put(None)
+
+    def _configure(self) -> None:
+        if self._runtime.assignment.state in (State.INACTIVE, State.ACTIVE):
+            reach(self._runtime, State.INACTIVE)
+        self._configured_to = self._runtime.state
+
+    # --- joining ---
+
+    def _coordinator(self, presence: Presence) -> None:
+        """A new coordinator knows nobody: join at once."""
+        if presence.present:
+            self._next_join = 0.0
+
+    def _join_if_due(self) -> None:
+        if time.monotonic() < self._next_join and self._joined_as == self._incarnation:
+            return
+        self._joined_as = self._incarnation
+        self._next_join = time.monotonic() + (IDLE_JOIN_TIMEOUT if self._last_ack else JOIN_INTERVAL)
+        wiring = wiring_of(self._runtime)
+        join = Join(
+            self._name,
+            self._incarnation,
+            self._runtime.identity.epoch,
+            wiring,
+            self._next_wake(),
+            self._clock.now(),
+            self._runtime.slots.wanted,
+        )
+        self._line.put(self._keys.clock("join"), join)
+
+    def _next_wake(self) -> int | None:
+        if not self._started:
+            return 0
+        return self._runtime.timers.next_due()
+
+    def _saw_marker(self, key: str, source: str, stream: Stream) -> None:
+        seen = Seen(self._name, self._incarnation, key, source, stream.handled or 0)
+        self._line.put(self._keys.clock("seen"), seen)
+
+    def _want_if_due(self) -> None:
+        """Ask for a slot for what has come from sources that are no members."""
+        if time.monotonic() < self._next_want:
+            return
+        outside = self._runtime.inbound.outsiders()
+        if outside:
+            self._next_want = time.monotonic() + WANT_INTERVAL
+            self._line.put(self._keys.clock("want"), Want(self._name, self._incarnation, outside))
+
+    # --- steps ---
+
+    def _take_step(self, sample: Sample) -> None:
+        try:
+            step = codec.decode(sample.payload, Step)
+        except BadMessage as error:
+            self._runtime.reporter.refused("step", "coordinator", str(error))
+            return
+        if step.incarnation != self._incarnation:
+            return
+        if step.incarnation != self._stepped_as:
+            # The steps of the run between, which this one had handed over to, were not numbered with its own.
+            self._stepped_as, self._begun, self._last_ack = step.incarnation, 0, None
+        if self._last_ack is not None and step.number == self._last_ack.number:
+            self._line.put(self._keys.clock("ack"), self._last_ack)
+        elif step.kind is StepKind.WELCOME or step.number > self._begun:
+            self._begun = step.number
+            self._step = step
+
+    def _perform(self, step: Step) -> None:
+        self._runtime.tick = step.tick
+        self._next_join = time.monotonic() + IDLE_JOIN_TIMEOUT
+        error = ""
+        touched: tuple[str, ...] = ()
+        if step.kind is StepKind.WELCOME:
+            self._clock.advance_to(step.time)
+            self._runtime.inbound.forget_all()
+            self._runtime.writers.advanced.clear()
+            self._wiring.forget()
+        elif step.kind is StepKind.MARK:
+            self._mark(step.marks)
+        elif step.kind is StepKind.STEP:
+            self._runtime.writers.defers = True
+            error = self._work(step)
+        elif step.kind is StepKind.REPORT:
+            self._settle()  # whoever took over in the slot may have begun heavy work
+        elif step.kind is StepKind.SLOT:
+            self._clock.advance_to(step.time)
+            touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
+            self._next_want = 0.0
+        self._acknowledge(step, touched, error)
+        self._runtime.writers.defers = False
+        self._runtime.writers.flush()
+
+    def _mark(self, keys: tuple[str, ...]) -> None:
+        for key in keys:
+            writer = self._runtime.writers.open_keys.get(key)
+            if writer:
+                writer.mark()
+
+    def _work(self, step: Step) -> str:
+        runtime = self._runtime
+        runtime.inbound.forget_sources(step.gone)
+        runtime.end_goals_of(step.ended)
+        if step.wanted is not None:
+            for output in runtime.outputs.values():
+                output.wanted_in_step = output.key in step.wanted
+        error = self._wait_for(step)
+        self._clock.advance_to(step.time)
+        runtime.inbound.release(step.frontier)
+        if not self._started:
+            self._started = True
+            # Whoever has changed its state before its first step has decided otherwise.
+            if runtime.state is self._configured_to:
+                reach(runtime, runtime.assignment.state)
+        runtime.work()
+        self._settle()
+        if step.round == 0:
+            runtime.fire()
+            self._settle()
+        return error
+
+    def _wait_for(self, step: Step) -> str:
+        """Wait until the inputs have come as far as the step says."""
+        inbox, inbound = self._runtime.inbox, self._runtime.inbound
+        for item in inbox.take_lazy():
+            self._runtime.take(item)
+        if inbound.reaches(step.frontier):
+            return ""
+        within, ask_at = Patience(INPUTS_TIMEOUT), time.monotonic() + ASK_TIMEOUT
+        inbox.attentive = True
+        try:
+            while not inbound.reaches(step.frontier):
+                hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(step.frontier)
+                if hopeless or within.is_over():
+                    return NOT_COME
+                self._pump_once()
+            return ""
+        finally:
+            inbox.attentive = False
+
+    def _settle(self) -> None:
+        """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""
+        self._runtime.work()
+        while self._runtime.compute.under_way:
+            self._pump_once()
+            self._runtime.work()
+
+    def _acknowledge(self, step: Step, touched: tuple[str, ...], error: str) -> None:
+        runtime = self._runtime
+        published = dict(runtime.writers.advanced)
+        runtime.writers.advanced.clear()
+        ack = Ack(
+            self._name,
+            self._incarnation,
+            step.number,
+            published,
+            self._next_wake(),
+            runtime.slots.wanted,
+            self._wiring.news(),
+            touched,
+            error,
+        )
+        self._last_ack = ack
+        self._line.put(self._keys.clock("ack"), ack)
+
+    def _pump_once(self) -> None:
+        """Take what arrives, answer control queries, keep the heartbeat."""
+        runtime = self._runtime
+        runtime.answering.answer_parked()
+        wait = min(runtime.reporter.beat_if_due(), JOIN_INTERVAL)
+        parked = runtime.answering.seconds_to_next()
+        item = runtime.inbox.get(wait if parked is None else min(wait, parked))
+        while item is not None:
+            runtime.take(item)
+            item = None if self._step is not None else runtime.inbox.get(0.0)

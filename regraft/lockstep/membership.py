@@ -1,0 +1,184 @@
+"""The members of the simulated clock, and what each has still to handle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.keys import matches
+from bus_schema.messages.protocol.clock import Frontier, Wiring
+
+Pair = tuple[str, str, str]
+"""A connection: key, the member that writes it, the member that reads it."""
+
+MAX_BACKLOG = 32
+"""Advances of its inputs after which a member is stepped although nothing wakes it: until then it holds the data."""
+
+
+@dataclass(slots=True)
+class MemberState:
+    """What the coordinator knows of one member. ``pending`` is what it has to handle in its next step.
+
+    ``backlog`` counts the advances in it.
+    """
+
+    name: str
+    incarnation: int
+    inputs: dict[str, bool]
+    outputs: set[str]
+    next_wake: int | None = 0
+    wants_slot: bool = False
+    due: bool = False
+    number: int = 0
+    pending: Frontier = field(default_factory=dict)
+    backlog: int = 0
+    outside: set[str] = field(default_factory=set)
+    gone: set[str] = field(default_factory=set)
+    ended: set[str] = field(default_factory=set)
+    wanted: tuple[str, ...] | None = None
+
+    def succeed(self, incarnation: int) -> None:
+        """Be another run of the component, with all that this one still has to handle."""
+        self.incarnation, self.wanted = incarnation, None
+
+    def begin_step(self) -> Frontier:
+        """Return what is to be handled in the step that begins now; from here on, nothing is pending."""
+        frontier, self.pending = self.pending, {}
+        self.backlog, self.due = 0, False
+        return frontier
+
+    def take_gone(self) -> tuple[str, ...]:
+        """Return who left, for the step that begins now; whose last data is still to be handled is told in the next."""
+        handled_now = {source for sources in self.pending.values() for source in sources}
+        gone, self.gone = self.gone - handled_now, self.gone & handled_now
+        return tuple(sorted(gone))
+
+    def take_ended(self) -> tuple[str, ...]:
+        """Return whose run has ended, for the step that begins now."""
+        ended, self.ended = self.ended, set()
+        return tuple(sorted(ended))
+
+    def wakes_on(self, key: str) -> bool | None:
+        """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
+        found = self.inputs.get(key)
+        if found is None:
+            found = next(
+                (wakes for pattern, wakes in self.inputs.items() if "*" in pattern and matches(pattern, key)), None
+            )
+        return found
+
+
+class Membership:
+    """All members, who is connected to whom, and how far every key has come."""
+
+    def __init__(self) -> None:
+        self.members: dict[str, MemberState] = {}
+        self.published: dict[str, dict[str, int]] = {}
+        self.wired: set[Pair] = set()
+        self._readers: dict[str, list[tuple[MemberState, bool]]] = {}
+        self._all_wired = True
+
+    def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
+        """Take a member in, with nothing wired. One that was here before is not gone any more: its numbering goes on,
+        or its new epoch begins it anew, and to drop it now would drop what it puts from here on.
+        """
+        for other in self.members.values():
+            other.gone.discard(name)
+        member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), next_wake)
+        self.members[name] = member
+        for key, sequence in wiring.outputs.items():
+            self.published.setdefault(key, {})[name] = sequence
+        self._readers.clear()
+        self._all_wired = False
+        return member
+
+    def remove(self, name: str) -> None:
+        """Forget a member that is lost: what others have not handled of it by now may never come."""
+        self.leave(name)
+        for member in self.members.values():
+            for sources in member.pending.values():
+                sources.pop(name, None)
+
+    def leave(self, name: str) -> None:
+        """Let a member go: what it published up to its last acknowledgement is still handled, and nothing beyond."""
+        self.members.pop(name, None)
+        self.wired = {pair for pair in self.wired if name not in pair[1:]}
+        for sources in self.published.values():
+            sources.pop(name, None)
+        for member in self.members.values():
+            member.gone.add(name)
+            member.ended.add(name)
+        self._readers.clear()
+
+    def rewire(self, member: MemberState, wiring: Wiring) -> None:
+        """Take a member's new wiring."""
+        for key in {*wiring.anew, *(set(member.inputs) - set(wiring.inputs))}:
+            self.wired = {pair for pair in self.wired if not (pair[2] == member.name and matches(key, pair[0]))}
+            member.pending = {k: sources for k, sources in member.pending.items() if not matches(key, k)}
+        member.inputs = dict(wiring.inputs)
+        for key in member.outputs - set(wiring.outputs):
+            self.wired = {pair for pair in self.wired if pair[:2] != (key, member.name)}
+            self.published.get(key, {}).pop(member.name, None)
+        for key, sequence in wiring.outputs.items():
+            self.published.setdefault(key, {}).setdefault(member.name, sequence)
+        member.outputs = set(wiring.outputs)
+        self._readers.clear()
+        self._all_wired = False
+
+    def unwired(self) -> set[Pair]:
+        """Return the connections whose markers have not been seen yet."""
+        if self._all_wired:
+            return set()
+        wanted = {
+            (key, writer.name, reader.name)
+            for writer in self.members.values()
+            for key in writer.outputs
+            for reader, _ in self.readers(key)
+        }
+        missing = wanted - self.wired
+        self._all_wired = not missing
+        return missing
+
+    def confirm(self, pair: Pair, handled: int) -> None:
+        """Take the news that a reader is wired to a writer, and what it still has to handle."""
+        key, writer, reader = pair
+        self.wired.add(pair)
+        behind = self.published.get(key, {}).get(writer, 0)
+        member = self.members[reader]
+        if behind > handled:
+            member.pending.setdefault(key, {})[writer] = behind
+            member.due = member.due or bool(member.wakes_on(key))
+
+    def readers(self, key: str) -> list[tuple[MemberState, bool]]:
+        """Return who reads ``key``, and whether new data wakes them."""
+        found = self._readers.get(key)
+        if found is None:
+            found = []
+            for member in self.members.values():
+                wakes = member.wakes_on(key)
+                if wakes is not None:
+                    found.append((member, wakes))
+            self._readers[key] = found
+        return found
+
+    def advance(self, writer: MemberState, published: dict[str, int]) -> None:
+        """Take what a member published in its step: it is pending for all who are wired to it.
+
+        A key that the member writes for the first time (a request, a reply) needs no marker: it had a reader then.
+        """
+        for key, sequence in published.items():
+            fresh = key not in writer.outputs
+            if fresh:
+                writer.outputs.add(key)
+            self.published.setdefault(key, {})[writer.name] = sequence
+            for reader, wakes in self.readers(key):
+                pair = (key, writer.name, reader.name)
+                if fresh:
+                    self.wired.add(pair)
+                if pair in self.wired:
+                    reader.pending.setdefault(key, {})[writer.name] = sequence
+                    reader.backlog += 1
+                    reader.due = reader.due or wakes or reader.backlog >= MAX_BACKLOG
+
+    def wanted(self, member: MemberState) -> tuple[str, ...]:
+        """Return the keys of a member's outputs that other members read."""
+        return tuple(sorted(key for key in member.outputs if self.readers(key)))

@@ -1,0 +1,50 @@
+"""What onlookers are told of a run in step: time, pace, who takes part, and whether the run can be repeated."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from bus_schema.messages.protocol.clock import ClockTime
+from regraft.lockstep.wire import ClockLine
+
+TELL_INTERVAL = 0.25
+"""Seconds of wall-clock time between two reports."""
+
+
+@dataclass(slots=True)
+class RunReport:
+    """The report of one run of the time source, put at ``key`` now and then.
+
+    ``speed`` is simulated time over wall-clock time, ``wall`` the wall-clock seconds since the first tick
+    of the run's first incarnation, those included in which the source was dead.
+    """
+
+    line: ClockLine
+    key: str
+    reproducible: bool
+    dropped: list[str] = field(default_factory=list)
+    speed: float = 0.0
+    wall: float = 0.0
+    _next: float = 0.0
+
+    def tell(
+        self, tick: int, now: int, members: list[str], waiting: tuple[str, ...] = (), *, finished: bool = False
+    ) -> None:
+        """Put the report if it is time; the one of a finished run always."""
+        wall = time.monotonic()
+        if wall < self._next and not finished:
+            return
+        self._next = wall + TELL_INTERVAL
+        told = ClockTime(
+            tick,
+            now,
+            self.speed,
+            tuple(members),
+            waiting,
+            self.reproducible,
+            tuple(self.dropped),
+            finished,
+            self.wall,
+        )
+        self.line.put(self.key, told)

@@ -1,0 +1,48 @@
+"""The inbox of a time source while it waits: control queries are answered and the heartbeat goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from regraft.lockstep.member import ASK_TIMEOUT
+from regraft.patience import Patience
+from regraft.runtime.data.inbound import Frontier
+from regraft.runtime.runtime import Runtime
+
+MAX_WAIT = 0.1
+
+
+class SourceInbox:
+    """Empties the inbox of the source's runtime, on the source's thread."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        self._runtime = runtime
+
+    def pump(self, timeout: float = MAX_WAIT) -> None:
+        """Take what arrives within ``timeout`` seconds, at least what is there."""
+        runtime = self._runtime
+        runtime.answering.answer_parked()
+        item = runtime.inbox.get(min(timeout, runtime.reporter.beat_if_due()))
+        while item is not None:
+            runtime.take(item)
+            item = runtime.inbox.get(0.0)
+
+    def wait_for_inputs(self, frontier: Frontier, within: Patience) -> bool:
+        """Wait until the source's own inputs have come as far as they are to be handled; returns whether they have."""
+        inbound, ask_at = self._runtime.inbound, time.monotonic() + ASK_TIMEOUT
+        while not inbound.reaches(frontier):
+            hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(frontier)
+            if hopeless or within.is_over():
+                return False
+            self.pump()
+        return True
+
+    def pump_until(self, ready: Callable[[], bool], deadline: float) -> bool:
+        """Take what arrives until ``ready`` or the deadline (monotonic seconds); returns whether it became ready."""
+        while not ready():
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self.pump(min(left, MAX_WAIT))
+        return True

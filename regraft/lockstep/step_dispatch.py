@@ -1,0 +1,131 @@
+"""Steps that the coordinator sends out, and the acknowledgements that come back."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from bus_schema.keys import Keys
+from bus_schema.messages.protocol.clock import Ack, Step, StepKind
+from regraft.lockstep.membership import Membership
+from regraft.lockstep.source_inbox import SourceInbox
+from regraft.lockstep.wire import ClockLine
+from regraft.patience import Patience
+
+STEP_BOUND = 10.0
+"""Seconds after which a silent member is dropped: slow is not hung, and a drop changes the run.
+
+They last longer on a crowded machine, as all bounds of simulated time do.
+"""
+STEP_INTERVAL = 1.0
+FORGETS_SLOWLY = 0.8
+"""Share of a step's usual length that the last one does not change."""
+
+
+@dataclass(slots=True)
+class Moment:
+    """Where simulated time stands: the tick, and nanoseconds since the start."""
+
+    tick: int = 0
+    time: int = 0
+
+
+class StepDispatcher:
+    """The steps under way, by member."""
+
+    def __init__(self, roster: Membership, moment: Moment, line: ClockLine, keys: Keys, inbox: SourceInbox) -> None:
+        self._roster = roster
+        self._moment = moment
+        self._line = line
+        self._keys = keys
+        self._inbox = inbox
+        self._steps: dict[str, Step] = {}
+        self._sent: dict[str, float] = {}
+        self._takes: dict[str, float] = {}
+        self._acks: dict[str, Ack] = {}
+
+    def take_ack(self, ack: Ack) -> None:
+        """Take an acknowledgement, if it answers the step that is under way."""
+        step = self._steps.get(ack.member)
+        if step is not None and ack.incarnation == step.incarnation and ack.number == step.number:
+            self._acks[ack.member] = ack
+            takes = time.monotonic() - self._sent[ack.member]
+            self._takes[ack.member] = takes + FORGETS_SLOWLY * (self._takes.get(ack.member, takes) - takes)
+
+    def awaits(self, name: str) -> bool:
+        """Tell whether a member's acknowledgement is waited for."""
+        return name in self._steps and name not in self._acks
+
+    def forget(self, name: str) -> None:
+        """Wait for a member no longer."""
+        self._steps.pop(name, None)
+        self._acks.pop(name, None)
+
+    def send(
+        self,
+        kinds: dict[str, StepKind],
+        *,
+        round_number: int = 0,
+        outside: tuple[str, ...] = (),
+        marks: dict[str, set[str]] | None = None,
+    ) -> None:
+        """Send each member its step: what it has to handle, or to mark, or whose messages enter from outside.
+
+        Whoever takes longest is sent first, since all are waited for.
+        """
+        for name in sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True):
+            kind = kinds[name]
+            member = self._roster.members[name]
+            member.number += 1
+            working = kind is StepKind.STEP
+            wanted = self._roster.wanted(member) if working else member.wanted
+            gone = member.take_gone() if working else ()
+            frontier = member.begin_step() if working else {}
+            step = Step(
+                member.incarnation,
+                member.number,
+                kind,
+                self._moment.tick,
+                round_number,
+                self._moment.time,
+                frontier,
+                gone,
+                wanted if wanted != member.wanted else None,
+                outside,
+                tuple(sorted((marks or {}).get(name, ()))),
+                member.take_ended() if working else (),
+            )
+            member.wanted = wanted
+            self._steps[name] = step
+            self._sent[name] = time.monotonic()
+            self._line.put(self._keys.clock(f"step/{name}"), step)
+
+    def collect(
+        self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]
+    ) -> tuple[list[Ack], list[str]]:
+        """Wait for the acknowledgements of ``names``, in any order.
+
+        Steps are sent again after a while, and ``late`` is told whom they go to. Returns the acknowledgements in the
+        order of names, and who stayed silent for too long (if ``bounded``); nobody is waited for once it has ``ended``.
+        """
+        again, within = time.monotonic(), Patience(STEP_BOUND)
+        silent: list[str] = []
+        while waiting := [name for name in names if name in self._steps and name not in self._acks]:
+            now = time.monotonic()
+            if ended():
+                break
+            if bounded and within.is_over():
+                silent = waiting
+                break
+            if now - again > STEP_INTERVAL:
+                again = now
+                for name in waiting:
+                    self._line.put(self._keys.clock(f"step/{name}"), self._steps[name])
+                late(tuple(waiting))
+            self._inbox.pump()
+        answered = [name for name in names if name in self._steps and name in self._acks]
+        acks = [self._acks[name] for name in answered]
+        for name in answered:
+            self.forget(name)
+        return acks, silent

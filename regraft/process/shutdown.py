@@ -1,0 +1,68 @@
+"""The wish that what this process runs ends: heard from signals, or uttered by whoever looks after the run."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class ShutdownRequest:
+    """Whether what this process runs shall end. A wish once uttered stays.
+
+    An exception alone would not do: Python drops one that a signal raises inside a callback, as after a fork, and
+    the signal would be lost with it.
+    """
+
+    def __init__(self) -> None:
+        self.wanted = False
+        self._interrupts = False
+        self._tell: Callable[[], object] | None = None
+
+    def want(self) -> None:
+        """Have it end."""
+        self.wanted = True
+        if self._tell is not None:
+            self._tell()
+
+    def when_wanted(self, tell: Callable[[], object]) -> None:
+        """Have ``tell`` called with each wish, wherever the main thread then is; at once if there was one."""
+        self._tell = tell
+        if self.wanted:
+            tell()
+
+    def hear_signals(self) -> None:
+        """Take SIGINT, SIGTERM and SIGHUP, from now on and in the main thread, for the wish.
+
+        A SIGHUP that is ignored stays so: that is what ``nohup`` is for.
+        """
+        for signum in ASKING:
+            if signum != signal.SIGHUP or signal.getsignal(signum) is not signal.SIG_IGN:
+                signal.signal(signum, self._take)
+
+    def _take(self, signum: int, frame: FrameType | None) -> None:
+        self.want()
+        if self._interrupts:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def interrupting(self) -> Iterator[None]:
+        """Do not let a signal wait for what happens here: it raises KeyboardInterrupt.
+
+        So does one that came before, and at the end one whose exception was dropped.
+        """
+        self._interrupts = True
+        try:
+            self.check()
+            yield
+        finally:
+            self._interrupts = False
+        self.check()
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if the wish is there."""
+        if self.wanted:
+            raise KeyboardInterrupt

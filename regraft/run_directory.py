@@ -1,0 +1,177 @@
+"""Where a running system keeps its files: ``~/.regraft/SYSTEM`` or ``$REGRAFT_HOME/SYSTEM``.
+
+``run.json`` says how to reach it and holds its secret, so only its user may read it. ``lock`` is held while it runs,
+``logs/`` has a file per component, ``journal.sqlite`` is the adaptation manager's.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import IO
+
+from regraft.bus.zenoh_config import Endpoints
+
+LOOKERS_TIMEOUT = 20
+"""Hundredths of a second that a lock is tried for: whoever looks whether a system runs holds it for a moment."""
+
+
+class AlreadyRunning(Exception):
+    """A system of that name is running."""
+
+
+class NotRunning(Exception):
+    """No system of that name is running, or it is not clear which one is meant."""
+
+
+class NoRoom(Exception):
+    """The system's folder cannot be written; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunInfo:
+    """How to reach a running system; ``join`` is the endpoint for further hosts, ``host`` the one that tells this.
+
+    ``secret`` proves to its hub that a session belongs to the system.
+    """
+
+    system: str
+    run: str
+    pid: int
+    endpoint: str
+    stack: str
+    simulated: bool
+    gateway: str | None = None
+    join: str = ""
+    host: str = "local"
+    secret: str = field(default="", repr=False)
+
+    @property
+    def hub(self) -> Endpoints:
+        """How a session reaches the system's hub, and is admitted."""
+        return Endpoints(connect=(self.endpoint,), secret=self.secret)
+
+
+def home() -> Path:
+    """Return the folder of all systems' folders."""
+    return Path(os.environ.get("REGRAFT_HOME") or Path.home() / ".regraft")
+
+
+def folder(system: str) -> Path:
+    """Return the folder of one system."""
+    return home() / system
+
+
+def lock(system: str) -> IO[str]:
+    """Take the system's lock, held until the file is closed or the process ends; raises AlreadyRunning, NoRoom.
+
+    Nothing that a former run has said of itself is left then.
+    """
+    place = folder(system)
+    try:
+        place.mkdir(parents=True, exist_ok=True, mode=0o700)
+        place.chmod(0o700)
+        (place / "logs").mkdir(exist_ok=True, mode=0o700)
+        held = (place / "lock").open("a+")
+    except OSError as error:
+        raise _no_room(place, error) from None
+    if not _locked(held):
+        held.close()
+        info = read_info(system)
+        where = f" (process {info.pid}, {info.stack})" if info else ""
+        raise AlreadyRunning(
+            f"a system named {system!r} is already running{where}: end it with 'regraft down {system}', "
+            "or start this one under another name with --system"
+        )
+    forget_info(system)  # of a run that was killed: whoever looks would take it for this one
+    return held
+
+
+def _locked(held: IO[str]) -> bool:
+    """Take the lock, waiting a moment for those who only look whether somebody holds it."""
+    for _ in range(LOOKERS_TIMEOUT):
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError:
+            time.sleep(0.01)
+    return False
+
+
+def write_info(info: RunInfo) -> None:
+    """Say how to reach the system; raises NoRoom, leaving what was said before."""
+    path = folder(info.system) / "run.json"
+    fresh = path.with_suffix(".new")
+    try:
+        fresh.unlink(missing_ok=True)
+        with open(fresh, "x", opener=_private) as out:
+            out.write(json.dumps(asdict(info), indent=2) + "\n")
+        fresh.replace(path)
+    except OSError as error:
+        fresh.unlink(missing_ok=True)
+        raise _no_room(path, error) from None
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
+
+
+def _no_room(path: Path, error: OSError) -> NoRoom:
+    return NoRoom(f"cannot write {path}: {error.strerror}; REGRAFT_HOME names another place")
+
+
+def forget_info(system: str) -> None:
+    """Say that the system has ended."""
+    (folder(system) / "run.json").unlink(missing_ok=True)
+
+
+def read_info(system: str) -> RunInfo | None:
+    """Return how to reach a system, None if it says nothing."""
+    try:
+        info = RunInfo(**json.loads((folder(system) / "run.json").read_text()))
+    except (OSError, ValueError, TypeError, RecursionError):
+        return None
+    # A signal to process 0 would reach whoever sends it, and one to -1 everybody.
+    return info if isinstance(info.pid, int) and info.pid > 0 else None
+
+
+def is_running(system: str) -> bool:
+    """Tell whether somebody holds the system's lock."""
+    try:
+        with (folder(system) / "lock").open("a+") as held:
+            fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            return False
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+
+
+def running() -> list[RunInfo]:
+    """Return all running systems, by name."""
+    if not home().is_dir():
+        return []
+    names = sorted(path.parent.name for path in home().glob("*/run.json"))
+    infos = [read_info(name) for name in names if is_running(name)]
+    return [info for info in infos if info is not None]
+
+
+def find(system: str | None = None) -> RunInfo:
+    """Return the system of that name, or the only one that runs; raises NotRunning."""
+    infos = running()
+    if system is not None:
+        found = next((info for info in infos if info.system == system), None)
+        if found is None:
+            names = ", ".join(info.system for info in infos) or "none"
+            raise NotRunning(f"no system named {system!r} is running; running: {names}")
+        return found
+    if len(infos) == 1:
+        return infos[0]
+    if not infos:
+        raise NotRunning("no system is running: start one with 'regraft up STACK'")
+    names = ", ".join(info.system for info in infos)
+    raise NotRunning(f"several systems are running ({names}): say which with --system")

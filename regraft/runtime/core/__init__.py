@@ -1,0 +1,1 @@
+"""Tasks, timers and time of one component."""

@@ -1,0 +1,57 @@
+"""What a process is told when it starts: which component to be, and what the architecture says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bus_schema.annotations import ClassPath, Connections, Count, PlainValue, Seconds
+from bus_schema.encoding.registry import message
+from bus_schema.messages.protocol.control import Snapshot
+from bus_schema.model.lifecycle import State
+
+
+@message("regraft/Succession")
+@dataclass(frozen=True, slots=True)
+class Succession:
+    """Whom a run succeeds: a living incarnation of the same component, with its state or, if so wanted, without."""
+
+    incarnation: Count
+    with_state: bool = True
+
+
+@message("regraft/Assignment")
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """One run of one component.
+
+    ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
+    the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
+    ``succeeds`` another waits, silently, until it is told to take over. ``secret`` proves to the hub that it belongs
+    to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
+    ``handler_timeout`` takes the place of what its class says.
+    """
+
+    system: str
+    name: str
+    cls: ClassPath
+    incarnation: Count = 1
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
+    connections: Connections = field(default_factory=dict)
+    services: dict[str, str] = field(default_factory=dict)
+    state: State = State.ACTIVE
+    revision: Count = 0
+    term: Count | None = None
+    simulated: bool = False
+    seed: Count = 0
+    heartbeat: Seconds = 0.15
+    sensor_streams: tuple[str, ...] = ()
+    checkpoint: Snapshot | None = None
+    listen_endpoints: tuple[str, ...] = ()
+    connect_endpoints: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
+    speed: str = "real"
+    duration: Seconds | None = None
+    succeeds: Succession | None = None
+    secret: str = field(default="", repr=False)
+    lease: str = ""
+    handler_timeout: Seconds | None = None

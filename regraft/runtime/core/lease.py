@@ -1,0 +1,81 @@
+"""A component's own lease: until when it may act without a word from its host.
+
+A joined host that loses the system ends its components, since they may be started elsewhere. But a host can be frozen,
+and with it whoever should end them. So they end themselves: the host writes into a file until when they may act, and
+each of them looks at it, by a clock that goes on while a machine or a process is frozen.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import signal
+import struct
+import threading
+import time
+from pathlib import Path
+
+UNTIL = struct.Struct("<d")
+"""The file: seconds of the clock below, infinite while there is no end."""
+LOOK_INTERVAL = 0.1
+"""Seconds between two looks at a lease without an end: it can get one at any time."""
+STANDARD_ERROR = 2
+GRACE = 0.25
+"""Seconds that the host has for ending its components itself before they do."""
+
+
+def now() -> float:
+    """Return seconds of a clock that goes on while the machine sleeps."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
+class GrantedLease:
+    """The host's side: the file, which it keeps open."""
+
+    def __init__(self, path: Path, until: float) -> None:
+        """Grant a lease; raises OSError."""
+        self.path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._until = until
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
+        try:
+            os.pwrite(descriptor, UNTIL.pack(until), 0)
+            self._file = mmap.mmap(descriptor, UNTIL.size)
+        finally:
+            os.close(descriptor)
+
+    def extend(self, until: float) -> None:
+        """Have it end at another time."""
+        if until != self._until:
+            self._until = until
+            UNTIL.pack_into(self._file, 0, until)
+
+
+class HeldLease:
+    """The component's side."""
+
+    def __init__(self, name: str, path: str) -> None:
+        """Hold the lease in the file at ``path``; raises OSError, ValueError."""
+        self._name = name
+        with open(path, "rb") as file:
+            self._file = mmap.mmap(file.fileno(), UNTIL.size, access=mmap.ACCESS_READ)
+        threading.Thread(target=self._watch, name="lease", daemon=True).start()
+
+    def check(self) -> None:
+        """Go on if the lease holds; else end this process at once, before it does anything more."""
+        (until,) = UNTIL.unpack_from(self._file, 0)
+        if now() > until:
+            self._end()
+
+    def _watch(self) -> None:
+        while True:
+            self.check()
+            (until,) = UNTIL.unpack_from(self._file, 0)
+            time.sleep(min(LOOK_INTERVAL, max(0.001, until - now())))
+
+    def _end(self) -> None:
+        line = f"{self._name} ends itself: its host has lost the system, and it may be started elsewhere\n"
+        try:
+            os.write(STANDARD_ERROR, line.encode())
+        finally:  # also on a full disk: it may be started elsewhere by now
+            os.kill(os.getpid(), signal.SIGKILL)

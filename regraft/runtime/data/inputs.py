@@ -1,0 +1,260 @@
+"""The inputs of a running component."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar
+
+from bus_schema.encoding import codec
+from bus_schema.encoding.envelope import Envelope
+from bus_schema.encoding.registry import type_encoded, type_of
+from bus_schema.errors import BadMessage
+from bus_schema.messages.protocol.handover import HeldSample
+from regraft.bus.interface import Sample
+from regraft.component.future import Future
+from regraft.component.ports import Input
+from regraft.runtime.data.hold_buffer import HoldBuffer
+
+M = TypeVar("M")
+
+
+@dataclass(slots=True)
+class Move:
+    """An input on its way to another key: what has arrived there waits until the switch.
+
+    ``marks`` holds, per source, the incarnation and sequence of its first marker: what lies behind it is ours.
+    """
+
+    key: str
+    marks: dict[str, tuple[int, int]] = field(default_factory=dict)
+    held: list[Sample] = field(default_factory=list)
+
+    def ours(self) -> list[Sample]:
+        """Return what is to be handled after the switch, in the order of arrival."""
+        opened = [(Envelope.from_bytes(sample.attachment), sample) for sample in self.held]
+        return [sample for e, sample in opened if e.sequence > self.marks.get(e.source, (0, 0))[1]]
+
+
+class Reporter(Protocol):
+    """Who is told of messages that cannot be handled or never came, and of handlers that fail."""
+
+    def refused(self, where: str, source: str, why: str) -> None:
+        """A message was refused."""
+
+    def lost(self, where: str, source: str, count: int) -> None:
+        """Messages were lost."""
+
+    def fault(self, where: str, error: BaseException) -> None:
+        """An exception came out of an author's method."""
+
+    def event(self, kind: str, text: str) -> None:
+        """Something happened that people should know."""
+
+
+class LiveInput(Generic[M]):
+    """An input as the component reads it."""
+
+    def __init__(self, declared: Input[M], handle: Callable[[M], object] | None, reporter: Reporter) -> None:
+        """Start without a message, paused; ``handle`` is called with every message, if given."""
+        self.declared = declared
+        self.name = declared.name
+        self.reliable = not declared.latest_only
+        self.paused = True
+        self.hold_buffer: HoldBuffer | None = None
+        self.key = ""
+        self.move: Move | None = None
+        self._handle = handle
+        self._reporter = reporter
+        self._kind = type_of(declared.message) if declared.message else None
+        self._newest: Sample | None = None
+        self._latest: M | None = None
+        self._attachment = b""
+        self._kept: deque[M] = deque(maxlen=declared.keep or 1)
+        self._waiters: list[Future[M]] = []
+
+    def connect(self, key: str, *, reliable: bool) -> None:
+        """Read ``key`` from now on; holes are waited for and reported if its topic is ``reliable``."""
+        self.key, self.reliable = key, reliable and not self.declared.latest_only
+
+    @property
+    def latest(self) -> M | None:
+        """The newest message, None before the first."""
+        if self._newest is not None:
+            sample, self._newest = self._newest, None
+            message = self._decoded(sample)
+            if message is not None:
+                self._latest, self._attachment = message, sample.attachment
+        return self._latest
+
+    @property
+    def envelope(self) -> Envelope | None:
+        """The envelope of the message that ``latest`` last returned, or that is being handled; None before any."""
+        return Envelope.from_bytes(self._attachment) if self._attachment else None
+
+    @property
+    def stamp(self) -> float | None:
+        """When that message was true, in seconds: its own ``stamp``, else when it was published; None before any."""
+        envelope = self.envelope
+        if envelope is None:
+            return None
+        own = getattr(self._latest, "stamp", None)
+        return float(own) if isinstance(own, int | float) else envelope.stamp / 1e9
+
+    def take(self) -> list[M]:
+        """Return the messages that came since the last call, oldest first; raises TypeError without ``keep``."""
+        if not self.declared.keep:
+            raise TypeError(f"the input {self.name!r} keeps nothing to take: declare it with keep=N")
+        taken = list(self._kept)
+        self._kept.clear()
+        return taken
+
+    def next(self) -> Future[M]:
+        """Return what the next message resolves: ``await self.image.next()``."""
+        waiting: Future[M] = Future()
+        self._waiters = [other for other in self._waiters if not other.abandoned]
+        self._waiters.append(waiting)
+        return waiting
+
+    @property
+    def wakes(self) -> bool:
+        """Whether a new message is to be handled at once, rather than found when it is looked for."""
+        return self._handle is not None or any(not waiting.abandoned for waiting in self._waiters)
+
+    def forget(self) -> None:
+        """Drop what was received: the component starts anew."""
+        self._newest = self._latest = None
+        self._attachment = b""
+        self._kept.clear()
+        self._waiters.clear()
+
+    # --- from one run to the next ---
+
+    def hand_over(self) -> tuple[HeldSample, ...]:
+        """Return the newest message, if any, then those that are kept."""
+        newest: tuple[HeldSample, ...] = ()
+        if self._newest is not None:
+            newest = (HeldSample(*self._newest),)
+        elif self._latest is not None:
+            newest = (self._held(self._latest, self._attachment),)
+        return newest + tuple(self._held(message, b"") for message in self._kept)
+
+    def _held(self, message: M, attachment: bytes) -> HeldSample:
+        return HeldSample(self.key, codec.encode(message), attachment, type_of(type(message)).encoding)
+
+    def take_over(self, newest: Sample | None, kept: Iterable[Sample]) -> None:
+        """Have received what the run before had received; nobody is told of it again."""
+        self.forget()
+        self._newest = newest
+        for sample in kept:
+            message = self._decoded(sample)
+            if message is not None:
+                self._kept.append(message)
+
+    # --- as a consumer of samples ---
+
+    def deliver(self, sample: Sample) -> None:
+        """Take a sample in its turn; one from the key that the input is moving to waits for the switch."""
+        if self.move is not None and sample.key == self.move.key:
+            self.move.held.append(sample)
+            return
+        if self.paused or sample.key != self.key:
+            return
+        if self.hold_buffer is not None:
+            self.hold_buffer.keep(self, sample)
+            return
+        self._newest = sample
+        if self._handle is None and not self._waiters and not self.declared.keep:
+            return
+        message = self._decoded(sample)
+        self._newest = None
+        if message is None:
+            return
+        self._latest, self._attachment = message, sample.attachment
+        if self.declared.keep:
+            self._kept.append(message)
+        if self._waiters:
+            waiters, self._waiters = self._waiters, []
+            for waiting in waiters:
+                waiting.resolve(message)
+        if self._handle is not None:
+            try:
+                self._handle(message)
+            except Exception as error:
+                self._reporter.fault(self.name, error)
+
+    def _decoded(self, sample: Sample) -> M | None:
+        kind = self._kind or type_encoded(sample.encoding)
+        if kind is None or sample.encoding != kind.encoding:
+            wanted = f"be {kind.encoding!r}" if kind else "be of a type that is known here"
+            self._refuse_sample(sample, f"has the encoding {sample.encoding!r}, must {wanted}")
+            return None
+        try:
+            message: M = codec.decode_as(kind, sample.payload)
+        except BadMessage as error:
+            self._refuse_sample(sample, str(error))
+            return None
+        return message
+
+    def _refuse_sample(self, sample: Sample, why: str) -> None:
+        self.refuse(Envelope.from_bytes(sample.attachment).source, why)
+
+    def refuse(self, source: str, why: str) -> None:
+        """Count and report a message that cannot be handled."""
+        self._reporter.refused(f"input {self.name!r}", source, f"{self._kind.name if self._kind else 'message'} {why}")
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Count and report messages that never came."""
+        if self.reliable:
+            self._reporter.lost(f"input {self.name!r}", source, count)
+
+
+Inputs = dict[str, LiveInput[Any]]
+
+
+@dataclass(slots=True)
+class TopicReader:
+    """All inputs of one component that read the same key."""
+
+    ports: tuple[LiveInput[Any], ...]
+    deliver: Callable[[Sample], None] = field(init=False)
+    """Hands a sample to every input; with one input, that one's own."""
+
+    def __post_init__(self) -> None:
+        self.read_by(*self.ports)
+
+    def read_by(self, *ports: LiveInput[Any]) -> None:
+        """Have these inputs read the key from now on."""
+        self.ports = ports
+        self.deliver = ports[0].deliver if len(ports) == 1 else self._deliver_to_all
+
+    @property
+    def reliable(self) -> bool:
+        """Whether holes are waited for."""
+        return any(port.reliable for port in self.ports)
+
+    @property
+    def paused(self) -> bool:
+        """Whether nobody reads now."""
+        for port in self.ports:  # noqa: SIM110  asked for every sample: a generator costs three times as much
+            if not port.paused or port.move is not None:
+                return False
+        return True
+
+    @property
+    def wakes(self) -> bool:
+        """Whether a new sample is to be handled at once."""
+        return any(port.wakes or port.move is not None for port in self.ports)
+
+    def _deliver_to_all(self, sample: Sample) -> None:
+        for port in self.ports:
+            port.deliver(sample)
+
+    def refuse(self, source: str, why: str) -> None:
+        """Report a sample that is no message, once."""
+        self.ports[0].refuse(source, why)
+
+    def report_lost(self, source: str, count: int) -> None:
+        """Report a loss, once."""
+        self.ports[0].report_lost(source, count)

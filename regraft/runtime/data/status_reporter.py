@@ -1,0 +1,142 @@
+"""What a component tells about itself: status and heartbeat, events, diagnostics, and faults, each said once."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+from typing import Any
+
+from bus_schema.encoding import codec
+from bus_schema.encoding.registry import MessageType, type_of
+from bus_schema.keys import Keys
+from bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
+from bus_schema.messages.quality import Quality
+from bus_schema.model.lifecycle import State
+from regraft.bus.interface import Bus, BusError
+from regraft.runtime.core.clock import Clock
+from regraft.runtime.data.writers import Identity, Writers
+
+REPEAT_INTERVAL = 5.0
+"""Seconds before the same complaint is made again."""
+SOON = 0.005
+"""Seconds until what nobody waits for is told."""
+
+
+class StatusReporter:
+    """Speaks for one component. What it says is for onlookers and takes no part in simulated time."""
+
+    def __init__(self, bus: Bus, keys: Keys, clock: Clock, identity: Identity, heartbeat: float) -> None:
+        """Say nothing yet; ``heartbeat`` is in seconds."""
+        self.log = logging.getLogger(identity.name)
+        self.status = ComponentStatus(identity.name, identity.incarnation, State.UNCONFIGURED, 0, 0.0)
+        self._clock = clock
+        self._heartbeat = heartbeat
+        self._keys = keys
+        self._writers = Writers(bus, clock, identity)
+        self._voices = {identity: self._writers}
+        self._status_key = keys.status(identity.name)
+        self._said: dict[tuple[str, str], float] = {}
+        self.faults = 0
+        self.next_beat = 0.0
+
+    def update(self, **changes: Any) -> None:
+        """Change the status and put it."""
+        self.status = replace(self.status, **changes)
+        self.beat()
+
+    def beat(self) -> None:
+        """Put the status; it is the heartbeat too."""
+        self.next_beat = time.monotonic() + self._heartbeat
+        self.status = replace(self.status, stamp=self._seconds())
+        self._put(self._status_key, self.status)
+
+    def beat_soon(self) -> None:
+        """Put the status in a moment: until then the processor is theirs who wait for an answer."""
+        self.next_beat = min(self.next_beat, time.monotonic() + SOON)
+
+    def speak_as(self, identity: Identity, *, standby: bool = False) -> None:
+        """Speak as ``identity`` from now on, at the place of those that stand by if ``standby``.
+
+        A run's own numbering begins with it and is its own: what it tells is not what the run before it told.
+        """
+        self._writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
+        self.status = replace(self.status, incarnation=identity.incarnation)
+        name = self.status.component
+        self._status_key = self._keys.standby(name) if standby else self._keys.status(name)
+
+    def get_ready(self, identity: Identity) -> None:
+        """Declare what is told first when this speaks as ``identity``: then it is told without delay."""
+        writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
+        for key, kind in ((self._keys.status(identity.name), ComponentStatus), (self._keys.event, Event)):
+            writers.open(key, type_of(kind).encoding)
+
+    def beat_if_due(self) -> float:
+        """Put the heartbeat if it is time; returns the seconds until the next."""
+        left = self.next_beat - time.monotonic()
+        if left <= 0:
+            self.beat()
+            return self._heartbeat
+        return left
+
+    def event(self, kind: str, text: str, **details: Any) -> None:
+        """Tell of something that happened."""
+        self.log.info("%s: %s", kind, text)
+        self._put(self._keys.event, Event(self._seconds(), kind, self.status.component, text, details))
+
+    def diagnose(self, subject: str, level: Level, text: str, **values: Any) -> None:
+        """Put a diagnostic."""
+        diagnostic = Diagnostic(self._seconds(), self.status.component, subject, level, text, values)
+        self._put(self._keys.diagnostics, diagnostic)
+
+    def quality(self, quality: Quality) -> None:
+        """Put how a quality requirement is met."""
+        self._put(self._keys.quality(quality.requirement), quality)
+
+    def fault(self, where: str, error: BaseException) -> None:
+        """Report an exception from an author's method, with its traceback in the log."""
+        text = f"{where}: {type(error).__name__}: {error}"
+        if self._fresh("fault", where + type(error).__name__):
+            self.log.error(text, exc_info=error)
+            self.event("component.fault", text)
+        self.faults += 1
+        self.status = replace(self.status, error=text[:2000])
+
+    def refused(self, where: str, source: str, why: str) -> None:
+        """Report a message that cannot be handled."""
+        self.status = replace(self.status, refused=self.status.refused + 1)
+        if self._fresh(where, source):
+            self.event("message.refused", f"{where}, from {source or 'somebody without an envelope'}: {why}"[:2000])
+
+    def lost(self, where: str, source: str, count: int) -> None:
+        """Report messages that never came."""
+        self.status = replace(self.status, lost=self.status.lost + count)
+        if self._fresh("lost" + where, source):
+            self.event("message.lost", f"{where}: {count} from {source}", count=count)
+
+    def _fresh(self, what: str, who: str) -> bool:
+        now = time.monotonic()
+        if now - self._said.get((what, who), -REPEAT_INTERVAL) < REPEAT_INTERVAL:
+            return False
+        if len(self._said) > 1000:
+            self._said.clear()
+        self._said[what, who] = now
+        return True
+
+    def _put(self, key: str, message: object) -> None:
+        self.put(key, type_of(type(message)), codec.encode(message))
+
+    def put(self, key: str, kind: MessageType, payload: bytes) -> None:
+        """Put a payload beside simulated time; a bus that is gone is no reason to fail."""
+        try:
+            self._writers.open(key, kind.encoding).put(payload)
+        except BusError as error:
+            self.log.warning("%s", error)
+
+    def _seconds(self) -> float:
+        return self._clock.now() / 1e9
+
+    def close(self) -> None:
+        """Say nothing any more."""
+        for writers in self._voices.values():
+            writers.close_all()

@@ -1,0 +1,257 @@
+"""All that goes out: every key that a component writes has one numbering, kept by a writer."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import get_ident
+
+from bus_schema.encoding.envelope import PLACE, Kind, run_part
+from bus_schema.messages.protocol.control import Resend, Resent, ResentSample
+from regraft.bus.interface import Bus, BusError, Publisher
+from regraft.runtime.core.clock import Clock
+from regraft.runtime.core.lease import HeldLease
+from regraft.runtime.data.history import History
+
+MATCH_POLL = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who writes: a component's name, the epoch of its numbering, and its incarnation."""
+
+    name: str
+    epoch: int
+    incarnation: int
+
+
+class _Mute:
+    """Stands in for the publishers of a run that does not speak for its component."""
+
+    matched = True
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+class Writer:
+    """Numbers and puts the samples of one key. ``fresh`` until it was waited for a reader."""
+
+    __slots__ = (
+        "_data",
+        "_declared",
+        "_history",
+        "_marker",
+        "_now",
+        "_promised",
+        "_publisher",
+        "_source",
+        "_writers",
+        "encoding",
+        "fresh",
+        "key",
+        "sequence",
+    )
+
+    def __init__(self, writers: Writers, key: str, encoding: str, publisher: Publisher) -> None:
+        """Start behind sequence 0."""
+        self.key = key
+        self.encoding = encoding
+        self.sequence = 0
+        self.fresh = True
+        self._writers = writers
+        self._declared = publisher
+        self._now = writers.clock.now
+        self._promised = 0
+        self._history: History | None = None
+        self.speak()
+
+    def speak(self) -> None:
+        """Put as whom all writers of the component now put as; if they are mute, markers alone."""
+        identity = self._writers.identity
+        self._data = run_part(Kind.DATA, identity.epoch, identity.incarnation)
+        self._marker = run_part(Kind.MARKER, identity.epoch, identity.incarnation)
+        self._source = identity.name.encode()
+        self._publisher: Publisher = _Mute() if self._writers.mute else self._declared
+
+    def put(self, payload: bytes) -> None:
+        """Put the next sample; from any thread but the component's own it would break the numbering."""
+        if self._promised:
+            self._writers.flush()
+        attachment = self._next()
+        if self._history is not None:
+            self._history.keep(payload, attachment)
+        self._publisher.put(payload, attachment)
+
+    def put_deferred(self, make: Callable[[], bytes]) -> None:
+        """Number and stamp the next sample now, and put what ``make`` returns when promises are kept."""
+        writers, attachment = self._writers, self._next()
+        self._promised += 1
+        writers.deferred.append(lambda: self._keep(attachment, make))
+        if not writers.defers:
+            writers.flush()
+
+    def _keep(self, attachment: bytes, make: Callable[[], bytes]) -> None:
+        """Put what was promised; if that fails, a marker, so that nobody waits for it."""
+        self._promised -= 1
+        try:
+            payload = make()
+            if self._history is not None:
+                self._history.keep(payload, attachment)
+            self._publisher.put(payload, attachment)
+        except Exception as error:
+            self._writers.fault(self.key, error)
+            with contextlib.suppress(BusError):
+                self.mark()
+
+    def _next(self) -> bytes:
+        """Return the attachment of the next sample."""
+        writers = self._writers
+        if writers.lease is not None:
+            writers.lease.check()
+        if get_ident() != writers.thread:
+            raise RuntimeError("publish from the component's own thread; let compute() return what is to be published")
+        self.sequence = sequence = self.sequence + 1
+        writers.advanced[self.key] = sequence
+        return self._data + PLACE.pack(sequence, self._now()) + self._source
+
+    def mark(self) -> None:
+        """Put a marker: it says how far the numbering has come."""
+        self._writers.flush()
+        self._declared.put(b"", self._marker + PLACE.pack(self.sequence, self._now()) + self._source)
+
+    def keep_history(self) -> None:
+        """Keep the last samples from now on, for readers that do not get them."""
+        self._history = self._history or History()
+
+    def resend(self, asked: Resend) -> Resent:
+        """Return what is kept of the samples that a reader has not got."""
+        last = self.sequence if asked.epoch == self._writers.identity.epoch else None
+        if self._history is None:
+            return Resent(last=last)
+        found = self._history.find(asked.epoch, asked.first, self.sequence if asked.last is None else asked.last)
+        return Resent(tuple(ResentSample(*sent, self.encoding) for sent in found), last)
+
+    @property
+    def keeps_history(self) -> bool:
+        """Whether its readers are to get every sample."""
+        return self._history is not None
+
+    @property
+    def matched(self) -> bool:
+        """Whether somebody subscribes."""
+        return self._declared.matched
+
+    def wait_for_reader(self, seconds: float) -> bool:
+        """Wait until somebody subscribes: what is put at a fresh key before that may reach nobody."""
+        self.fresh = False
+        deadline = time.monotonic() + seconds
+        while not self._publisher.matched:
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(MATCH_POLL)
+        return True
+
+    def close(self) -> None:
+        """Undeclare the key; its numbering is remembered."""
+        self._declared.close()
+
+
+def _raise(_: str, error: BaseException) -> None:
+    raise error
+
+
+class Writers:
+    """The writers of one component. ``advanced`` collects what was put or promised since it was last cleared.
+
+    With ``keeps_history`` it can put again what readers of reliable keys, ``lockstep`` of all keys, have not got.
+    While it ``defers``, deferred messages wait in ``deferred`` until `flush`; at other times they are put at once.
+    Other work may wait there too. Nothing is put without a ``lease``, if there is one.
+    """
+
+    def __init__(
+        self, bus: Bus, clock: Clock, identity: Identity, fault: Callable[[str, BaseException], None] | None = None
+    ) -> None:
+        """Start without keys; ``fault`` is told the key of what could not be made as promised, and why."""
+        self.bus = bus
+        self.clock = clock
+        self.identity = identity
+        self.mute = False
+        self.lease: HeldLease | None = None
+        self.fault = fault or _raise
+        self.defers = False
+        self.keeps_history = self.lockstep = False
+        self.deferred: deque[Callable[[], object]] = deque()
+        self.advanced: dict[str, int] = {}
+        self.open_keys: dict[str, Writer] = {}
+        self._numbering: dict[str, int] = {}
+        self.thread = get_ident()
+
+    def open(self, key: str, encoding: str, *, reliable: bool = True) -> Writer:
+        """Declare a key to write, going on with its numbering if it had one."""
+        writer = self.open_keys.get(key)
+        if writer is None:
+            writer = Writer(self, key, encoding, self.bus.publisher(key, encoding, reliable=reliable))
+            writer.sequence = self._numbering.get(key, 0)
+            if self.keeps_history and (reliable or self.lockstep):
+                writer.keep_history()
+            self.open_keys[key] = writer
+        return writer
+
+    def resend(self, asked: Resend) -> Resent:
+        """Return what is kept of the samples that a reader has not got."""
+        self.flush()
+        writer = self.open_keys.get(asked.key)
+        return writer.resend(asked) if writer is not None else Resent()
+
+    def mark_all(self) -> None:
+        """Say how far the numbering of every key has come whose readers are to get every sample."""
+        for writer in self.open_keys.values():
+            if writer.keeps_history:
+                writer.mark()
+
+    def flush(self) -> None:
+        """Make and put what was promised, in its order."""
+        while self.deferred:
+            self.deferred.popleft()()
+
+    def close(self, key: str) -> None:
+        """Undeclare a key."""
+        self.flush()
+        writer = self.open_keys.pop(key, None)
+        if writer:
+            self._numbering[key] = writer.sequence
+            writer.close()
+
+    def sequences(self) -> dict[str, int]:
+        """Return the last sequence of every key."""
+        return {key: writer.sequence for key, writer in self.open_keys.items()}
+
+    def numbering(self) -> dict[str, int]:
+        """Return the last sequence of every key ever written."""
+        return self._numbering | self.sequences()
+
+    def go_on_from(self, numbering: dict[str, int]) -> None:
+        """Go on with numberings that may have come further elsewhere."""
+        for key, sequence in numbering.items():
+            self._numbering[key] = max(sequence, self._numbering.get(key, 0))
+            if key in self.open_keys:
+                self.open_keys[key].sequence = max(sequence, self.open_keys[key].sequence)
+
+    def speak_as(self, identity: Identity, *, mute: bool = False) -> None:
+        """Put as ``identity`` from now on; ``mute`` lets markers pass and everything else go nowhere."""
+        self.flush()
+        self.identity, self.mute = identity, mute
+        for writer in self.open_keys.values():
+            writer.speak()
+
+    def close_all(self) -> None:
+        """Undeclare every key."""
+        for key in list(self.open_keys):
+            self.close(key)

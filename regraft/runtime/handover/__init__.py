@@ -1,0 +1,1 @@
+"""The hand-over from one run of a component to the next."""

@@ -1,0 +1,1 @@
+"""The lifecycle of one component, and the control queries that act on it."""

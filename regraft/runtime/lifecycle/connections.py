@@ -1,0 +1,95 @@
+"""The ports of one component on the bus: which keys they read and write, and whether they are paused."""
+
+from __future__ import annotations
+
+from regraft.bus.interface import Closable
+from regraft.runtime.data.hold_buffer import HoldBuffer
+from regraft.runtime.data.inputs import TopicReader
+from regraft.runtime.parts import Parts
+
+
+class Connections:
+    """The connections of one component's ports to topics."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._subscriptions: dict[str, Closable] = {}
+        self._connected = False
+        self._hold_buffer: HoldBuffer | None = None
+
+    def connect(self) -> None:
+        """Connect all ports before the component is configured. Nothing is handled until it is active."""
+        if self._connected:
+            return
+        self._connected = True
+        parts = self._parts
+        topics = parts.assignment.connections
+        for name, port in parts.inputs.items():
+            key = parts.keys.topic(topics.get(name, port.declared.topic or name))
+            port.connect(key, reliable=parts.is_reliable(key))
+            self.also_read(name, key)
+        for name, output in parts.outputs.items():
+            key = parts.keys.topic(topics.get(name, output.declared.topic or name))
+            output.connect(key, reliable=parts.is_reliable(key))
+
+    def also_read(self, name: str, key: str) -> None:
+        """Subscribe an input's second key, beside the one it has."""
+        parts = self._parts
+        port = parts.inputs[name]
+        reader = parts.reader(key)
+        if reader is None:
+            parts.inbound.add(key, TopicReader((port,)))
+            self._subscriptions[key] = parts.bus.subscribe(key, parts.take_in)
+        elif port not in reader.ports:
+            reader.read_by(*reader.ports, port)
+
+    def stop_reading(self, name: str, key: str) -> None:
+        """Take an input off a key. The subscription ends with its last reader."""
+        parts = self._parts
+        reader = parts.reader(key)
+        port = parts.inputs[name]
+        if reader is None or port not in reader.ports:
+            return
+        reader.read_by(*(other for other in reader.ports if other is not port))
+        if not reader.ports:
+            parts.inbound.remove(key)
+            subscription = self._subscriptions.pop(key, None)
+            if subscription:
+                subscription.close()
+
+    def disconnect(self) -> None:
+        """Take all ports off the bus, and forget what they received."""
+        self._connected = False
+        self._hold_buffer = None
+        for name, port in self._parts.inputs.items():
+            for key in filter(None, (port.key, port.move.key if port.move else "")):
+                self.stop_reading(name, key)
+            port.key, port.move, port.paused, port.hold_buffer = "", None, True, None
+            port.forget()
+        for output in self._parts.outputs.values():
+            output.disconnect()
+
+    def pause(self) -> None:
+        """Drop what comes for the inputs, but for those that hold it."""
+        self._set_paused(True)
+
+    def hold(self) -> None:
+        """Keep what comes for the reliable inputs until they resume."""
+        self._hold_buffer = HoldBuffer()
+        for port in self._parts.inputs.values():
+            if port.reliable:
+                port.hold_buffer = self._hold_buffer
+
+    def resume(self) -> None:
+        """Handle what comes for the inputs, first what was held."""
+        self._set_paused(False)
+        hold_buffer, self._hold_buffer = self._hold_buffer, None
+        for port in self._parts.inputs.values():
+            port.hold_buffer = None
+        if hold_buffer is not None:
+            hold_buffer.give_out()
+
+    def _set_paused(self, paused: bool) -> None:
+        for port in self._parts.inputs.values():
+            if port.hold_buffer is None:
+                port.paused = paused

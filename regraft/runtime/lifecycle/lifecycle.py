@@ -1,0 +1,140 @@
+"""Walks a component through its lifecycle: hooks, ports, timers, tasks."""
+
+from __future__ import annotations
+
+from bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
+from regraft.component.component import restore_state
+from regraft.runtime.lifecycle.checkpoints import Checkpoints
+from regraft.runtime.lifecycle.connections import Connections
+from regraft.runtime.lifecycle.periodic import PeriodicCalls
+from regraft.runtime.lifecycle.rewiring import Rewiring
+from regraft.runtime.parts import Parts
+
+
+class TransitionFailed(Exception):
+    """A transition that is not legal, or whose hook raised; the text says which."""
+
+
+class Lifecycle:
+    """The state of one component, and the way from one to the next."""
+
+    def __init__(
+        self,
+        parts: Parts,
+        connections: Connections,
+        rewiring: Rewiring,
+        checkpoints: Checkpoints,
+        periodic: PeriodicCalls,
+    ) -> None:
+        self._parts = parts
+        self._connections = connections
+        self._rewiring = rewiring
+        self._checkpoints = checkpoints
+        self._periodic = periodic
+
+    def perform(self, transition: Transition, *, hold: bool = False) -> None:
+        """Go through one transition.
+
+        ``hold`` keeps what comes for the inputs of what is deactivated: if it is activated again, it is handled then.
+
+        Raises:
+            TransitionFailed: it is not legal here (nothing happened), or its hook raised (see the state afterwards).
+        """
+        state = self._parts.state
+        way = TRANSITIONS.get((state, transition))
+        if way is None:
+            possible = ", ".join(t.value for t in legal(state)) or "none"
+            raise TransitionFailed(f"{transition.value} is not possible while {state.value}; possible: {possible}")
+        self._parts.reporter.update(state=way[0])
+        if hold and state is State.ACTIVE:
+            self._connections.hold()
+        try:
+            getattr(self, f"_{transition.value}")(state)
+        except Exception as error:
+            self._parts.reporter.fault(f"on_{transition.value}", error)
+            self._recover()
+            now = self._parts.state.value
+            raise TransitionFailed(f"{transition.value}: {type(error).__name__}: {error}; now {now}") from error
+        self._parts.reporter.update(state=way[1])
+        self._parts.reporter.event(
+            "component.transition", f"{state.value} to {way[1].value}", transition=transition.value
+        )
+
+    def reach(self, goal: State) -> None:
+        """Go through the transitions that lead to ``goal``; raises TransitionFailed."""
+        way = route(self._parts.state, goal)
+        if way is None:
+            raise TransitionFailed(f"{goal.value} cannot be reached from {self._parts.state.value}")
+        for transition in way:
+            self.perform(transition)
+
+    def _configure(self, _: State) -> None:
+        self._connections.connect()
+        self._parts.component.on_configure()
+
+    def _activate(self, _: State) -> None:
+        self._restore()
+        self._parts.component.on_activate()
+        self._connections.resume()
+        self._periodic.start()
+
+    def _deactivate(self, _: State) -> None:
+        self._stop_acting("the component was deactivated")
+        self._parts.component.on_deactivate()
+
+    def _cleanup(self, _: State) -> None:
+        self._parts.component.on_cleanup()
+        self.disconnect()
+
+    def _shutdown(self, state: State) -> None:
+        if state is State.ACTIVE:
+            self._stop_acting("the component is shutting down")
+            self._parts.component.on_deactivate()
+        self._parts.component.on_shutdown()
+        self.disconnect()
+
+    def let_go(self) -> None:
+        """Deactivate and clean up, but stay on the bus: another run needs what this one holds for itself.
+
+        What an author's method raises is reported; whether all was let go shows when the other run is configured.
+        """
+        parts = self._parts
+        if parts.state is State.ACTIVE:
+            self._stop_acting("the component is handed over")
+            parts.guarded("on_deactivate", parts.component.on_deactivate)
+            parts.reporter.update(state=State.INACTIVE)
+        parts.guarded("on_cleanup", parts.component.on_cleanup)
+        parts.reporter.update(state=State.UNCONFIGURED)
+
+    def _restore(self) -> None:
+        checkpoint = self._checkpoints.take_assigned()
+        if checkpoint is not None:
+            restore_state(self._parts.component, checkpoint.state, checkpoint.version)
+
+    def _stop_acting(self, why: str) -> None:
+        parts = self._parts
+        self._connections.pause()
+        parts.timers.stop_all()
+        for server in parts.servers:
+            server.end_goals(why)
+        parts.tasks.cancel_all()
+        parts.caller.cancel_all()
+
+    def _recover(self) -> None:
+        """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises."""
+        parts = self._parts
+        parts.reporter.update(state=State.ERROR_PROCESSING)
+        self._stop_acting("the component failed")
+        try:
+            parts.component.on_error()
+            state = State.UNCONFIGURED
+        except Exception as error:
+            parts.reporter.fault("on_error", error)
+            state = State.FINALIZED
+        self.disconnect()
+        parts.reporter.update(state=state)
+
+    def disconnect(self) -> None:
+        """Take all ports off the bus, and give up every move that was begun."""
+        self._connections.disconnect()
+        self._rewiring.forget()

@@ -1,0 +1,34 @@
+"""The periodic calls of one component: its ``@every`` methods, and its checkpoints."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+
+from regraft.runtime.parts import Parts
+
+
+class PeriodicCalls:
+    """The periodic calls of one component."""
+
+    def __init__(self, parts: Parts, checkpoint: Callable[[], None]) -> None:
+        self._parts = parts
+        self._checkpoint = checkpoint
+
+    def start(self) -> None:
+        """Start all timers, from now."""
+        parts = self._parts
+        now = parts.clock.now()
+        for name, period in parts.declared.timers.items():
+            method = getattr(parts.component, name)
+            call = (lambda n=name, m=method: parts.spawn(n, m())) if inspect.iscoroutinefunction(method) else method
+            parts.timers.start(name, call, period.nanoseconds(parts.parameters.values), now)
+        every = type(parts.component).checkpoint_every
+        if every is not None:
+            parts.timers.start("checkpoint", self._checkpoint, max(1, round(every * 1e9)), now)
+
+    def retime(self) -> None:
+        """Give timers whose period is a parameter their new period."""
+        parts = self._parts
+        for name, period in parts.declared.timers.items():
+            parts.timers.retime(name, period.nanoseconds(parts.parameters.values), parts.clock.now())

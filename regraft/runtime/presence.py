@@ -1,0 +1,100 @@
+"""The presence of one run on the bus: its liveliness token, and what it listens to as long as it lives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from bus_schema.keys import Keys
+from bus_schema.messages.quality import Quality
+from regraft.bus.inbox import Inbox
+from regraft.bus.interface import Bus, Closable
+from regraft.runtime.core.assignment import Assignment
+from regraft.runtime.data.inbound import Inbound
+from regraft.runtime.data.status_reporter import StatusReporter
+from regraft.runtime.requests.request_client import Caller
+from regraft.runtime.requests.request_server import Server
+
+
+class Presence:
+    """The presence of one run on the bus.
+
+    Attributes:
+        requirements: how each quality requirement is met, by the key of the query that asks for it.
+    """
+
+    def __init__(
+        self,
+        assignment: Callable[[], Assignment],
+        bus: Bus,
+        inbox: Inbox,
+        inbound: Inbound,
+        caller: Caller,
+        servers: list[Server],
+        reporter: StatusReporter,
+    ) -> None:
+        self.requirements: dict[str, Quality] = {}
+        self._assignment = assignment
+        self._bus = bus
+        self._keys = Keys(assignment().system)
+        self._inbox = inbox
+        self._inbound = inbound
+        self._caller = caller
+        self._servers = servers
+        self._reporter = reporter
+        self._declared: list[Closable] = []
+        self._token: Closable | None = None
+        self._seen_as: int | None = None
+
+    def declare(self) -> None:
+        """Appear on the bus: control queries, replies, services, the token, the first status."""
+        self.listen_for_control()
+        self.listen_for_replies()
+        self.listen_for_requests()
+        self._reporter.update(revision=self._assignment().revision)
+        self.appear()
+
+    def listen_for_control(self) -> None:
+        """Answer the control queries of this incarnation."""
+        assignment = self._assignment()
+        key = self._keys.control(assignment.name, assignment.incarnation, "*")
+        self._declared.append(self._bus.serve(key, self._inbox.put))
+
+    def listen_for_replies(self) -> None:
+        """Read the replies to this component's requests, under the name by which it asks now."""
+        replies = self._keys.reply("**", self._caller.client)
+        self._inbound.add(replies, self._caller)
+        self._declared.append(self._bus.subscribe(replies, self._inbox.put))
+
+    def listen_for_requests(self) -> None:
+        """Read the requests to this component's services."""
+        for server in self._servers:
+            key = self._keys.request(server.name)
+            self._inbound.add(key, server)
+            self._declared.append(self._bus.subscribe(key, self._inbox.put))
+
+    def appear(self) -> None:
+        """Show the liveliness token of this incarnation instead of the previous one."""
+        assignment = self._assignment()
+        if assignment.incarnation == self._seen_as:
+            return
+        former = self._token
+        self._token = self._bus.announce(self._keys.alive(assignment.name, assignment.incarnation))
+        self._seen_as = assignment.incarnation
+        if former is not None:
+            former.close()
+
+    def report_quality(self, quality: Quality) -> None:
+        """Publish how a quality requirement is met, and answer queries for it from now on."""
+        key = self._keys.quality(quality.requirement)
+        if key not in self.requirements:
+            self._declared.append(self._bus.serve(key, self._inbox.put))
+        self.requirements[key] = quality
+        self._reporter.quality(quality)
+
+    def disappear(self) -> None:
+        """Take the token and all that was declared off the bus."""
+        if self._token is not None:
+            self._token.close()
+        for closable in reversed(self._declared):
+            closable.close()
+        self._declared.clear()

@@ -1,0 +1,1 @@
+"""Services and actions: the side that asks, and the side that serves."""

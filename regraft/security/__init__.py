@@ -1,0 +1,1 @@
+"""Who may take part: secrets, certificates, the gate of the first host, access tokens."""

@@ -1,0 +1,166 @@
+"""Reads the modes files of ROS 2's system_modes (micro-ROS/system_modes) as they are.
+
+A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes say
+in which state and mode each part is. Every mode becomes one of ours, named ``PART.MODE``. What a mode leaves out it has
+from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and ``rules`` are for who watches the
+system: both are read over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bus_schema.annotations import PlainValue
+from bus_schema.suggestions import instead_of
+from regraft.stack.yaml.document import read_document
+from regraft.stack.yaml.nodes import Node, plain
+from regraft.stack.yaml.problems import Report
+
+DEFAULT = "__DEFAULT__"
+PARAMETERS = "ros__parameters"
+TRANSITIONS = {"active": "activate", "inactive": "deactivate", "unconfigured": "cleanup"}
+
+
+@dataclass(slots=True)
+class _Part:
+    """A node or a system: the settings of each mode, a parameter's value or a part's state, with its line."""
+
+    name: str
+    line: int
+    is_node: bool
+    modes: dict[str, dict[str, Node]] = field(default_factory=dict)
+
+    def settings(self, mode: str) -> dict[str, Node]:
+        """Return what a mode wants, what it leaves out taken from the default."""
+        return self.modes.get(DEFAULT, {}) | self.modes.get(mode, {})
+
+
+def read_system_modes(file: Path, components: Collection[str]) -> dict[str, PlainValue]:
+    """Return the changes of each mode in a file, as plain data; its nodes are ``components``. Raises StackError."""
+    document, report = read_document(file)
+    reader = _Reader(report, components)
+    assert isinstance(document.value, dict)
+    for name, node in document.value.items():
+        reader.read_part(name, node)
+    reader.check()
+    report.raise_if_any()
+    return {
+        f"{part.name}.{mode}": list(reader.changes(part, mode)) for part in reader.parts.values() for mode in part.modes
+    }
+
+
+class _Reader:
+    def __init__(self, report: Report, components: Collection[str]) -> None:
+        self.parts: dict[str, _Part] = {}
+        self._report = report
+        self._components = components
+
+    def _wrong(self, line: int, where: str, problem: str) -> None:
+        self._report.add_at(line, where, problem)
+
+    def _map(self, node: Node, where: str) -> dict[str, Node]:
+        if isinstance(node.value, dict):
+            return node.value
+        self._wrong(node.line, where, f"must be a map, is {node.kind}")
+        return {}
+
+    def _parameters(self, node: Node, where: str) -> dict[str, Node]:
+        found = self._map(node, where)
+        if found and PARAMETERS not in found:
+            hint = " (two underscores)" if "ros_parameters" in found else ""
+            self._wrong(node.line, where, f"must have {PARAMETERS!r}{hint}")
+        return self._map(found[PARAMETERS], f"{where}.{PARAMETERS}") if PARAMETERS in found else {}
+
+    def read_part(self, name: str, node: Node) -> None:
+        """Read one node or system."""
+        body = self._parameters(node, name)
+        kind = body.get("type")
+        part = self.parts[name] = _Part(name, node.line, kind is not None and kind.value == "node")
+        modes = self._map(body["modes"], f"{name}.modes") if "modes" in body else {}
+        if modes and next(iter(modes)) != DEFAULT:
+            self._wrong(body["modes"].line, f"{name}.modes", f"must begin with {DEFAULT}, which others fall back on")
+        for mode, wanted in modes.items():
+            where = f"{name}.modes.{mode}"
+            if "." in mode:
+                self._wrong(wanted.line, where, "a mode's name may not have a '.'")
+            settings = self._parameters(wanted, where) if part.is_node else self._map(wanted, where)
+            part.modes[mode] = dict(_flat(settings)) if part.is_node else settings
+
+    def check(self) -> None:
+        """Note all that does not fit together."""
+        for part in self.parts.values():
+            if part.is_node and component_of(part.name) not in self._components:
+                known = instead_of(component_of(part.name), self._components)
+                self._wrong(part.line, part.name, f"there is no component {component_of(part.name)!r}; {known}")
+            for mode, settings in part.modes.items():
+                for name, node in settings.items():
+                    where = f"{part.name}.modes.{mode}.{name}"
+                    if DEFAULT in part.modes and name not in part.modes[DEFAULT]:
+                        self._wrong(node.line, where, f"{DEFAULT} does not name it, so no other mode can")
+                    if not part.is_node:
+                        self._check_state(name, node, where)
+        for part in self.parts.values():
+            self._check_circles(part, ())
+
+    def _check_state(self, name: str, node: Node, where: str) -> None:
+        state, _, mode = str(node.value).partition(".")
+        if state not in TRANSITIONS:
+            self._wrong(node.line, where, f"{node.value!r}: must be one of: {', '.join(TRANSITIONS)}, or active.MODE")
+        known = self.parts.get(name)
+        if known is None and component_of(name) not in self._components:
+            both = [*self.parts, *self._components]
+            self._wrong(node.line, where, f"there is no part {name!r}; {instead_of(name, both)}")
+        elif mode and (known is None or mode not in known.modes):
+            modes = known.modes if known else ()
+            self._wrong(node.line, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
+
+    def _check_circles(self, part: _Part, above: tuple[str, ...]) -> None:
+        if part.name in above:
+            if part.name == above[0]:
+                self._wrong(part.line, part.name, f"is a part of itself: {' > '.join((*above, part.name))}")
+            return
+        if not part.is_node:
+            for name in {name for settings in part.modes.values() for name in settings}:
+                if name in self.parts:
+                    self._check_circles(self.parts[name], (*above, part.name))
+
+    def changes(self, part: _Part, mode: str) -> Iterator[PlainValue]:
+        """Yield the changes that bring a part, active, into a mode."""
+        if part.is_node:
+            yield from self._enter(part.name, "active", mode)
+            return
+        for name, node in part.settings(mode).items():
+            state, _, inner = str(node.value).partition(".")
+            yield from self._enter(name, state, inner)
+
+    def _enter(self, name: str, state: str, mode: str) -> Iterator[PlainValue]:
+        part = self.parts.get(name)
+        if part is not None and not part.is_node:
+            if state == "active":
+                yield from self.changes(part, mode or DEFAULT)
+            else:
+                for inner in part.settings(DEFAULT):
+                    yield from self._enter(inner, state, "")
+            return
+        component = component_of(name)
+        settings = part.settings(mode or DEFAULT) if part is not None and state == "active" else {}
+        if settings:
+            values = {parameter: plain(node) for parameter, node in settings.items()}
+            yield {"change": "set_parameters", "component": component, "parameters": values}
+        yield {"change": "transition", "component": component, "transition": TRANSITIONS[state]}
+
+
+def component_of(node: str) -> str:
+    """Return the component that a node's name means: ``/robot/drive`` is ``robot.drive``."""
+    return node.strip("/").replace("/", ".")
+
+
+def _flat(settings: dict[str, Node], above: str = "") -> Iterator[tuple[str, Node]]:
+    """Yield parameters by their dotted names, as ROS 2 has nested ones."""
+    for name, node in settings.items():
+        if isinstance(node.value, dict):
+            yield from _flat(node.value, f"{above}{name}.")
+        else:
+            yield f"{above}{name}", node

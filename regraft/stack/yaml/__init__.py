@@ -1,0 +1,1 @@
+"""YAML as nodes that know their lines, and the problems that are found in them."""

@@ -1,0 +1,157 @@
+"""Reads a YAML file into nodes, whatever the file holds; anything that cannot be read is a StackError."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from regraft.path_hints import instead_of_path
+from regraft.stack.yaml.nodes import Node, NumberTooLarge, Scalar, lines_of, scalar
+from regraft.stack.yaml.problems import Problem, Report, fail
+
+MAX_FILE_SIZE = 256 * 1024
+MAX_NODES = 20_000
+DEEPEST = 32
+MAX_KEY_LENGTH = 1024
+"""Characters of a key on one line, as YAML has it."""
+MAX_SHOWN_LENGTH = 40
+
+PLAIN_TAGS = frozenset(f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map"))
+
+
+def read_document(file: Path) -> tuple[Node, Report]:
+    """Return the map that a file holds, and a report that knows its lines; raises StackError."""
+    shown = str(file)
+    document = parse(_text(file), shown)
+    if not isinstance(document.value, dict):
+        fail(
+            shown,
+            document.line,
+            f"must be a map of fields such as 'system' and 'components', is {document.kind}",
+        )
+    return document, Report(shown, lines_of(document))
+
+
+def parse(text: str, file: str) -> Node:
+    """Return what YAML text means; ``file`` is what its problems are said to be in; raises StackError."""
+    try:
+        root = yaml.compose(text, Loader=yaml.BaseLoader)
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        fail(file, line, f"holds the character U+{ord(text[error.position]):04X}, which YAML does not allow")
+    except yaml.MarkedYAMLError as error:
+        _fail_at(error, text, file)
+    except RecursionError:
+        fail(file, None, f"is nested too deeply: must have at most {DEEPEST} levels")
+    if root is None:
+        fail(file, None, "is empty: a stack needs at least 'system' and 'components'")
+    conversion = _Conversion(file)
+    node = conversion.node(root, "", 0)
+    conversion.report.raise_if_any()
+    return node
+
+
+def _text(file: Path) -> str:
+    shown = str(file)
+    try:
+        if file.is_dir():
+            inside = file / "stack.yaml"
+            hint = f": did you mean {inside}?" if inside.is_file() else ", must be a stack file"
+            fail(shown, None, f"is a folder{hint}")
+        if file.exists() and not file.is_file():
+            fail(shown, None, "is not an ordinary file")
+        with file.open("rb") as stream:
+            data = stream.read(MAX_FILE_SIZE + 1)
+    except FileNotFoundError:
+        fail(shown, None, f"there is no such file{instead_of_path(file)}")
+    except (OSError, ValueError) as error:
+        fail(shown, None, f"cannot be read: {getattr(error, 'strerror', None) or error}")
+    if len(data) > MAX_FILE_SIZE:
+        fail(shown, None, f"is too large for a stack file: must be at most {MAX_FILE_SIZE // 1024} KiB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        fail(shown, line, f"is not UTF-8 text: byte 0x{data[error.start]:02x} does not belong there")
+
+
+def _fail_at(error: yaml.MarkedYAMLError, text: str, file: str) -> None:
+    mark = error.problem_mark or error.context_mark
+    if mark is None:
+        fail(file, None, f"is not YAML: {error.problem or error.context}")
+    cause = _known_cause(text, mark)
+    if cause:
+        fail(file, mark.line + 1, f"is not YAML: {cause}")
+    context = f"{error.context}: " if error.context else ""
+    fail(file, mark.line + 1, f"is not YAML: {context}{error.problem} (column {mark.column + 1})")
+
+
+def _known_cause(text: str, mark: yaml.Mark) -> str | None:
+    """Say what is wrong where YAML's own words mislead, None elsewhere."""
+    line = text[: mark.index].rpartition("\n")[2]
+    if text[mark.index : mark.index + 1] == "\t":
+        before = line.split()
+        if not before:
+            return f"a tab in the indentation (column {mark.column + 1}): must be spaces"
+        return f"a tab after {before[-1][-MAX_SHOWN_LENGTH:]!r} (column {mark.column + 1}): must be a space"
+    key = line.split(" ")[-1].lstrip("{[,")
+    if text[mark.index : mark.index + 1] == ":" and len(key) > MAX_KEY_LENGTH:
+        column = mark.column + 1 - len(key)
+        return f"a key of {len(key)} characters (column {column}): must be at most {MAX_KEY_LENGTH}"
+    return None
+
+
+@dataclass(slots=True)
+class _Conversion:
+    """Turns YAML's nodes into ours; what aliases stand for counts each time, so that no file can swell."""
+
+    file: str
+    report: Report = field(init=False)
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        self.report = Report(self.file)
+
+    def node(self, raw: yaml.Node, path: str, depth: int) -> Node:
+        line = raw.start_mark.line + 1
+        self.count += 1
+        if self.count > MAX_NODES:
+            fail(self.file, line, f"holds more than {MAX_NODES} values, counting what aliases stand for")
+        if depth > DEEPEST:
+            fail(self.file, line, f"is nested too deeply: must have at most {DEEPEST} levels")
+        if raw.tag not in PLAIN_TAGS:
+            self._note(line, path, f"the tag {raw.tag!r} is not known here: leave it out")
+        if isinstance(raw, yaml.MappingNode):
+            return Node(self._map(raw, path, depth), line)
+        if isinstance(raw, yaml.SequenceNode):
+            parts = (self.node(part, f"{path}.{index}", depth + 1) for index, part in enumerate(raw.value))
+            return Node(tuple(parts), line)
+        quoted = isinstance(raw, yaml.ScalarNode) and raw.style
+        return Node(raw.value if quoted else self._scalar(raw.value, path, line), line)
+
+    def _scalar(self, text: str, path: str, line: int) -> Scalar:
+        try:
+            return scalar(text)
+        except NumberTooLarge as error:
+            self._note(line, path, str(error))
+            return None
+
+    def _map(self, raw: yaml.MappingNode, path: str, depth: int) -> dict[str, Node]:
+        found: dict[str, Node] = {}
+        for key, value in raw.value:
+            line = key.start_mark.line + 1
+            if not isinstance(key, yaml.ScalarNode):
+                self._note(line, path, "a key must be a name, not a list or a map")
+                continue
+            here = f"{path}.{key.value}" if path else key.value
+            if key.value in found:
+                self._note(line, here, f"is given twice, first in line {found[key.value].line}: leave one out")
+                continue
+            # A field is looked for where its key stands, not where its value begins.
+            found[key.value] = Node(self.node(value, here, depth + 1).value, line)
+        return found
+
+    def _note(self, line: int, path: str, problem: str) -> None:
+        self.report.problems.append(Problem(self.file, line, path, problem))

@@ -1,1 +1,0 @@
-"""Simulated time in step: the member's side, and the coordinator that lives in the source of time (the world)."""

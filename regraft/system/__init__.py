@@ -1,0 +1,1 @@
+"""Starts a system on this machine, or joins one."""

@@ -1,0 +1,236 @@
+"""Runs a host that joins the first host of a system, which may be on another machine; leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+from bus_schema.encoding import codec
+from bus_schema.errors import BadMessage
+from bus_schema.keys import Keys, system_name
+from bus_schema.messages.protocol.control import ControlCode, ControlError
+from bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
+from bus_schema.model.hosts import LOCAL
+from regraft import run_directory
+from regraft.bus.interface import Answer, Bus, BusError
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus.zenoh_config import Endpoints
+from regraft.host.joined_host import JoinedHost
+from regraft.host.joining.early_query import asked_by_a_child
+from regraft.host.plan import HostPlan
+from regraft.host.zygote.zygote import Zygote, start_zygote
+from regraft.process.scheduling import work_in_batches
+from regraft.process.shutdown import ShutdownRequest
+from regraft.process.trial.trial_import import Notice
+from regraft.security.host_proof import NotProved, Seal, prove
+from regraft.security.unreachable import explained
+from regraft.stack.classes import look_in
+from regraft.system import capacity
+from regraft.system.launch import PUMP, free_endpoint, prepare_process
+
+ANSWER_TIMEOUT = 3.0
+LINK_TIMEOUT = 10.0
+"""Seconds that the link between the hubs may take to come up."""
+WAIT_FOR_LOSS = 30.0
+"""Seconds that a name is waited for whose last host may still run."""
+RETRY_INTERVAL = 0.1
+
+Told = TypeVar("Told", JoinedSystem, HostProof)
+
+
+class CannotJoin(Exception):
+    """The system does not take the host in; the text says why and what would be right."""
+
+
+class NothingThere(Exception):
+    """Nobody answers at the endpoint, or not any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Whom to join, as what. ``system`` None takes the one that is there; ``stack_folder`` None looks for it."""
+
+    endpoints: Endpoints
+    name: str
+    system: str | None = None
+    stack_folder: Path | None = None
+
+
+@dataclass(slots=True)
+class Joined:
+    """A host that has joined; ``notices`` are lines for the person who started it."""
+
+    host: JoinedHost
+    bus: Bus
+    system: str
+    endpoint: str
+    notices: tuple[str, ...] = ()
+
+
+def run_guest(
+    wanted: Wanted, step: Callable[[Joined], None] = lambda _: None, notice: Notice = lambda _: None
+) -> JoinedHost:
+    """Join, and run until SIGINT, SIGTERM, SIGHUP or the system's end; returns the host, whose processes have ended.
+
+    ``notice`` gets a line about a module whose import takes long.
+
+    Raises:
+        KeyboardInterrupt: one of the signals came before it had joined.
+        BusError: nobody listens there.
+        NothingThere: nobody answers there.
+        CannotJoin: the first host refuses.
+        AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
+        TooMany: this machine cannot hold the host's components.
+        NoSuchClass: a class of the host's components cannot be had here.
+    """
+    ending = ShutdownRequest()
+    ending.hear_signals()
+    try:
+        with ending.interrupting():
+            first = _look(wanted)
+    except BusError as error:
+        raise explained(error, wanted.endpoints) from None
+    system = first.architecture.system
+    stack_folder = wanted.stack_folder or _stack_folder(first)
+    look_in(stack_folder)
+    folder = run_directory.folder(f"{system}@{wanted.name}")
+    held = run_directory.lock(folder.name)
+    try:
+        mine = {name: spec for name, spec in first.architecture.components.items() if spec.host == wanted.name}
+        capacity.check(mine.values())
+        with ending.interrupting():
+            notices = prepare_process(mine.values(), notice)
+        if first.architecture.simulated:
+            work_in_batches()
+        zygote = start_zygote()
+        try:
+            plan = HostPlan(
+                first.architecture,
+                folder,
+                stack_folder,
+                first.run,
+                free_endpoint(),
+                wanted.endpoints.secret,
+                name=wanted.name,
+            )
+            return _run(wanted, plan, zygote, ending, notices, step)
+        finally:
+            zygote.close()
+    finally:
+        held.close()
+
+
+def _look(wanted: Wanted) -> JoinedSystem:
+    """Ask what there is, without joining yet: a while may pass until all is imported."""
+    key = Keys(system_name(wanted.system) if wanted.system else "*").host("*", "join")
+    payload = codec.encode(JoinHost(wanted.name, ""))
+    deadline = time.monotonic() + WAIT_FOR_LOSS
+    while True:
+        answer = asked_by_a_child(wanted.endpoints, key, payload, ANSWER_TIMEOUT)
+        if answer is None:
+            where = ", ".join(wanted.endpoints.connect)
+            named = f" named {wanted.system!r}" if wanted.system else ""
+            raise NothingThere(f"no system{named} that can be joined answers at {where}")
+        joined = _read(answer, JoinedSystem)
+        if isinstance(joined, JoinedSystem):
+            return _checked(joined, wanted)
+        if time.monotonic() > deadline:
+            raise CannotJoin(joined)
+        time.sleep(RETRY_INTERVAL)
+
+
+def _checked(first: JoinedSystem, wanted: Wanted) -> JoinedSystem:
+    if first.by_certificate and wanted.endpoints.tls is None:
+        named = first.architecture.system
+        raise CannotJoin(
+            f"system {named!r} takes in hosts by their certificates: join its tls/ endpoint, with --tls FOLDER"
+        )
+    return first
+
+
+def _read(answer: Answer, kind: type[Told]) -> Told | str:
+    """Return what the first host says, or why one has to wait; raises CannotJoin."""
+    try:
+        if not answer.error:
+            return codec.decode(answer.payload, kind)
+        refusal = codec.decode(answer.payload, ControlError)
+    except BadMessage as error:
+        raise CannotJoin(f"its answer cannot be read, it may be of another version of Regraft: {error}") from None
+    if refusal.code is ControlCode.TIMED_OUT:
+        return "; ".join(refusal.problems)
+    raise CannotJoin("; ".join(refusal.problems))
+
+
+def _stack_folder(first: JoinedSystem) -> Path:
+    there = Path(first.stack_folder)
+    return there if there.is_dir() else Path.cwd()
+
+
+def _run(
+    wanted: Wanted,
+    plan: HostPlan,
+    zygote: Zygote,
+    ending: ShutdownRequest,
+    notices: tuple[str, ...],
+    step: Callable[[Joined], None],
+) -> JoinedHost:
+    architecture = plan.architecture
+    endpoints = replace(wanted.endpoints, listen=(plan.endpoint,), router=True)
+    bus = open_bus(endpoints, lockstep=architecture.simulated)
+    try:
+        instance = secrets.token_hex(8)
+        with ending.interrupting():
+            seal = _proved(bus, wanted, architecture.system, instance)
+            first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()), seal)
+        host = JoinedHost(plan.as_joined(first), bus, zygote, first, instance, seal)
+        joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
+        host.start()
+        try:
+            while not (ending.wanted or host.ended or host.over):
+                host.pump(PUMP)
+                step(joined)
+            if host.ended:
+                host.over = "the process that starts the others is gone"
+        finally:
+            host.end()
+        return host
+    finally:
+        bus.close()
+
+
+def _proved(bus: Bus, wanted: Wanted, system: str, instance: str) -> Seal:
+    """Prove who this host is, if it has a certificate."""
+    if wanted.endpoints.tls is None:
+        return Seal()
+    try:
+        return prove(
+            wanted.endpoints.tls,
+            wanted.name,
+            instance,
+            lambda flight: _asked(bus, system, "prove", lambda: flight, HostProof),
+        )
+    except NotProved as error:
+        raise CannotJoin(str(error)) from None
+
+
+def _join(bus: Bus, system: str, asked: JoinHost, seal: Seal) -> JoinedSystem:
+    """Join for good."""
+    return _asked(bus, system, "join", lambda: seal.on(asked), JoinedSystem)
+
+
+def _asked(bus: Bus, system: str, verb: str, question: Callable[[], object], kind: type[Told]) -> Told:
+    """Return what the first host answers, as soon as the link between the hubs is there."""
+    key, deadline = Keys(system).host(LOCAL, verb), time.monotonic() + LINK_TIMEOUT
+    while True:
+        answers = bus.query(key, codec.encode(question()), ANSWER_TIMEOUT)
+        told = _read(answers[0], kind) if answers else "the first host does not answer any more"
+        if not isinstance(told, str):
+            return told
+        if time.monotonic() > deadline:
+            raise NothingThere(told)
+        time.sleep(RETRY_INTERVAL)

@@ -1,0 +1,1 @@
+"""The ports of adapt decorators, and the values that they take."""

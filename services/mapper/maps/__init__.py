@@ -1,0 +1,1 @@
+"""Maps, and what a scan says of them."""

@@ -1,0 +1,1 @@
+"""Finds the pose at which a scan fits the map."""

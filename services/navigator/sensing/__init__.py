@@ -1,0 +1,1 @@
+"""What the robot sees, and whether that can be true."""

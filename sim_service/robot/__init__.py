@@ -1,0 +1,1 @@
+"""The simulated robot: its drive, its sensors, and their failures."""
