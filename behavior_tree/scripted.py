@@ -21,7 +21,7 @@ _RESULTS: Final = {"R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}
 
 
 class _Spelt(Node):
-    """What the three leaves share; events are logged as ``name:letter``, a halt as ``name:H``."""
+    """The base of the three leaves; events are logged as ``name:letter``, a halt as ``name:H``."""
 
     script = Input(str, description="the results, a letter each")
     input_text = Input(str, name="in", description="text to pass on")

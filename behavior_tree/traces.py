@@ -30,7 +30,7 @@ class BadRecord(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """What there was to see after one tick: see the module."""
+    """The observable state after one tick: see the module."""
 
     root: str
     statuses: str = ""

@@ -1,4 +1,4 @@
-"""What a field of a message means: its unit, its bounds, the layout of an array.
+"""The meaning of a message's field: its unit, its bounds, the layout of an array.
 
 ``Annotated`` carries them, so that a type checker sees plain ``float`` and a tool reads the unit:
 

@@ -136,8 +136,8 @@ class Keys:
         return f"{self.system}/event"
 
     def clock(self, part: str) -> str:
-        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``seen``, ``want``, ``time``,
-        ``admit``, ``release``, ``succeed``.
+        """A part of the clock's protocol: ``step/MEMBER``, ``ack``, ``join``, ``marker_ack``, ``slot_request``,
+        ``time``, ``admit``, ``release``, ``succeed``.
         """
         return f"{self.system}/clock/{part}"
 

@@ -35,7 +35,7 @@ class NoRoom(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What a campaign is to run: so many runs of each configuration, from a seed on, of so many simulated seconds.
+    """A campaign's plan: so many runs of each configuration, from a seed on, of so many simulated seconds.
 
     With ``one_seed`` all runs have the first seed, and differ only by what the study says that differs in time.
     """

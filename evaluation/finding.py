@@ -16,7 +16,7 @@ ENTRY_POINTS: Final = "regraft.studies"
 STACKS: Final = "stacks"
 FOLDER: Final = "studies"
 NAME: Final = "STUDY"
-"""What a module of a folder of studies calls its study; one without is a part of another."""
+"""The name under which a module of a folder of studies has its study; one without is a part of another."""
 
 
 class NoSuchStudy(ValueError):

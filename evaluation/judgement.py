@@ -1,4 +1,4 @@
-"""What the judge says of a run, and how it is asked."""
+"""The judge's verdict on a run, and how it is asked for."""
 
 from __future__ import annotations
 

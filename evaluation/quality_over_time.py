@@ -54,7 +54,7 @@ class Spell:
 def spells(qualities: Iterable[Quality], until: float) -> dict[str, list[Spell]]:
     """Return by requirement, in the tree's order, how each stood until a time (s).
 
-    What is told holds until the next that is told; spells of no length are left out, and equal neighbours are one.
+    A report holds until the next one; spells of no length are left out, and equal neighbours are one.
     """
     told: dict[str, list[Quality]] = {}
     for quality in sorted(qualities, key=_place):

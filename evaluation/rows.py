@@ -11,7 +11,7 @@ from bus_schema.model.description import Resources
 from regraft import Component, Parameter, every
 
 Cell = str | int | float | bool | None
-"""What stands in a field; None is an empty one."""
+"""The value of a field; None is an empty one."""
 DIGITS = 6
 """Significant digits of a number."""
 TIME = "time"

@@ -29,7 +29,7 @@ SHARE = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Promise:
-    """What must hold in so large a share of the rooms."""
+    """A claim that must hold in so large a share of the rooms."""
 
     text: str
     holds: Callable[[SearchRun], bool]

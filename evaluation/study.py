@@ -1,4 +1,4 @@
-"""What a study is: data, and a little code. A stack's folder has its studies in ``studies/``, one module each.
+"""The form of a study: data, and a little code. A stack's folder has its studies in ``studies/``, one module each.
 
     STUDY = Study("patrol", "does caution pay?", Path("stacks/patrol/stack.yaml"), {...}, report)
 
@@ -17,7 +17,7 @@ from bus_schema.model.adaptation import AdaptationReport
 from evaluation.rows import Rows
 
 Changes = Mapping[str, Any]
-"""What is different in a stack file: maps are merged with the file's, everything else takes its place."""
+"""The differences to a stack file: maps are merged with the file's, everything else takes its place."""
 NO_SCENARIO = ""
 
 
@@ -46,7 +46,7 @@ class Configuration:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What one run cost on the wall clock: s to come up, s of running, s for each adaptation."""
+    """One run's cost on the wall clock: s to come up, s of running, s for each adaptation."""
 
     startup: float
     running: float
@@ -90,7 +90,7 @@ class Results:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What is made of results: Markdown, and other files by name, as bytes."""
+    """The output made of results: Markdown, and other files by name, as bytes."""
 
     markdown: str
     files: Mapping[str, bytes] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What the robot's parts draw.
+"""The power that the robot's parts draw.
 
 The numbers are those of FROG (ReBeT, E. G. Alberts et al., ACSOS 2024), which follows L. Jaiem et al. with a
 similar robot.

@@ -1,4 +1,4 @@
-"""What can be told of a sensor from its messages alone."""
+"""Checks of a sensor by its messages alone."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FASTEST, FASTEST_TURN = 0.5, 2.0
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What is wrong with a sensor: in a word, in a sentence, and how bad that is."""
+    """A sensor's fault: in a word, in a sentence, and how bad it is."""
 
     fault: str
     text: str
@@ -82,7 +82,7 @@ class Sameness:
         self._since = 0.0
 
     def reset(self) -> None:
-        """What comes next begins anew."""
+        """Forget all messages: the next one is the first."""
         self._last = None
 
     def seconds(self, content: object, stamp: float) -> float:

@@ -34,7 +34,7 @@ COMMAND_HOLDS = 0.5
 
 @dataclass(slots=True)
 class _Watch:
-    """What is known of one sensor."""
+    """The record of one sensor."""
 
     sameness: Sameness = field(default_factory=Sameness)
     jumps: Jumps = field(default_factory=Jumps)

@@ -42,7 +42,7 @@ class Mapped:
 
     @property
     def reading(self) -> Reading:
-        """What is read from each message."""
+        """Return the fields that are read from each message."""
         return Reading(self.field, self.reduce, self.at_least, self.if_none)
 
 

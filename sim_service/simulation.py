@@ -30,7 +30,7 @@ DOCK = "dock"
 
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
-    """What is simulated and how: the robot's elements, its sensors and the periods (s) of the loop."""
+    """The subject of a simulation: the robot's elements, its sensors and the periods (s) of the loop."""
 
     drive: DriveSettings = field(default_factory=DriveSettings)
     odometry: OdometrySettings = field(default_factory=OdometrySettings)
@@ -45,7 +45,7 @@ class SimulationSettings:
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """What really is: time (s), pose of the robot's base in the map frame, twist in the base frame."""
+    """The truth: time (s), pose of the robot's base in the map frame, twist in the base frame."""
 
     time: float
     pose: Pose2D

@@ -37,7 +37,7 @@ BASE_FRAME = "base_link"
 LIDAR_FRAME = "lidar"
 CHARGER_RATE = 2.0
 SENSORS = {"scan": SCAN_FAILURES, "odometry": ODOMETRY_FAILURES}
-"""What can happen to each sensor."""
+"""The faults that each sensor can have."""
 
 
 class World(TimeSource):

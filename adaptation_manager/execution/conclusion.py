@@ -1,4 +1,4 @@
-"""What is done when an adaptation stands for good: what it took out of the system, and held until now, ends."""
+"""The last part of an adaptation that is kept: parts that it removed, and held until now, end."""
 
 from __future__ import annotations
 

@@ -93,10 +93,10 @@ class Watch:
         spec = self.plan.after.components[name]
         process = self.site.controls.processes.get(name)
         if self.site.controls.living(name) is None or process is None:
-            return f"{name} has ended: {process.last_end if process else 'it has no process'}"
+            return f"{name} has ended: {process.exit_reason if process else 'it has no process'}"
         run = process.incarnation
         if self.runs.get(name) != run:
-            return f"{name} was restarted: {process.last_end or 'nobody knows why'}"
+            return f"{name} was restarted: {process.exit_reason or 'nobody knows why'}"
         if not spec.managed:
             return ""
         try:

@@ -1,4 +1,4 @@
-"""What a manager finds when it returns: adaptations begun and not ended. They are undone, and closed."""
+"""Recovery when a manager returns: adaptations begun and not ended are undone and closed."""
 
 from __future__ import annotations
 

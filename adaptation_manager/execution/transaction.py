@@ -103,7 +103,7 @@ class Transaction:
         return await self._undo(outcome)
 
     async def _was_never_ours(self, error: Exception) -> bool:
-        """Tell whether a later manager reigned from the start: everybody refused, and would refuse undoing too."""
+        """Tell whether a later term held from the start: everybody refused, and would refuse undoing too."""
         if not _is_fenced(error) or any(step.state is StepState.DONE for step in self.steps):
             return False
         if self.update is None:

@@ -120,7 +120,7 @@ def conflicts(
 ) -> list[Violation]:
     """Return what later adaptations decided otherwise, naming each.
 
-    What is still, or again, as it was given is no conflict.
+    A value that is still, or again, as it was given is no conflict.
 
     ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
     """

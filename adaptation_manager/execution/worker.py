@@ -87,7 +87,7 @@ class Worker:
                 await self._confirm(carrying)
 
     async def _take_over(self, slot: ExclusiveSlot) -> None:
-        """Learn the architecture, begin a reign, undo what was left half-way. Raises ControlFailed.
+        """Learn the architecture, begin a term, undo what was left half-way. Raises ControlFailed.
 
         With a journal that cannot be written, the architecture is only known, and adaptations are rejected.
         """

@@ -34,7 +34,7 @@ class ArchitectureStore:
     # --- opening ---
 
     def open(self, views: Sequence[HostView], now: float) -> int:
-        """Open the journal at this run's place; returns the term of this reign. Raises JournalError.
+        """Open the journal at this run's place; returns its term. Raises JournalError.
 
         On a run's first opening, the stack's start becomes its first line.
         """

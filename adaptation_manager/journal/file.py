@@ -56,8 +56,8 @@ class JournalFile:
         self.write_back.prepare(self.database)
         (version,) = self.database.execute("PRAGMA user_version").fetchone()
         if version == 0:
-            reign = f"INSERT INTO reign VALUES (0, x'{seal(0).hex()}');"
-            self.database.executescript(f"BEGIN;{SCHEMA}{reign}PRAGMA user_version = {VERSION};COMMIT;")
+            term = f"INSERT INTO term VALUES (0, x'{seal(0).hex()}');"
+            self.database.executescript(f"BEGIN;{SCHEMA}{term}PRAGMA user_version = {VERSION};COMMIT;")
         elif version != VERSION:
             raise JournalCorrupt(f"the journal {self.path} has version {version}, must be {VERSION}")
         (verdict,) = self.database.execute("PRAGMA quick_check(1)").fetchone()

@@ -1,6 +1,6 @@
 """The journal: every adaptation, written ahead, in SQLite.
 
-What is committed here outlives the manager, however that ends. After a power loss the last lines may be missing,
+Committed rows outlive the manager, however that ends. After a power loss the last lines may be missing,
 never half there: the whole system is gone then, and starts as a new run. What is written ahead goes into the file
 itself beside the work (``write_back``). A row that has changed since it was written is set aside and told
 (``journal_damage``): the rest goes on.
@@ -52,18 +52,18 @@ class Journal(JournalFile):
         self.term = 0
         super().__init__(path, tell)
 
-    # --- reigns and runs ---
+    # --- terms and runs ---
 
     def next_term(self, above: int) -> int:
         """Return a term that is higher than ``above`` and than any before, and remember it."""
         with self.transaction() as database:
             term = max(self._term(), above) + 1
-            database.execute("UPDATE reign SET term = ?, seal = ?", (term, seal(term)))
+            database.execute("UPDATE term SET term = ?, seal = ?", (term, seal(term)))
         self.term = term
         return term
 
     def _term(self) -> int:
-        row = self.database.execute("SELECT term, seal FROM reign").fetchone()
+        row = self.database.execute("SELECT term, seal FROM term").fetchone()
         return int(row[0]) if row is not None and is_sealed(row) else 0
 
     def _check_term(self) -> None:
@@ -154,7 +154,7 @@ class Journal(JournalFile):
         """Write a line again as it stands now; returns whether there is one."""
         line = _line(self.run, report)
         written = self.database.execute(
-            "UPDATE adaptations SET key = ?, who = ?, reason = ?, outcome = ?, revision = ?, report = ?, seal = ? "
+            "UPDATE adaptations SET key = ?, actor = ?, reason = ?, outcome = ?, revision = ?, report = ?, seal = ? "
             "WHERE run = ? AND number = ?",
             (*line[2:], seal(*line), *line[:2]),
         )

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class JournalPublisher:
-    """What one manager tells; ``current`` is the architecture as it should be now."""
+    """Messages that one manager publishes; ``current`` is the architecture as it should be now."""
 
     def __init__(
         self,

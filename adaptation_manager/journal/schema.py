@@ -4,10 +4,10 @@
 what changes later have seals of their own. A row that is not as it was written is moved to ``damaged``.
 """
 
-VERSION = 3
+VERSION = 4
 
 TABLES = """
-CREATE TABLE reign (term INTEGER NOT NULL, seal BLOB NOT NULL);
+CREATE TABLE term (term INTEGER NOT NULL, seal BLOB NOT NULL);
 CREATE TABLE runs (
     run TEXT PRIMARY KEY,
     architecture BLOB NOT NULL,
@@ -17,7 +17,7 @@ CREATE TABLE adaptations (
     run TEXT NOT NULL,
     number INTEGER NOT NULL,
     key TEXT NOT NULL,
-    who TEXT NOT NULL,
+    actor TEXT NOT NULL,
     reason TEXT NOT NULL,
     outcome TEXT NOT NULL,
     revision INTEGER,
@@ -58,7 +58,7 @@ DROP_INDEXES = (
 SCHEMA = TABLES + "".join(f"{statement};" for statement in CREATE_INDEXES)
 
 RUN = "run, architecture"
-LINE = "run, number, key, who, reason, outcome, revision, report"
+LINE = "run, number, key, actor, reason, outcome, revision, report"
 FOLLOWING = "run, number, following"
 STATE = "run, number, step, state"
 PLAN = "run, number, step, plan"

@@ -21,7 +21,7 @@ PASSES = 20
 class WriteBack:
     """Comes before SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
 
-    Who reads or writes meanwhile is not kept waiting (https://sqlite.org/wal.html, passive checkpoints). Only the first
+    Readers and writers go on meanwhile (https://sqlite.org/wal.html, passive checkpoints). Only the first
     transaction after it waits until one page is on the disk, since it begins the write-ahead file anew.
     """
 

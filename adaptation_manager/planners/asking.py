@@ -45,7 +45,7 @@ class AdaptationOrder:
 
 @dataclass(frozen=True, slots=True)
 class CarriedOut:
-    """What became of a plan. ``outcome`` is the report's, or ``unchanged``, ``refused`` or ``no_answer``."""
+    """The result of a plan. ``outcome`` is the report's, or ``unchanged``, ``refused`` or ``no_answer``."""
 
     changes: tuple[Change, ...]
     outcome: str

@@ -1,4 +1,4 @@
-"""What is to be started, as the hosts that are to run it see it: the manager itself imports no author's class."""
+"""Components to be started, as their future hosts see them: the manager itself imports no author's class."""
 
 from __future__ import annotations
 

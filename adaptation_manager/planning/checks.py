@@ -60,13 +60,13 @@ async def _check_changes(
     live, silent = await _read(request, architecture, controls, hosts)
     described, unclear = await described_additions(request, architecture, hosts)
     found += [*silent, *unclear]
-    begun = {name: process.begun for name, process in controls.processes.items()}
+    started_as = {name: process.started_as for name, process in controls.processes.items()}
     draft = Draft(
         architecture,
         live,
         manager,
         described,
-        begun=begun,
+        started_as=started_as,
         lost=hosts.lost,
         absent=hosts.absent(),
         restarting=frozenset(n for n, p in controls.processes.items() if n not in live and _keeps_ending(p)),
@@ -77,10 +77,10 @@ async def _check_changes(
         _plan(draft, change)
     found += draft.violations
     of_result = _of_result(request, architecture, draft.architecture)
-    # What cannot be judged might feed others: most of what could be said of connections would be wrong.
+    # A part that cannot be judged might feed others: most findings on connections would be wrong.
     found += [one for one in of_result if not draft.unclear or not one.field.startswith(("connect.", "constraints."))]
     after = replace(draft.architecture, revision=architecture.revision + 1)
-    # What a swapped component was given before its swap may be wrong then, and still be wrong in the result.
+    # A value that a swapped component had before its swap may be wrong then, and still be wrong in the result.
     found = list(dict.fromkeys(found))
     return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
 
@@ -196,9 +196,9 @@ def _why_silent(controls: ComponentClient, name: str, error: ControlFailed) -> s
     if process is None:
         return "is not running: no host has a process for it"
     if process.state is ProcessState.QUARANTINED:
-        return f"is quarantined after {process.restarts} restarts: start or swap it first ({process.last_end})"
+        return f"is quarantined after {process.restarts} restarts: start or swap it first ({process.exit_reason})"
     if controls.living(name) is None:
-        return f"is not running: its process is {process.state.value} ({process.last_end or 'never started'})"
+        return f"is not running: its process is {process.state.value} ({process.exit_reason or 'never started'})"
     return str(error)
 
 

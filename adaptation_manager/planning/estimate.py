@@ -1,4 +1,4 @@
-"""What an adaptation would take and give: durations from the past, qualities from the components themselves."""
+"""An adaptation's estimate: durations from the past, qualities from the components themselves."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from bus_schema.model.architecture import Architecture, ComponentSpec
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be done. Both architectures carry their own revision; the first ``preparing`` steps only prepare.
+    """An adaptation's steps. Both architectures carry their own revision; the first ``preparing`` steps only prepare.
 
     ``estimated`` are the qualities that components which do not run yet say they would give.
     """
@@ -30,7 +30,7 @@ class Plan:
 
     @cached_property
     def changes(self) -> UpdateSpecs:
-        """What changes, for those who know what was before: specs without what that says of the same class."""
+        """Return the changes, for readers who know the state before: specs without what that says of the same class."""
         update = way(self.before, self.after)
         return replace(update, specs=tuple(spec.brief(self.before.components.get(spec.name)) for spec in update.specs))
 

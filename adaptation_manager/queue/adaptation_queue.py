@@ -56,7 +56,7 @@ class Entry:
 
 
 class AdaptationQueue:
-    """Who waits, and who is being served."""
+    """The waiting requests, and the one being served."""
 
     def __init__(self) -> None:
         """Start empty."""

@@ -1,4 +1,4 @@
-"""What a step does, as plain data, so that the journal can keep it and its inverse.
+"""The actions of a step, as plain data, so that the journal can keep them and their inverses.
 
 An action names the end that is to be reached, not the way there: performing it again, or after half of it was
 done by somebody who died, leads to the same end. So one kind of action serves doing, undoing and recovery.

@@ -19,10 +19,10 @@ class Draft:
 
     ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
     say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
-    system: they come before all others. ``unclear`` are the components to be added that cannot be judged. ``begun`` has
-    the incarnation as which each living run was started. ``lost`` are the hosts that count as lost, ``absent`` has why
-    the others that are not there are not. ``restarting`` are the components that keep ending. ``changes`` are all that
-    are planned, with the indices that they have here.
+    system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
+    ``started_as`` has the incarnation as which each living run was started. ``lost`` are the hosts that count as lost,
+    ``absent`` has why the others that are not there are not. ``restarting`` are the components that keep ending.
+    ``changes`` are all that are planned, with the indices that they have here.
     """
 
     architecture: Architecture
@@ -35,7 +35,7 @@ class Draft:
     added: set[str] = field(default_factory=set)
     removed: set[str] = field(default_factory=set)
     unclear: set[str] = field(default_factory=set)
-    begun: dict[str, int] = field(default_factory=dict)
+    started_as: dict[str, int] = field(default_factory=dict)
     swapped: set[str] = field(default_factory=set)
     moved: set[str] = field(default_factory=set)
     violations: list[Violation] = field(default_factory=list)

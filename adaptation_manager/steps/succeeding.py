@@ -1,4 +1,4 @@
-"""What ``swap`` and ``move`` have in common: another run goes on in the place of a component's, here or elsewhere.
+"""The common part of ``swap`` and ``move``: another run takes a component's place, here or elsewhere.
 
 To swap and to move one component in one adaptation is one hand-over, at the place of the swap among the changes: what
 comes before it concerns the class of before, what comes behind it the new one.
@@ -74,7 +74,7 @@ def of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class Successor:
-    """What takes over, and from whom; ``live`` is how the component is by then."""
+    """The succession: the new run, and the one that it replaces; ``live`` is the component's state by then."""
 
     old: ComponentSpec
     new: ComponentSpec
@@ -85,7 +85,7 @@ class Successor:
 def plan_steps(draft: Draft, succession: Successor, *, start: str, hand_over: str, more: str = "") -> None:
     """Add the two steps: ``start`` the successor beside the component, and ``hand_over``; these are their names."""
     old, new = succession.old, succession.new
-    name, incumbent = new.name, draft.begun.get(new.name) or succession.live.incarnation
+    name, incumbent = new.name, draft.started_as.get(new.name) or succession.live.incarnation
     stateful = old.description is not None and old.description.stateful
     beside = PlannedStep(
         name,
@@ -93,7 +93,7 @@ def plan_steps(draft: Draft, succession: Successor, *, start: str, hand_over: st
         RunSuccessor(name, new, incumbent, succession.with_state and stateful),
         EndSuccessor(name, new.host, incumbent),
     )
-    # What has no connections yet hands nothing over: it is configured first.
+    # A component without connections hands nothing over: it is configured first.
     (draft.preparing if draft.at_first(name) in HANDS_OVER else draft.steps).append(beside)
     without = ", without its state" if stateful and not succession.with_state else ""
     draft.steps.append(

@@ -160,13 +160,13 @@ class ComponentClient:
             return PendingQuery(self.remembered, component, run, what, within, waits, sent, None, str(error))
         return PendingQuery(self.remembered, component, run, what, within, waits, sent, waiting)
 
-    def hand_over(self, component: str, begun: int, step: Handover, within: float | None = None) -> PendingQuery:
+    def hand_over(self, component: str, started_as: int, step: Handover, within: float | None = None) -> PendingQuery:
         """Ask one run of a component, by the incarnation as which it was started, for a step of a hand-over."""
         self.remembered.forget(component)
         within = self.within if within is None else within
         label = f"{component}{BESIDE}"  # whoever it is by now: what it answers is nothing to rely on later
         message = replace(step, term=self.term)
-        return self._ask(label, begun, "handover", f"{step.step.value} of run {begun}", message, within)
+        return self._ask(label, started_as, "handover", f"{step.step.value} of run {started_as}", message, within)
 
     def read(self, component: str, within: float | None = None) -> PendingQuery:
         """Ask how a component is."""

@@ -1,4 +1,4 @@
-"""What steps work with: the queries, the architectures before and after, the bounds of every wait."""
+"""The context of steps: the queries, the architectures before and after, the bounds of every wait."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ExecutionContext:
 
     @property
     def outcome(self) -> Outcome:
-        """What an adaptation that has come to its end was."""
+        """Return how an ended adaptation was described."""
         return Outcome.APPLIED_STATE_LOST if self.state_lost else Outcome.APPLIED
 
     async def refresh(self) -> None:

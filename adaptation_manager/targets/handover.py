@@ -43,7 +43,7 @@ async def run_successor(site: ExecutionContext, action: RunSuccessor) -> None:
     await site.hosts.succeed(spec, action.incumbent, site.before.components[name].host, action.with_state)
     _note(site, name)
     successor = await _until_ready(site, spec, patience)
-    view = await site.controls.hand_over(name, successor.begun, Handover(HandoverStep.READ)).view()
+    view = await site.controls.hand_over(name, successor.started_as, Handover(HandoverStep.READ)).view()
     problems = view.detail.get("problems", [])
     if problems:
         raise ControlFailed(f"{name}: the successor cannot take over: {'; '.join(map(str, problems))}")
@@ -55,8 +55,8 @@ async def _until_ready(site: ExecutionContext, spec: ComponentSpec, patience: Pa
     while True:
         successor = _beside(site, spec.name)
         if successor is None or successor.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            raise await ended_as_it_started(site, spec, successor.last_end if successor else "")
-        if site.controls.remembered.stands_by(spec.name, successor.begun):
+            raise await ended_as_it_started(site, spec, successor.exit_reason if successor else "")
+        if site.controls.remembered.stands_by(spec.name, successor.started_as):
             return successor
         if patience.is_over():
             raise NoAnswer(f"{spec.name}: its successor is not ready within {site.start_within(spec):g} s")
@@ -81,7 +81,7 @@ async def take_over(site: ExecutionContext, action: TakeOver) -> None:
     site.touch(name)
     step = Handover(HandoverStep.TAKE_OVER, revision=site.revision)
     try:
-        taken = await _hand_over(site, name, successor.begun, step, _takes(site, name))
+        taken = await _hand_over(site, name, successor.started_as, step, _takes(site, name))
     except ControlFailed as error:
         if error.code is not ControlCode.TIMED_OUT or await _is_there(site, name, action.incumbent):
             raise
@@ -97,10 +97,10 @@ async def take_over(site: ExecutionContext, action: TakeOver) -> None:
 async def _speaks_now(site: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
     """Tell the host of the successor, and that of the incumbent if it is another, that the former speaks now."""
     name, target = action.component, site.after.components[action.component].host
-    await _let_speak(site, name, target, successor.begun)
+    await _let_speak(site, name, target, successor.started_as)
     if action.host != target:
         try:
-            await _step_aside(site, name, action.host, target, successor.begun)
+            await _step_aside(site, name, action.host, target, successor.started_as)
         except NoAnswer as error:
             # The run there is frozen, or has ended: it is told when its host is heard again.
             site.kit.log.warning("%s: its former host has not heard that it is moved: %s", name, error)
@@ -119,11 +119,11 @@ async def _promote(site: ExecutionContext, action: TakeOver, successor: ProcessS
     """Let the successor go on alone, from the last checkpoint if there is one: the incumbent died, or hangs."""
     name = action.component
     await _end_run(site, name, action.host, action.incumbent)
-    known = (action.incumbent, successor.begun)
-    if any(host == action.host and run.begun not in known for host, run in site.hosts.runs(name)):
+    known = (action.incumbent, successor.started_as)
+    if any(host == action.host and run.started_as not in known for host, run in site.hosts.runs(name)):
         raise ControlFailed(f"{name}: run {action.incumbent} was lost as it handed over, and has been restarted")
     step = Handover(HandoverStep.PROMOTE, revision=site.revision)
-    await _hand_over(site, name, successor.begun, step, _takes(site, name))
+    await _hand_over(site, name, successor.started_as, step, _takes(site, name))
     site.state_lost.add(name)
 
 
@@ -138,7 +138,7 @@ async def give_back(site: ExecutionContext, action: Restore) -> None:
         await _end_successor(site, action, successor)
     elif former is None:
         await _begin_again(site, action, successor)
-    elif await _role(site, name, former.begun) is Role.LIVE:
+    elif await _role(site, name, former.started_as) is Role.LIVE:
         await _stay(site, action, former, successor)
     else:
         await _wake(site, action, former, successor)
@@ -149,7 +149,7 @@ def _both(site: ExecutionContext, action: Restore) -> tuple[ProcessStatus | None
     target = action.successor_host or action.host
     former = successor = None
     for host, run in site.hosts.runs(action.component):
-        if host == action.host and run.begun == action.incumbent:
+        if host == action.host and run.started_as == action.incumbent:
             former = run
         elif host == target:
             successor = run
@@ -168,9 +168,9 @@ async def _stay(
         site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
         site.unfinished = True
     if successor is not None:
-        bar = Handover(HandoverStep.RESUME, successor.begun)
-        await site.controls.hand_over(name, former.begun, bar).view()
-    await _let_speak(site, name, action.host, former.begun)
+        bar = Handover(HandoverStep.RESUME, successor.started_as)
+        await site.controls.hand_over(name, former.started_as, bar).view()
+    await _let_speak(site, name, action.host, former.started_as)
 
 
 async def _wake(
@@ -178,11 +178,11 @@ async def _wake(
 ) -> None:
     """Have a frozen run go on: from the living state of its successor if this can hand it over, else from its own."""
     name = action.component
-    if successor is not None and await _is_live(site, name, successor.begun):
+    if successor is not None and await _is_live(site, name, successor.started_as):
         anew = await _renamed(site, action, former)
         step = Handover(HandoverStep.TAKE_OVER, successor.incarnation, anew, revision=site.revision)
         try:
-            await _hand_over(site, name, former.begun, step, _takes(site, name))
+            await _hand_over(site, name, former.started_as, step, _takes(site, name))
         except ControlFailed as error:
             site.kit.log.warning("%s: the state of now could not be handed back: %s", name, error)
         else:
@@ -192,9 +192,9 @@ async def _wake(
             return
     await _end_successor(site, action, successor)
     anew = await _renamed(site, action, former)
-    peer = successor.begun if successor is not None else 0
+    peer = successor.started_as if successor is not None else 0
     step = Handover(HandoverStep.RESUME, peer, anew, revision=site.revision)
-    await _hand_over(site, name, former.begun, step, _takes(site, name))
+    await _hand_over(site, name, former.started_as, step, _takes(site, name))
     await _go_on_if_there_is_time(site, name)
     await site.refresh()
 
@@ -211,8 +211,8 @@ async def _renamed(site: ExecutionContext, action: Restore, former: ProcessStatu
     """Tell the host as what a run will speak, before it does: its heartbeats are to be known."""
     name = action.component
     above = max(run.incarnation for run in (former, *(run for _, run in site.hosts.runs(name))))
-    await _let_speak(site, name, action.host, former.begun, above)
-    return next(run.incarnation for _, run in site.hosts.runs(name) if run.begun == former.begun)
+    await _let_speak(site, name, action.host, former.started_as, above)
+    return next(run.incarnation for _, run in site.hosts.runs(name) if run.started_as == former.started_as)
 
 
 async def _begin_again(site: ExecutionContext, action: Restore, successor: ProcessStatus | None) -> None:
@@ -243,16 +243,16 @@ async def end_successor(site: ExecutionContext, action: EndSuccessor) -> None:
     await site.refresh()
     runs = site.hosts.runs(name)
     for host, run in runs:
-        if host != action.host or run.begun == action.incumbent or (host == home and not _is_beside(site, run)):
+        if host != action.host or run.started_as == action.incumbent or (host == home and not _is_beside(site, run)):
             continue
         try:
-            await _end_run(site, name, host, run.begun, patient=False)
+            await _end_run(site, name, host, run.started_as, patient=False)
         except NoAnswer as error:
             if host == home:
                 raise
             site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
             site.unfinished = True
-    is_there = action.incumbent in (run.begun for host, run in runs if host == home)
+    is_there = action.incumbent in (run.started_as for host, run in runs if host == home)
     if home != action.host and is_there and await _hear(site, home):
         await _let_speak(site, name, home, action.incumbent)
 
@@ -264,8 +264,8 @@ async def retire(site: ExecutionContext, name: str, host: str, grace: float) -> 
         if where != host or (where == home and not _is_beside(site, run)):
             continue
         if where != home:
-            await _step_aside(site, name, where, home, speaks.begun if speaks else 0)
-        await _end_run(site, name, where, run.begun, grace, patient=False)
+            await _step_aside(site, name, where, home, speaks.started_as if speaks else 0)
+        await _end_run(site, name, where, run.started_as, grace, patient=False)
 
 
 async def _end_successor(
@@ -276,29 +276,31 @@ async def _end_successor(
     name, host = action.component, action.successor_host or action.host
     if host != action.host and (not patient or await _hear(site, host)):
         await _step_aside(site, name, host, action.host, action.incumbent)
-    await _end_run(site, name, host, successor.begun, patient=patient)
+    await _end_run(site, name, host, successor.started_as, patient=patient)
 
 
 async def _end_run(
-    site: ExecutionContext, name: str, host: str, begun: int, grace: float = WITHOUT_MERCY, *, patient: bool = True
+    site: ExecutionContext, name: str, host: str, started_as: int, grace: float = WITHOUT_MERCY, *, patient: bool = True
 ) -> None:
     """End one run for certain; raises ControlFailed. ``patient``: a host that is silent is waited for until it is lost.
 
-    What ran on a lost host, and took part in an adaptation, has ended: the host sees to that itself.
+    A run of a lost host that took part in an adaptation has ended: the host ensures that itself.
     """
     patience = Patience(grace + KILLED_TIMEOUT)
     if patient and not await _hear(site, host):
         return
-    await site.hosts.stop(name, host, grace, begun)
+    await site.hosts.stop(name, host, grace, started_as)
     while True:
         await site.refresh()
         its_host_answers = host not in site.hosts.silent
-        if its_host_answers and (host, begun) not in ((at, run.begun) for at, run in site.hosts.runs(name)):
+        if its_host_answers and (host, started_as) not in ((at, run.started_as) for at, run in site.hosts.runs(name)):
             return
         if not its_host_answers and patient and not await _hear(site, host):
             return
         if patience.is_over():
-            raise NoAnswer(f"host {host!r}: run {begun} of {name} has not ended within {grace + KILLED_TIMEOUT:g} s")
+            raise NoAnswer(
+                f"host {host!r}: run {started_as} of {name} has not ended within {grace + KILLED_TIMEOUT:g} s"
+            )
         await site.pause(LOOK_AGAIN_INTERVAL)
 
 
@@ -326,7 +328,7 @@ def _beside(site: ExecutionContext, name: str) -> ProcessStatus | None:
 def _is_beside(site: ExecutionContext, run: ProcessStatus) -> bool:
     """Tell whether a run stands beside the one that speaks for its component."""
     beside = _beside(site, run.component)
-    return beside is not None and beside.begun == run.begun
+    return beside is not None and beside.started_as == run.started_as
 
 
 def _note(site: ExecutionContext, name: str) -> None:
@@ -335,20 +337,22 @@ def _note(site: ExecutionContext, name: str) -> None:
     site.controls.processes |= site.hosts.known(name)
 
 
-async def _let_speak(site: ExecutionContext, name: str, host: str, begun: int, above: int | None = None) -> None:
+async def _let_speak(site: ExecutionContext, name: str, host: str, started_as: int, above: int | None = None) -> None:
     """Tell a host that a run of its own speaks for a component; raises ControlFailed."""
-    await site.hosts.let_speak(name, host, begun, above)
+    await site.hosts.let_speak(name, host, started_as, above)
     _note(site, name)
 
 
-async def _step_aside(site: ExecutionContext, name: str, host: str, home: str, begun: int) -> None:
+async def _step_aside(site: ExecutionContext, name: str, host: str, home: str, started_as: int) -> None:
     """Tell a host that a run of another one, its ``home``, speaks for a component; raises ControlFailed."""
-    await site.hosts.let_speak(name, host, begun, elsewhere=home)
+    await site.hosts.let_speak(name, host, started_as, elsewhere=home)
     _note(site, name)
 
 
-async def _hand_over(site: ExecutionContext, name: str, begun: int, step: Handover, within: float) -> ComponentView:
-    return await site.controls.hand_over(name, begun, step, within).view()
+async def _hand_over(
+    site: ExecutionContext, name: str, started_as: int, step: Handover, within: float
+) -> ComponentView:
+    return await site.controls.hand_over(name, started_as, step, within).view()
 
 
 def _takes(site: ExecutionContext, name: str) -> float:
@@ -361,22 +365,22 @@ def _takes(site: ExecutionContext, name: str) -> float:
     return max(site.bounds.answer, TAKE_OVER_TIMEOUT) + longest + hooks
 
 
-async def _role(site: ExecutionContext, name: str, begun: int) -> Role:
-    view = await site.controls.hand_over(name, begun, Handover(HandoverStep.READ)).view()
+async def _role(site: ExecutionContext, name: str, started_as: int) -> Role:
+    view = await site.controls.hand_over(name, started_as, Handover(HandoverStep.READ)).view()
     return Role(view.detail.get("role"))
 
 
-async def _is_there(site: ExecutionContext, name: str, begun: int) -> bool:
+async def _is_there(site: ExecutionContext, name: str, started_as: int) -> bool:
     try:
-        await _role(site, name, begun)
+        await _role(site, name, started_as)
     except NoAnswer:
         return False
     return True
 
 
-async def _is_live(site: ExecutionContext, name: str, begun: int) -> bool:
+async def _is_live(site: ExecutionContext, name: str, started_as: int) -> bool:
     try:
-        view = await _hand_over(site, name, begun, Handover(HandoverStep.READ), site.bounds.answer)
+        view = await _hand_over(site, name, started_as, Handover(HandoverStep.READ), site.bounds.answer)
     except ControlFailed:
         return False
     return view.detail.get("role") == Role.LIVE.value and view.state in (State.ACTIVE, State.INACTIVE)

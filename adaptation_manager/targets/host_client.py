@@ -1,4 +1,4 @@
-"""What the manager asks of hosts: what they were given, which processes run, and to take over new specs."""
+"""The manager's requests to hosts: what they were given, which processes run, and to take over new specs."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ class Hosts:
     def where(self, process: ProcessStatus) -> str | None:
         """Return the host that told of a process last."""
         for host, status in self._told.items():
-            if any((p.component, p.begun) == (process.component, process.begun) for p in _all_of(status)):
+            if any((p.component, p.started_as) == (process.component, process.started_as) for p in _all_of(status)):
                 return host
         return None
 
@@ -291,21 +291,21 @@ class Hosts:
         return status
 
     async def let_speak(
-        self, component: str, host: str, begun: int, above: int | None = None, elsewhere: str = ""
+        self, component: str, host: str, started_as: int, above: int | None = None, elsewhere: str = ""
     ) -> None:
         """Tell a host which run speaks for a component, its own or one ``elsewhere``; raises ControlFailed.
 
         ``above`` makes it speak as another incarnation, higher than that.
         """
-        asked = self._ask(host, "speak", codec.encode(LetSpeak(component, begun, above, self.term, elsewhere)))
+        asked = self._ask(host, "speak", codec.encode(LetSpeak(component, started_as, above, self.term, elsewhere)))
         self._learn(_read(host, "speak", await asked, HostStatus))
 
-    async def stop(self, component: str, host: str, grace: float, begun: int | None = None) -> None:
+    async def stop(self, component: str, host: str, grace: float, started_as: int | None = None) -> None:
         """Have a component's process ended, by force after ``grace`` seconds; raises ControlFailed.
 
-        ``begun`` names a run, by the incarnation as which it was started; None means who speaks for the component.
+        ``started_as`` names a run, by the incarnation as which it was started; None means who speaks for the component.
         """
-        asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term, begun)))
+        asked = self._ask(host, "stop", codec.encode(StopComponent(component, grace, self.term, started_as)))
         self._learn(_read(host, "stop", await asked, HostStatus))
 
     async def last_line(self, component: str, host: str) -> str:
@@ -323,7 +323,7 @@ def _all_of(status: HostStatus) -> tuple[ProcessStatus, ...]:
 
 
 def _highest(status: HostStatus, component: str) -> int:
-    return max(process.highest for process in _all_of(status) if process.component == component)
+    return max(process.max_incarnation for process in _all_of(status) if process.component == component)
 
 
 def _read(host: str, verb: str, answers: list[Answer], cls: type[M]) -> M:

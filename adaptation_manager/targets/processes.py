@@ -116,7 +116,7 @@ async def _until_it_runs(site: ExecutionContext, spec: ComponentSpec, patience: 
         await site.refresh()
         process = site.controls.processes.get(spec.name)
         if process is None or process.state in NOT_RUNNING:
-            how = process.last_end if process else "its host does not know it any more"
+            how = process.exit_reason if process else "its host does not know it any more"
             raise await ended_as_it_started(site, spec, how)
         if process.state is ProcessState.RUNNING and await _answers(site, spec):
             return
@@ -158,7 +158,7 @@ async def _bring(site: ExecutionContext, spec: ComponentSpec, transition: Transi
             await site.pause(LOOK_AGAIN_INTERVAL)
             await site.refresh()
         process = site.controls.processes.get(spec.name)
-        raise await ended_as_it_started(site, spec, process.last_end if process else "") from None
+        raise await ended_as_it_started(site, spec, process.exit_reason if process else "") from None
 
 
 def _is_in_step(site: ExecutionContext, spec: ComponentSpec) -> bool:

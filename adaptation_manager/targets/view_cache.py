@@ -1,4 +1,4 @@
-"""What components last answered: it holds until they are asked again, since only the manager changes them."""
+"""The latest answers of components: valid until the next query, since only the manager changes them."""
 
 from __future__ import annotations
 

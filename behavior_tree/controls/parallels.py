@@ -12,7 +12,7 @@ def _from_end(count: int, children: int) -> int:
 
 
 class _Concurrent(Control):
-    """What the two parallel nodes share: the set of completed children and how many of them failed."""
+    """The base of the two parallel nodes: the set of completed children and how many of them failed."""
 
     thresholds: tuple[str, ...] = ()
 

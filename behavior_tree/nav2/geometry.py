@@ -1,4 +1,4 @@
-"""What Nav2's decorators need to know of poses, goals and paths, whatever the messages look like.
+"""The view that Nav2's decorators have of poses, goals and paths, whatever the messages look like.
 
 - A position is found in an object's or mapping's ``pose``, ``position`` and then ``x`` and ``y``, in this order and
   where they are there; or in the first two numbers of a sequence. Metres.

@@ -14,7 +14,7 @@ OfferService = Callable[[str, Callable[[], bool]], object]
 
 
 class _State(Enum):
-    """What a PauseResumeController does; the first four are the numbers of the children."""
+    """The actions of a PauseResumeController; the first four are the numbers of the children."""
 
     RESUMED = 0
     PAUSED = 1

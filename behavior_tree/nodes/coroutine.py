@@ -8,7 +8,7 @@ from .leaf import StatefulAction
 from .node import NodeSetup
 
 Steps: TypeAlias = Generator[None, None, Status | None]
-"""What `CoroutineAction.run` gives: it yields while there is something to wait for, and returns the result."""
+"""The generator of `CoroutineAction.run`: it yields while there is something to wait for, and returns the result."""
 
 
 class CoroutineAction(StatefulAction):

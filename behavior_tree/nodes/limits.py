@@ -22,7 +22,7 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a tree may have at the most.
+    """The limits of a tree.
 
     Attributes:
         xml: Characters of its XML, all included files together.

@@ -1,4 +1,4 @@
-"""What is known of a node type without an instance: its kind and its ports."""
+"""A node type as known without an instance: its kind and its ports."""
 
 import re
 from collections.abc import Mapping

@@ -107,7 +107,7 @@ class Node:
 
     kind: ClassVar[NodeKind]
     results: ClassVar[tuple[Status, ...]] = STORED
-    """What a tick may give besides SKIPPED."""
+    """The possible results of a tick, besides SKIPPED."""
 
     setup: NodeSetup
     uid: int

@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class Port(Generic[T]):
-    """What inputs and outputs have in common: a model built from the class attribute."""
+    """The base of inputs and outputs: a model built from the class attribute."""
 
     direction: Direction
 

@@ -1,4 +1,4 @@
-"""What the nodes of one tree share while they run: time, timers, wake-ups and observers."""
+"""The runtime that the nodes of one tree share: time, timers, wake-ups and observers."""
 
 from collections.abc import Callable, Mapping
 

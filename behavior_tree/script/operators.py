@@ -1,4 +1,4 @@
-"""What the operators of scripts do with values.
+"""The operators of scripts.
 
 Whole numbers are 64-bit and arise from literals and from the board; every calculation gives a real.
 """

@@ -1,4 +1,4 @@
-"""What a mocked node does."""
+"""The configuration of a mocked node."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -11,7 +11,7 @@ _KEYS: Final = ("return_status", "async_delay", *_TEXTS)
 
 @dataclass(frozen=True, slots=True)
 class MockConfig:
-    """What a mocked node returns and runs; BehaviorTree.CPP calls this TestNodeConfig.
+    """A mocked node's result and script; BehaviorTree.CPP calls this TestNodeConfig.
 
     Attributes:
         return_status: The result.

@@ -9,7 +9,7 @@ from ..errors import RegistryError
 from .config import MockConfig, config_from_plain
 
 Substitution = str | MockConfig
-"""What takes a node's place: another registered type, or an action that does what a config says."""
+"""The replacement of a node: another registered type, or an action that does what a config says."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ def decode_as(kind: MessageType, payload: bytes) -> Any:
         raise BadMessage(f"is {len(payload)} bytes long, must be at most {MAX_MESSAGE_SIZE}")
     if kind.tail:
         return kind.unpack(_plain_with_tail(payload))
-    # What _unpacked does, without its frame: every small message comes this way.
+    # The same as _unpacked, without its frame: every small message comes this way.
     try:
         plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
     except MALFORMED as error:

@@ -17,13 +17,13 @@ LAYOUT = struct.Struct("<BBHIIQq")
 PLACE = struct.Struct("<Qq")
 """The part of the layout that differs from sample to sample: sequence and stamp; the run's part comes before it."""
 RUN_ENDS, PLACE_ENDS = LAYOUT.size - PLACE.size, LAYOUT.size
-"""What is before and behind the place is the same in all data samples of one run of one source, and in no others."""
+"""The parts before and behind the place are the same in all data samples of one run of one source, and in no others."""
 MAX_SOURCE_LENGTH = 160
 """Bytes of a source's name: the longest component name is 129, the longest client name 160."""
 
 
 class Kind(IntEnum):
-    """What a sample is: data, or a marker that only says how far the numbering has come."""
+    """The kind of a sample: data, or a marker that only says how far the numbering has come."""
 
     DATA = 0
     MARKER = 1

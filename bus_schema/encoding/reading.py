@@ -21,7 +21,7 @@ from bus_schema.errors import BadMessage
 
 
 class Reduce(Enum):
-    """What is made of a field: of a number its absolute value, of many numbers one, of many things their count or text.
+    """How a field is reduced: a number to its absolute value, many numbers to one, many things to their count or text.
 
     ``norm`` is the Euclidean length of a vector. ``min``, ``max`` and ``mean`` leave out what is not finite. ``text``
     joins many by ``; ``.
@@ -46,7 +46,7 @@ NEEDED = {
     Reduce.LENGTH: "a list, map, array or text",
     Reduce.TEXT: "text or a number, or a list of them",
 }
-"""What a field must be for each."""
+"""The form that each reduction needs of a field."""
 
 
 @message("regraft/Reading")

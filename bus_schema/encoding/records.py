@@ -25,6 +25,9 @@ FORMER_NAMES = {
     "indispensable": "removal_forbidden",
     "makes_time": "is_time_source",
     "in_step": "lockstep",
+    "begun": "started_as",
+    "last_end": "exit_reason",
+    "highest": "max_incarnation",
 }
 """Names of fields in version 1 of the protocol, and what they are called since."""
 

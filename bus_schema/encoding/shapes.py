@@ -298,7 +298,7 @@ class OptionalShape:
 
 
 PLAIN_TEXT, PLAIN_INT, PLAIN_FLOAT = TextShape(2**24), IntShape(), FloatShape(infinite=True)
-"""What the leaves of plain data may be."""
+"""The types that the leaves of plain data may have."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ class Level(Enum):
 @message("regraft/Diagnostic")
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """What a component says about one part of itself or of its surroundings."""
+    """A component's diagnosis of one part of itself or of its surroundings."""
 
     stamp: Seconds
     source: str
@@ -72,7 +72,7 @@ class Event:
 @message("regraft/SensorFault")
 @dataclass(frozen=True, slots=True)
 class SensorFault:
-    """What is wrong with what comes on ``topic``, in a word (such as ``silent``) and in a sentence, and since when."""
+    """A fault of the messages on ``topic``, in a word (such as ``silent``) and in a sentence, and since when."""
 
     topic: str
     fault: str

@@ -22,7 +22,7 @@ class NodeStatus(Enum):
 
 
 class MissionState(Enum):
-    """What the executor does with its tree."""
+    """The state of the executor's tree."""
 
     EMPTY = "empty"
     LOADED = "loaded"
@@ -146,7 +146,7 @@ class WriteBlackboard:
 
 
 class Command(Enum):
-    """What the executor is to do.
+    """A command for the executor.
 
     ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
     halted; the entries of the root blackboard are carried over. ``check`` only says what is wrong with a tree.

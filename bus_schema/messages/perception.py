@@ -1,4 +1,4 @@
-"""What was seen, and the service ``detect`` that looks."""
+"""Detections, and the service ``detect``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Detection:
 @message("regraft/Detections")
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """What one picture of ``camera``, taken at ``stamp``, shows; empty when nothing was found in it."""
+    """The detections in one picture of ``camera``, taken at ``stamp``; empty when nothing was found in it."""
 
     stamp: Seconds
     camera: str

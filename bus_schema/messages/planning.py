@@ -5,7 +5,7 @@ A planner NAME is a component that offers two services:
 - ``planners/NAME/propose``: ``ProposalRequest`` -> ``Proposal``
 - ``planners/NAME/describe``: ``PlannerQuery`` -> ``PlannerDescription``
 
-What differs between planners is inside ``inputs`` and ``choice``, plain data; ``PlannerDescription.inputs`` states the
+Planners differ inside ``inputs`` and ``choice``, plain data; ``PlannerDescription.inputs`` states the
 form of the inputs as JSON Schema. Inputs that do not fit are refused, naming what is wrong and what would be right.
 
 ``planners/bandits/propose`` takes these inputs, of which only ``strategy`` and ``options`` are needed::
@@ -68,7 +68,7 @@ class ProposalRequest:
 @message("regraft/Proposal")
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """What a planner proposes: the changes, none if things are best left as they are.
+    """A planner's proposal: the changes, none if things are best left as they are.
 
     ``choice`` tells people and trees what was chosen and why. ``ticket`` stands for the choice when its effect is told
     to the planner later; it is empty where there is nothing to tell: nothing stands, or the planner does not learn.

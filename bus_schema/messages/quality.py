@@ -11,7 +11,7 @@ from bus_schema.encoding.registry import message
 
 
 class QualityLevel(Enum):
-    """What a requirement is about (ReBeT, section III-B): one task, or the whole system."""
+    """The scope of a requirement (ReBeT, section III-B): one task, or the whole system."""
 
     TASK = "task"
     SYSTEM = "system"

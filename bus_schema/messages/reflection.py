@@ -1,4 +1,4 @@
-"""What the system reflection tells missions: values of topics under the names of blackboard entries."""
+"""The message of the system reflection to missions: values of topics under the names of blackboard entries."""
 
 from __future__ import annotations
 

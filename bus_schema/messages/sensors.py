@@ -1,4 +1,4 @@
-"""What sensors report. ``stamp`` is when the measurement was taken, on the stack's clock."""
+"""Measurements of sensors. ``stamp`` is when the measurement was taken, on the stack's clock."""
 
 from __future__ import annotations
 

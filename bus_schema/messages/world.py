@@ -1,4 +1,4 @@
-"""What a simulated world tells: the truth for evaluation, and its state for the cameras that look at it."""
+"""Messages of a simulated world: the truth for evaluation, and its state for the cameras that look at it."""
 
 from __future__ import annotations
 

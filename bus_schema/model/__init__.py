@@ -1,1 +1,1 @@
-"""What a system is and should be: architecture, lifecycle, descriptions, adaptations, and the checks of them."""
+"""The model of a system: architecture, lifecycle, descriptions, adaptations, and their checks."""

@@ -14,9 +14,9 @@ from bus_schema.model.estimates import Estimate
 from bus_schema.model.lifecycle import Transition
 
 MAX_CONTEXT_SIZE = 16_384
-"""What a request's context may measure, as ``plain_size`` does."""
+"""The greatest size of a request's context, as `plain_size` measures it."""
 MAX_PARAMETERS_SIZE = 500_000
-"""What the parameters of one change may measure; those of any stack file do, so that each change can be undone."""
+"""The greatest size of one change's parameters; those of any stack file fit, so that each change can be undone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class ChangeState:
 class Add:
     """Addition: a new component, its process included.
 
-    What its class says of itself, and the topics of ports that ``spec.connections`` leaves out, are filled in.
+    The class's own description, and the topics of ports that ``spec.connect`` leaves out, are filled in.
     ``topics`` are new ones that the system gets with it. ``resume`` lets it continue from the last checkpoint of the
     component of its name that was removed, if there is one, as after a crash.
     """
@@ -135,7 +135,7 @@ APPLIED = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST)
 @message("regraft/AdaptationRequest")
 @dataclass(frozen=True, slots=True)
 class AdaptationRequest:
-    """What somebody wants changed. ``revision`` is the one that the caller saw; stale is refused.
+    """A request for changes. ``revision`` is the one that the caller saw; stale is refused.
 
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
     the request is queued. ``context`` says what was so when it was asked for: a map of plain data for the journal's

@@ -115,7 +115,7 @@ class ComponentSpec:
 @message("regraft/HostRules")
 @dataclass(frozen=True, slots=True)
 class HostRules:
-    """What a host offers, and what becomes of its components when it is lost.
+    """A host's offer, and what becomes of its components when it is lost.
 
     ``lost_after`` seconds without a sign of life from a host count as its loss. ``move_to`` names the host that its
     components are then started on; empty: they wait for its return. ``cpu`` (cores) and ``memory`` (MiB) are
@@ -131,7 +131,7 @@ class HostRules:
 
 
 class ConstraintKind(Enum):
-    """What a constraint demands."""
+    """The kind of a constraint."""
 
     AT_LEAST_ONE_ACTIVE = "at_least_one_active"
     AT_MOST_ONE_ACTIVE = "at_most_one_active"

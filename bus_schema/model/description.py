@@ -1,4 +1,4 @@
-"""What a component says of itself: tools, checks and docs build on nothing else."""
+"""A component's description of itself: tools, checks and docs build on nothing else."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class ServiceDescription:
 @message("regraft/Resources")
 @dataclass(frozen=True, slots=True)
 class Resources:
-    """What a component needs of its host: share of one core, memory in MiB, and devices that only one may hold."""
+    """A component's demand on its host: share of one core, memory in MiB, and devices that only one may hold."""
 
     cpu: Ratio = 0.0
     memory: float = 0.0

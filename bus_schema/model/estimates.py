@@ -1,4 +1,4 @@
-"""What an adaptation would take and give, said before anything is touched."""
+"""The estimate of an adaptation, made before anything is touched."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bus_schema.encoding.registry import message
 
 
 class Basis(Enum):
-    """What a duration is known from: the same kind of step with the same class, the same kind of step, or nothing."""
+    """The source of a duration: the same kind of step with the same class, the same kind of step, or nothing."""
 
     CLASS = "class"
     KIND = "kind"
@@ -37,7 +37,7 @@ class StepEstimate:
 @message("regraft/QualityEstimate")
 @dataclass(frozen=True, slots=True)
 class QualityEstimate:
-    """What a component says of one of its qualities, as it should be ``before`` and ``after``.
+    """A component's estimate of one of its qualities, as it should be ``before`` and ``after``.
 
     None where it says nothing: it is not there, not active, or does not answer.
     """

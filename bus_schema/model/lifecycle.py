@@ -21,7 +21,7 @@ class State(Enum):
 
 
 class Transition(Enum):
-    """What may be asked of a component."""
+    """The lifecycle transitions that a component can be asked for."""
 
     CONFIGURE = "configure"
     ACTIVATE = "activate"

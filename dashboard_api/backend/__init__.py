@@ -1,1 +1,1 @@
-"""What the routes show and change: the adaptation manager, the components, the events of the system."""
+"""The subjects of the routes: the adaptation manager, the components, the events of the system."""

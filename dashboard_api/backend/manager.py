@@ -91,7 +91,7 @@ class Services:
 
 
 class Manager:
-    """What the adaptation manager is asked."""
+    """The requests to the adaptation manager."""
 
     def __init__(self, services: Services) -> None:
         """Ask through ``services``."""

@@ -31,7 +31,7 @@ LIVE_TIMEOUT = 1.0
 
 
 class Overview:
-    """What the system looks like now."""
+    """The system at present."""
 
     def __init__(self, client: Client, manager: Manager) -> None:
         """Look through ``client``, and ask ``manager`` what should be."""
@@ -158,7 +158,7 @@ def _problems(seen: dict[str, ComponentSeen], architecture: Architecture | None)
         problems.append("the adaptation manager does not answer")
     for name, component in seen.items():
         if component.process and component.process.state is ProcessState.QUARANTINED:
-            problems.append(f"{name} is quarantined: {component.process.last_end}")
+            problems.append(f"{name} is quarantined: {component.process.exit_reason}")
         elif component.status and component.status.error:
             problems.append(f"{name}: {component.status.error}")
     for name, spec in architecture.components.items() if architecture else ():

@@ -1,4 +1,4 @@
-"""What the API shows beyond the messages of the bus: overviews put together from architecture and status."""
+"""Views beyond the messages of the bus: overviews put together from architecture and status."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def routes(buffer: EventBuffer, heartbeat: float) -> APIRouter:
     async def stream_events(
         last_event_id: Annotated[str | None, Header(description="Go on behind this event")] = None,
     ) -> Response:
-        """What happens, as it happens: adaptations, faults, transitions, restarts."""
+        """Stream events as they happen: adaptations, faults, transitions, restarts."""
         return seats.take(stream(buffer, last_event_id, heartbeat))
 
     return router

@@ -110,5 +110,5 @@ async def _follow(feed: MissionFeed, last_event_id: str | None, heartbeat: float
             async for text in texts:
                 yield text
     finally:
-        # Whoever leaves while still entering has entered nevertheless.
+        # A client that leaves while still entering has entered nevertheless.
         entering.add_done_callback(lambda _: feed.leave())

@@ -1,1 +1,1 @@
-"""What reports are put together from."""
+"""The parts of reports."""

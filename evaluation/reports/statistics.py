@@ -1,4 +1,4 @@
-"""What can be said of two samples: location, whether one tends to be greater, by how much, and how sure that is."""
+"""Statistics of two samples: location, whether one tends to be greater, by how much, and how sure that is."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXACT_UP_TO = 8
 class Summary:
     """A sample's size, mean, standard deviation (n - 1), median, and Shapiro-Wilk's p of being normal.
 
-    What cannot be said of so few values, or of equal ones, is NaN.
+    A figure that so few values, or equal ones, do not determine is NaN.
     """
 
     size: int

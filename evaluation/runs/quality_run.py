@@ -18,14 +18,14 @@ from regraft.client import Client, TopicSample
 
 SPEED = ("navigator", "max_velocity")
 CAMERA = ("detector", "image")
-"""What is followed through the run: a component and its parameter, a component and its port."""
+"""The settings followed through the run: a component and its parameter, a component and its port."""
 STALLED_TIMEOUT = 20.0
 """Wall-clock seconds that a simulated one may take at the most."""
 
 
 @dataclass(slots=True)
 class QualityRun:
-    """What was told in a run of ``seconds``.
+    """The reports of a run of ``seconds``.
 
     ``qualities`` are in the order in which they were told. ``darkness``, ``speed`` (the maximum velocity in m/s) and
     ``camera`` (the topic of the pictures) hold (s, value) from when on a value is so. ``closing`` is the closing line

@@ -32,7 +32,7 @@ STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", 
 JOURNAL: Final = "journal.sqlite"
 LEFT_OUT: Final = shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")
 WALL_CLOCK: Final = ("wall_s", "startup_s", "real_time_factor")
-"""What of a closing line depends on the machine."""
+"""The fields of a closing line that depend on the machine."""
 
 
 class BadRun(Exception):

@@ -26,7 +26,7 @@ WORD_SPREADS = 2.0
 
 @dataclass(frozen=True, slots=True)
 class SearchRun:
-    """What became of one seed: the judgement, what was told, and the closing line of ``regraft up``."""
+    """The result of one seed: the judgement, the reports, and the closing line of ``regraft up``."""
 
     seed: int
     judgement: Judgement

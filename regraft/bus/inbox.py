@@ -21,32 +21,32 @@ class Inbox:
     No wait carries a time-out of its own: before Python 3.13, ``SimpleQueue.get(timeout=...)`` waits for ever if its
     thread is held up in it until the time is over.
 
-    What is shelved is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
-    whoever takes is ``attentive``. It comes behind what was put, whichever came first.
+    A lazy item is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
+    whoever takes is ``eager``. It comes behind what was put, whichever came first.
     """
 
     def __init__(self) -> None:
         """Begin empty; a None in it is the alarm, or whoever wants the waiting to end."""
         self._items: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._shelf: deque[Any] = deque()
+        self._lazy: deque[Any] = deque()
         self._alarm = _Alarm(self._items.put)
-        self.attentive = False
+        self.eager = False
         self.put = self._items.put
 
     def put_lazy(self, item: Any) -> None:
         """Put an item that need not be taken before something else is."""
-        self._shelf.append(item)
-        # Whoever becomes attentive looks at the shelf afterwards, so that one of the two sees the other.
-        if self.attentive:
+        self._lazy.append(item)
+        # A reader that becomes eager takes the lazy items afterwards, so that one of the two sees the other.
+        if self.eager:
             self._items.put(None)
 
     def empty(self) -> bool:
         """Tell whether nothing is there."""
-        return not self._shelf and self._items.empty()
+        return not self._lazy and self._items.empty()
 
     def qsize(self) -> int:
         """Return how many items are there."""
-        return len(self._shelf) + self._items.qsize()
+        return len(self._lazy) + self._items.qsize()
 
     def get(self, timeout: float) -> Any:
         """Return the next item; None if there is none within ``timeout`` seconds, or earlier."""
@@ -54,7 +54,7 @@ class Inbox:
 
     def get_until(self, then: float) -> Any:
         """Return the next item; None if there is none until ``then`` (monotonic seconds), or earlier."""
-        if self._shelf:
+        if self._lazy:
             return self._take_now()
         if self._alarm.set_to > then:
             if then <= time.monotonic():
@@ -67,9 +67,9 @@ class Inbox:
         self._alarm.stop()
 
     def take_lazy(self) -> Iterator[Any]:
-        """Take what is on the shelf now."""
-        for _ in range(len(self._shelf)):
-            yield self._shelf.popleft()
+        """Take the lazy items that are there now."""
+        for _ in range(len(self._lazy)):
+            yield self._lazy.popleft()
 
     def _take_now(self) -> Any:
         item = None
@@ -78,7 +78,7 @@ class Inbox:
                 item = self._items.get_nowait()
         except queue.Empty:
             pass
-        return self._shelf.popleft() if item is None and self._shelf else item
+        return self._lazy.popleft() if item is None and self._lazy else item
 
 
 class _Alarm:

@@ -1,4 +1,4 @@
-"""What the kit needs of a bus. ``zenoh_bus`` is the real one, ``memory_bus`` the one for fast tests.
+"""The bus that the kit needs. ``zenoh_bus`` is the real one, ``memory_bus`` the one for fast tests.
 
 Whatever arrives is handed to a *sink* as it comes, on whichever thread it comes; the receiver's own thread then
 opens it. So nothing but a queue's ``put`` ever runs on a network thread.
@@ -46,7 +46,7 @@ class Query(Protocol):
 
     @property
     def payload(self) -> bytes:
-        """What came with the question."""
+        """The payload and envelope of the query."""
 
     def reply(self, payload: bytes, *, error: bool = False) -> None:
         """Answer; a second answer is ignored."""

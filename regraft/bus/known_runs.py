@@ -30,7 +30,7 @@ def _read(answer: Answer) -> HostStatus | None:
 def newest_run(told: Iterable[HostStatus], component: str) -> int | None:
     """Return the newest run of a component that hosts tell of, None if none has the component."""
     found = [
-        max(process.incarnation, process.highest)
+        max(process.incarnation, process.max_incarnation)
         for status in told
         for process in (*status.processes, *status.beside, *(p for other in status.others for p in other.processes))
         if process.component == component

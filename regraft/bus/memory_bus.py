@@ -46,7 +46,7 @@ class MemoryQuery:
 
 @dataclass(slots=True)
 class MemoryHub:
-    """What all sessions of one memory bus share."""
+    """The state that all sessions of one memory bus share."""
 
     lock: threading.RLock = field(default_factory=threading.RLock)
     subscriptions: list[_Declared] = field(default_factory=list)

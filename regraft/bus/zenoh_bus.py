@@ -93,7 +93,7 @@ class ZenohQuery:
 
     @property
     def payload(self) -> bytes:
-        """What came with the question."""
+        """The payload and envelope of the query."""
         payload = self.inner.payload
         return payload.to_bytes() if payload is not None else b""
 

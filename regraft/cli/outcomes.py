@@ -16,7 +16,7 @@ Exit codes:
 
 
 class BadInput(Exception):
-    """What was typed cannot be done; the text says what is wrong and what would be right."""
+    """A command that cannot be carried out as typed; the text says what is wrong and what would be right."""
 
 
 class Unreachable(Exception):
@@ -24,4 +24,4 @@ class Unreachable(Exception):
 
 
 class Failed(Exception):
-    """What was asked for did not happen."""
+    """A request that failed."""

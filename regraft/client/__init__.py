@@ -1,4 +1,4 @@
-"""What a tool uses to talk to a running system from outside: the command line, the REST gateway, a script."""
+"""The client of tools that talk to a running system from outside: the command line, the REST gateway, a script."""
 
 from regraft.client.client import Client
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost

@@ -26,7 +26,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class ArchitectureDiff:
-    """What changed between two revisions."""
+    """The changes between two revisions."""
 
     before: Count
     after: Count

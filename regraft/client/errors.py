@@ -1,4 +1,4 @@
-"""What can go wrong for a tool outside the system.
+"""Errors of tools outside the system.
 
 ClientError
 ├── NoSuchComponent   no living run of that component

@@ -1,4 +1,4 @@
-"""What a client has seen of components and hosts: their latest status, and how long ago that was."""
+"""A client's view of components and hosts: their latest status, and how long ago that was."""
 
 from __future__ import annotations
 

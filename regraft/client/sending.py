@@ -1,4 +1,4 @@
-"""What a client puts on the bus: numbered per key, as every source's samples are."""
+"""Messages that a client puts on the bus: numbered per key, as every source's samples are."""
 
 from __future__ import annotations
 

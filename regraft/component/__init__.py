@@ -1,1 +1,1 @@
-"""What the author of a component imports: the base class, its declarations, the kit."""
+"""The imports of a component's author: the base class, its declarations, the kit."""

@@ -39,7 +39,7 @@ class Component:
     checkpoint_every: ClassVar[float | None] = None
     """Seconds between checkpoints, which the host keeps and gives back after a crash; None for no checkpoints."""
     resources: ClassVar[Resources] = Resources()
-    """What the component needs of its host."""
+    """The component's demand on its host."""
     lockstep: ClassVar[bool] = True
     """Whether the component is a member of simulated time; an onlooker (a gateway) lives by the wall clock."""
 

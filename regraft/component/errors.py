@@ -1,4 +1,4 @@
-"""What a component's author raises and catches."""
+"""Exceptions that a component's author raises and catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component does when asked or when it is time: ``@service``, ``@action``, ``@every``."""
+"""Handlers of a component: ``@service``, ``@action``, ``@every``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component's author has of the kit, as ``self.kit``."""
+"""The kit that a component's author has as ``self.kit``."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class Kit(Protocol):
 
     @property
     def asked_by(self) -> str:
-        """Who asked for what the calling ``async`` service or action does: the component's or client's name."""
+        """The caller of the running ``async`` service or action: a component's or client's name."""
 
     # --- doing several things ---
 

@@ -15,7 +15,7 @@ T = TypeVar("T")
 class Records(Parameter[Any], Generic[T]):
     """A parameter that lists records; empty by default, and read-only: set when the component starts.
 
-    What a record is, its dataclass says, as for messages: types, bounds and units are checked, absent fields take
+    The dataclass defines a record, as for messages: types, bounds and units are checked, absent fields take
     their defaults, and ``__post_init__`` may raise BadMessage.
 
     >>> from dataclasses import dataclass

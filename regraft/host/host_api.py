@@ -1,4 +1,4 @@
-"""What is asked of a host: who may ask, what is done, what is answered."""
+"""The host's API: who may ask, what is done, what is answered."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from regraft.process.logs import tail
 from regraft.runtime.core.fencing import Fenced, in_force
 
 MAX_INCARNATION = 2**32 - 1
-"""What an envelope has room for."""
+"""The most that an envelope has room for."""
 
 
 class HostApi:
@@ -119,7 +119,9 @@ class HostApi:
         self._fence(asked.term)
         name = asked.component
         managed = (
-            self._managed(name) if asked.begun is None else self._supervisor.standby_runs.begun_as(name, asked.begun)
+            self._managed(name)
+            if asked.started_as is None
+            else self._supervisor.standby_runs.run_of(name, asked.started_as)
         )
         if managed is not None:  # a run that is not known any more has ended
             self._supervisor.ask_to_end(managed, asked.grace)

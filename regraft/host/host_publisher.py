@@ -1,4 +1,4 @@
-"""What a host tells: its status, events, and why it refuses."""
+"""The host's publications: its status, events, and its refusals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class UnknownComponent(Exception):
 
 
 class Refused(Exception):
-    """What was asked for is not done; the text says why."""
+    """A refused request; the text says why."""
 
     def __init__(self, text: str, code: ControlCode = ControlCode.REFUSED) -> None:
         self.code = code

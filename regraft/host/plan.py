@@ -1,4 +1,4 @@
-"""What a host is told to run."""
+"""The plan of a host: the components that it is to run."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class Supervisor:
 
     def spawn(self, managed: ManagedProcess) -> None:
         """Start a process."""
-        managed.incarnation = managed.begun = self.standby_runs.next_number(managed)
+        managed.incarnation = managed.started_as = self.standby_runs.next_number(managed)
         managed.formerly = ()
         managed.state, managed.seen, managed.stopping, managed.why_killed = ProcessState.STARTING, False, False, ""
         managed.started = self._clock.now() / 1e9
@@ -106,7 +106,7 @@ class Supervisor:
             self._watching.forget(managed)
 
     def zygote_reports(self, report: dict[str, Any]) -> None:
-        managed = self.standby_runs.begun_as(report["name"], report["incarnation"])
+        managed = self.standby_runs.run_of(report["name"], report["incarnation"])
         if managed is None:
             return
         managed.ordered = False
@@ -127,7 +127,7 @@ class Supervisor:
         name = managed.spec.name
         self._watching.forget(managed)
         managed.pid, managed.kill_at = 0, None
-        managed.last_end = managed.why_killed or how_it_ended(code)
+        managed.exit_reason = managed.why_killed or how_it_ended(code)
         if self.standby_runs.stands(managed):
             managed.state = ProcessState.STOPPED
             if managed.stopping:
@@ -148,24 +148,24 @@ class Supervisor:
             return
         if not managed.history.wants_restart(code):
             managed.state = ProcessState.STOPPED
-            self._publisher.event("component.ended", name, f"{name} ended: {managed.last_end}")
+            self._publisher.event("component.ended", name, f"{name} ended: {managed.exit_reason}")
             return
         if self.standby_runs.awaits(managed):
             managed.state, managed.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_TIMEOUT
-            text = f"{name} ended: {managed.last_end}; another run of it waits to go on"
+            text = f"{name} ended: {managed.exit_reason}; another run of it waits to go on"
             self._publisher.event("component.ended", name, text)
             return
         managed.start_at = managed.history.next_start(time.monotonic())
         if managed.start_at is None:
             managed.state = ProcessState.QUARANTINED
             limit = f"{managed.spec.restart.limit} restarts in {managed.spec.restart.window:g} s"
-            text = f"{name} ended: {managed.last_end}; it had {limit} and is left stopped until someone acts"
+            text = f"{name} ended: {managed.exit_reason}; it had {limit} and is left stopped until someone acts"
             self._publisher.event("component.quarantined", name, text, incarnation=managed.incarnation)
             return
         managed.state = ProcessState.WAITING
-        text = f"{name} ended: {managed.last_end}; it is restarted as incarnation {managed.incarnation + 1}"
+        text = f"{name} ended: {managed.exit_reason}; it is restarted as incarnation {managed.incarnation + 1}"
         self._publisher.event(
-            "component.restarted", name, text, incarnation=managed.incarnation + 1, ended=managed.last_end
+            "component.restarted", name, text, incarnation=managed.incarnation + 1, ended=managed.exit_reason
         )
 
     def _is_elsewhere(self, name: str) -> bool:
@@ -252,4 +252,4 @@ class Supervisor:
         return HostStatus(self.plan.name, self._clock.now() / 1e9, os.getpid(), processes, standby_runs, term=self.term)
 
     def _status_of(self, managed: ManagedProcess) -> ProcessStatus:
-        return replace(managed.status(), highest=self.standby_runs.highest(managed.spec.name))
+        return replace(managed.status(), max_incarnation=self.standby_runs.max_incarnation(managed.spec.name))

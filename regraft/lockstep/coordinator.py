@@ -11,10 +11,11 @@ from typing import TypeVar
 
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.clock import Ack, ClockMember, Join, Seen, StepKind, Want
+from bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
 from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Closable, Presence, Sample
 from regraft.lockstep.admission import Admission
+from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.gathering import wait_for_members
 from regraft.lockstep.liveness import LivenessTracker, Run
@@ -23,7 +24,6 @@ from regraft.lockstep.membership import Membership, MemberState, Pair
 from regraft.lockstep.run_report import RunReport
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
-from regraft.lockstep.wire import ClockLine
 from regraft.lockstep.wiring import ReportedWiring
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
@@ -40,15 +40,15 @@ class Coordinator:
     """The coordinator's side of the protocol, for one run of the time source."""
 
     def __init__(self, runtime: Runtime) -> None:
-        line = ClockLine(runtime.bus)
-        self.roster = Membership()
+        publisher = ClockPublisher(runtime.bus)
+        self.membership = Membership()
         self.moment = Moment()
         self._runtime = runtime
         self._keys = runtime.keys
         self._inbox = SourceInbox(runtime)
-        self._errands = StepDispatcher(self.roster, self.moment, line, runtime.keys, self._inbox)
+        self._dispatcher = StepDispatcher(self.membership, self.moment, publisher, runtime.keys, self._inbox)
         first_run = runtime.assignment.incarnation == 1
-        self.report = RunReport(line, self._keys.clock("time"), reproducible=first_run)
+        self.report = RunReport(publisher, self._keys.clock("time"), reproducible=first_run)
         self._name = runtime.assignment.name
         self._living = LivenessTracker()
         self._joining: dict[str, Join] = {}
@@ -57,16 +57,16 @@ class Coordinator:
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
-        self.local = self.roster.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
+        self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
         """Listen to members, and be found by them."""
         runtime = self._runtime
         takers: dict[str, Callable[[Sample], None]] = {
             "join": self._typed(Join, self._take_join),
-            "ack": self._typed(Ack, self._errands.take_ack),
-            "seen": self._typed(Seen, self._take_seen),
-            "want": self._typed(Want, self._take_want),
+            "ack": self._typed(Ack, self._dispatcher.take_ack),
+            "marker_ack": self._typed(MarkerAck, self._take_marker_ack),
+            "slot_request": self._typed(SlotRequest, self._take_slot_request),
         }
         runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
         runtime.marker_listeners.append(self._saw_marker)
@@ -89,7 +89,7 @@ class Coordinator:
     # --- what members say ---
 
     def _take_join(self, join: Join) -> None:
-        member = self.roster.members.get(join.member)
+        member = self.membership.members.get(join.member)
         waiting = self._joining.get(join.member)
         if (
             not self._admission.may_join(join)
@@ -100,24 +100,24 @@ class Coordinator:
         if member is None or join.incarnation > member.incarnation:
             self._joining[join.member] = join
 
-    def _take_seen(self, seen: Seen) -> None:
-        reader = self.roster.members.get(seen.member)
-        pair = (seen.key, seen.source, seen.member)
-        if reader is not None and reader.incarnation == seen.incarnation and pair in self._marked:
+    def _take_marker_ack(self, ack: MarkerAck) -> None:
+        reader = self.membership.members.get(ack.member)
+        pair = (ack.key, ack.source, ack.member)
+        if reader is not None and reader.incarnation == ack.incarnation and pair in self._marked:
             self._marked.discard(pair)
-            self.roster.confirm(pair, seen.sequence)
+            self.membership.confirm(pair, ack.sequence)
 
     def _saw_marker(self, key: str, source: str, stream: object) -> None:
         handled = getattr(stream, "handled", 0) or 0
-        self._take_seen(Seen(self._name, self.local.incarnation, key, source, handled))
+        self._take_marker_ack(MarkerAck(self._name, self.local.incarnation, key, source, handled))
 
-    def _take_want(self, want: Want) -> None:
-        member = self.roster.members.get(want.member)
-        if member is not None and member.incarnation == want.incarnation:
-            member.outside |= self._strangers(want.outside)
+    def _take_slot_request(self, request: SlotRequest) -> None:
+        member = self.membership.members.get(request.member)
+        if member is not None and member.incarnation == request.incarnation:
+            member.outside |= self._strangers(request.outside)
 
     def _strangers(self, sources: tuple[str, ...]) -> set[str]:
-        return {source for source in sources if source not in self.roster.members and source not in self._joining}
+        return {source for source in sources if source not in self.membership.members and source not in self._joining}
 
     def _presence(self, presence: Presence) -> None:
         name, _, number = presence.key.split("/")[-3:]
@@ -138,22 +138,22 @@ class Coordinator:
             self._take_join(join)
 
     def _ended(self, name: str, incarnation: int) -> None:
-        member = self.roster.members.get(name)
+        member = self.membership.members.get(name)
         if member is not None and member.incarnation == incarnation:
-            if self._admission.is_open and not self._errands.awaits(name):
+            if self._admission.is_open and not self._dispatcher.awaits(name):
                 self._ended_in_slot.add((name, incarnation))  # another run may be about to go on in its place
             else:
                 self._drop(name, RUN_ENDED)
 
     def _drop(self, name: str, why: str) -> None:
-        self.roster.remove(name)
+        self.membership.remove(name)
         self._forget(name)
         self.report.reproducible = False
         self.report.dropped.append(name)
         self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
 
     def _forget(self, name: str) -> None:
-        self._errands.forget(name)
+        self._dispatcher.forget(name)
         self._marked = {pair for pair in self._marked if name not in pair[1:]}
 
     # --- joining and wiring ---
@@ -163,22 +163,22 @@ class Coordinator:
         join = self._joining.get(run.member)
         if join is not None and join.incarnation == run.incarnation:
             self._welcome(run.member)
-        member = self.roster.members.get(run.member)
+        member = self.membership.members.get(run.member)
         return member is not None and member.incarnation == run.incarnation
 
     def _release(self, run: ClockMember) -> bool:
         """Let a run go in order: nothing of what it did is lost, and the run stays reproducible."""
-        join, member = self._joining.get(run.member), self.roster.members.get(run.member)
+        join, member = self._joining.get(run.member), self.membership.members.get(run.member)
         if join is not None and join.incarnation == run.incarnation:
             del self._joining[run.member]
         if member is not None and member is not self.local and member.incarnation == run.incarnation:
-            self.roster.leave(run.member)
+            self.membership.leave(run.member)
             self._forget(run.member)
         return False
 
     def _succeed(self, run: ClockMember) -> bool:
         """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
-        member = self.roster.members.get(run.member)
+        member = self.membership.members.get(run.member)
         if member is None:  # it was dropped, since the run before stood still without anybody to take over
             waiting = self._living.waiting((run.member, run.incarnation))
             if waiting is not None:
@@ -197,9 +197,9 @@ class Coordinator:
 
     def _welcome(self, name: str) -> None:
         join = self._joining.pop(name)
-        if name in self.roster.members:
+        if name in self.membership.members:
             self._drop(name, "it was replaced by a newer run")
-        self.roster.add(name, join.incarnation, join.wiring, join.next_wake)
+        self.membership.add(name, join.incarnation, join.wiring, join.next_wake)
         if self.local.incarnation > 1:  # who has lived under the source before this one knows how late it was
             self.moment.time = max(self.moment.time, join.time)
         self._exchange({name: StepKind.WELCOME})
@@ -208,7 +208,7 @@ class Coordinator:
         """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
         self._refresh_local()
         within = Patience(WIRED_TIMEOUT)
-        while unwired := self.roster.unwired():
+        while unwired := self.membership.unwired():
             if within.is_over():
                 self._give_up_wiring(unwired)
                 return
@@ -224,13 +224,13 @@ class Coordinator:
     def _give_up_wiring(self, unwired: set[Pair]) -> None:
         for key, writer, reader in sorted(unwired):
             self._runtime.reporter.event("clock.unwired", f"{reader} never saw a marker of {writer} on {key}")
-            self.roster.wired.add((key, writer, reader))
+            self.membership.wired.add((key, writer, reader))
         self.report.reproducible = False
 
     def _refresh_local(self) -> None:
         news = self._wiring.news()
         if news is not None:
-            self.roster.rewire(self.local, news)
+            self.membership.rewire(self.local, news)
 
     # --- ticks ---
 
@@ -240,7 +240,7 @@ class Coordinator:
         self._runtime.writers.defers = True
         advance()
         self.local.due = True
-        for member in self.roster.members.values():
+        for member in self.membership.members.values():
             member.due = member.due or (member.next_wake is not None and member.next_wake <= self.moment.time)
         self.run_rounds(first=True)
         self.run_slots()
@@ -251,9 +251,9 @@ class Coordinator:
         """Give steps to all who have something to do, round by round, until nobody has."""
         self._take_local_output()
         for number in range(0 if first else 1, MAX_ROUNDS):
-            due = [name for name in sorted(self.roster.members) if self.roster.members[name].due]
+            due = [name for name in sorted(self.membership.members) if self.membership.members[name].due]
             others = [name for name in due if name != self._name]
-            self._errands.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
+            self._dispatcher.send(dict.fromkeys(others, StepKind.STEP), round_number=number)
             self._flush()
             if not due:
                 return
@@ -288,7 +288,7 @@ class Coordinator:
     def _take_local_output(self) -> None:
         published = dict(self._runtime.writers.advanced)
         self._runtime.writers.advanced.clear()
-        self.roster.advance(self.local, published)
+        self.membership.advance(self.local, published)
 
     # --- slots ---
 
@@ -301,7 +301,7 @@ class Coordinator:
             member = wanting[0]
             member.wants_slot = False
             touched = self._slot_local() if member is self.local else self._grant(member)
-            present = [name for name in touched if name in self.roster.members and name != self._name]
+            present = [name for name in touched if name in self.membership.members and name != self._name]
             self._exchange(dict.fromkeys(present, StepKind.REPORT))
             self.wire()
             self.run_rounds()
@@ -309,7 +309,7 @@ class Coordinator:
     def _wanting(self) -> list[MemberState]:
         self.local.outside = self._strangers(self._runtime.inbound.outsiders())
         self.local.wants_slot = self._runtime.slots.wanted
-        return [member for _, member in sorted(self.roster.members.items()) if member.wants_slot or member.outside]
+        return [member for _, member in sorted(self.membership.members.items()) if member.wants_slot or member.outside]
 
     def _grant(self, member: MemberState) -> tuple[str, ...]:
         """Let a member hold the slot until it gives it back; returns whose wiring or timing may have changed.
@@ -318,16 +318,16 @@ class Coordinator:
         """
         outside = tuple(sorted(member.outside))
         member.outside.clear()
-        self._errands.send({member.name: StepKind.SLOT}, outside=outside)
+        self._dispatcher.send({member.name: StepKind.SLOT}, outside=outside)
         with self._admission.opened():
             touched = self._collect([member.name], bounded=False)
         self._drop_ended()
-        return touched if self.roster.members.get(member.name) is member else tuple(sorted(self.roster.members))
+        return touched if self.membership.members.get(member.name) is member else tuple(sorted(self.membership.members))
 
     def _drop_ended(self) -> None:
         ended, self._ended_in_slot = self._ended_in_slot, set()
         for name, incarnation in sorted(ended):
-            member = self.roster.members.get(name)
+            member = self.membership.members.get(name)
             if member is not None and member.incarnation == incarnation:
                 self._drop(name, RUN_ENDED)
 
@@ -345,12 +345,12 @@ class Coordinator:
     # --- steps and their results ---
 
     def _exchange(self, kinds: dict[str, StepKind], marks: dict[str, set[str]] | None = None) -> None:
-        self._errands.send(kinds, marks=marks)
+        self._dispatcher.send(kinds, marks=marks)
         self._collect(list(kinds))
 
     def _collect(self, names: list[str], *, bounded: bool = True) -> tuple[str, ...]:
         """Wait for members to finish their steps and take the results; returns whom they touched."""
-        acks, silent = self._errands.collect(
+        acks, silent = self._dispatcher.collect(
             names, bounded=bounded, ended=lambda: self._runtime.state is State.FINALIZED, late=self.tell_time
         )
         for name in silent:
@@ -360,14 +360,14 @@ class Coordinator:
         return tuple(name for ack in acks for name in ack.touched)
 
     def _take_result(self, ack: Ack) -> None:
-        member = self.roster.members[ack.member]
+        member = self.membership.members[ack.member]
         member.next_wake = ack.next_wake
         member.wants_slot = ack.wants_slot
         if ack.error:
             self._fault(ack.member, ack.error)
-        self.roster.advance(member, ack.published)
+        self.membership.advance(member, ack.published)
         if ack.wiring is not None:
-            self.roster.rewire(member, ack.wiring)
+            self.membership.rewire(member, ack.wiring)
 
     def _fault(self, member: str, error: str) -> None:
         self.report.reproducible = False
@@ -393,7 +393,7 @@ class Coordinator:
         """
         missing = wait_for_members(
             set(names),
-            lambda: self._joining.keys() | self.roster.members,
+            lambda: self._joining.keys() | self.membership.members,
             self._runtime,
             self._inbox.pump,
             Patience(seconds),
@@ -407,4 +407,6 @@ class Coordinator:
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        self.report.tell(self.moment.tick, self.moment.time, sorted(self.roster.members), waiting, finished=finished)
+        self.report.tell(
+            self.moment.tick, self.moment.time, sorted(self.membership.members), waiting, finished=finished
+        )

@@ -10,11 +10,11 @@ from typing import Any
 
 from bus_schema.encoding import codec
 from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.clock import Ack, Join, Seen, Step, StepKind, Want
+from bus_schema.messages.protocol.clock import Ack, Join, MarkerAck, SlotRequest, Step, StepKind
 from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Presence, Sample
+from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
-from regraft.lockstep.wire import ClockLine
 from regraft.lockstep.wiring import ReportedWiring, wiring_of
 from regraft.patience import Patience
 from regraft.runtime.core.clock import SteppedClock
@@ -24,7 +24,7 @@ from regraft.runtime.runtime import Runtime
 
 JOIN_INTERVAL = 0.5
 IDLE_JOIN_TIMEOUT = 2.0
-WANT_INTERVAL = 0.2
+SLOT_REQUEST_INTERVAL = 0.2
 INPUTS_TIMEOUT = 8.0
 """Seconds that a step waits for its inputs; what has not come by then is reported as lost."""
 ASK_TIMEOUT = 0.1
@@ -38,7 +38,7 @@ class Member:
     def __init__(self, runtime: Runtime, clock: SteppedClock) -> None:
         self._runtime = runtime
         self._clock = clock
-        self._line = ClockLine(runtime.bus)
+        self._publisher = ClockPublisher(runtime.bus)
         self._keys = runtime.keys
         self._name = runtime.assignment.name
         self._step: Step | None = None
@@ -50,7 +50,7 @@ class Member:
         self._configured_to = runtime.state
         self._next_join = 0.0
         self._joined_as = 0
-        self._next_want = 0.0
+        self._next_slot_request = 0.0
 
     @property
     def _incarnation(self) -> int:
@@ -81,10 +81,10 @@ class Member:
                 step, self._step = self._step, None
                 self._perform(step)
             self._join_if_due()
-            self._want_if_due()
+            self._request_slot_if_due()
         for closable in declared:
             closable.close()
-        self._line.close()
+        self._publisher.close()
 
     def _shelve(self, item: Any) -> None:
         """Take in a topic's message, on the bus's thread: it is not handled before the step that says so.
@@ -122,7 +122,7 @@ class Member:
             self._clock.now(),
             self._runtime.slots.wanted,
         )
-        self._line.put(self._keys.clock("join"), join)
+        self._publisher.put(self._keys.clock("join"), join)
 
     def _next_wake(self) -> int | None:
         if not self._started:
@@ -130,17 +130,17 @@ class Member:
         return self._runtime.timers.next_due()
 
     def _saw_marker(self, key: str, source: str, stream: Stream) -> None:
-        seen = Seen(self._name, self._incarnation, key, source, stream.handled or 0)
-        self._line.put(self._keys.clock("seen"), seen)
+        ack = MarkerAck(self._name, self._incarnation, key, source, stream.handled or 0)
+        self._publisher.put(self._keys.clock("marker_ack"), ack)
 
-    def _want_if_due(self) -> None:
+    def _request_slot_if_due(self) -> None:
         """Ask for a slot for what has come from sources that are no members."""
-        if time.monotonic() < self._next_want:
+        if time.monotonic() < self._next_slot_request:
             return
         outside = self._runtime.inbound.outsiders()
         if outside:
-            self._next_want = time.monotonic() + WANT_INTERVAL
-            self._line.put(self._keys.clock("want"), Want(self._name, self._incarnation, outside))
+            self._next_slot_request = time.monotonic() + SLOT_REQUEST_INTERVAL
+            self._publisher.put(self._keys.clock("slot_request"), SlotRequest(self._name, self._incarnation, outside))
 
     # --- steps ---
 
@@ -156,7 +156,7 @@ class Member:
             # The steps of the run between, which this one had handed over to, were not numbered with its own.
             self._stepped_as, self._begun, self._last_ack = step.incarnation, 0, None
         if self._last_ack is not None and step.number == self._last_ack.number:
-            self._line.put(self._keys.clock("ack"), self._last_ack)
+            self._publisher.put(self._keys.clock("ack"), self._last_ack)
         elif step.kind is StepKind.WELCOME or step.number > self._begun:
             self._begun = step.number
             self._step = step
@@ -181,7 +181,7 @@ class Member:
         elif step.kind is StepKind.SLOT:
             self._clock.advance_to(step.time)
             touched = hold_slot(self._runtime, step.outside, self._pump_once, self._settle)
-            self._next_want = 0.0
+            self._next_slot_request = 0.0
         self._acknowledge(step, touched, error)
         self._runtime.writers.defers = False
         self._runtime.writers.flush()
@@ -204,7 +204,7 @@ class Member:
         runtime.inbound.release(step.frontier)
         if not self._started:
             self._started = True
-            # Whoever has changed its state before its first step has decided otherwise.
+            # A component that has changed its state before its first step has decided otherwise.
             if runtime.state is self._configured_to:
                 reach(runtime, runtime.assignment.state)
         runtime.work()
@@ -222,7 +222,7 @@ class Member:
         if inbound.reaches(step.frontier):
             return ""
         within, ask_at = Patience(INPUTS_TIMEOUT), time.monotonic() + ASK_TIMEOUT
-        inbox.attentive = True
+        inbox.eager = True
         try:
             while not inbound.reaches(step.frontier):
                 hopeless = time.monotonic() > ask_at and not inbound.ask_for_missing(step.frontier)
@@ -231,7 +231,7 @@ class Member:
                 self._pump_once()
             return ""
         finally:
-            inbox.attentive = False
+            inbox.eager = False
 
     def _settle(self) -> None:
         """Finish all that was begun: heavy work takes wall-clock time, but no simulated time."""
@@ -256,7 +256,7 @@ class Member:
             error,
         )
         self._last_ack = ack
-        self._line.put(self._keys.clock("ack"), ack)
+        self._publisher.put(self._keys.clock("ack"), ack)
 
     def _pump_once(self) -> None:
         """Take what arrives, answer control queries, keep the heartbeat."""

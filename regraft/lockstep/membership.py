@@ -16,7 +16,7 @@ MAX_BACKLOG = 32
 
 @dataclass(slots=True)
 class MemberState:
-    """What the coordinator knows of one member. ``pending`` is what it has to handle in its next step.
+    """The coordinator's record of one member. ``pending`` is what it has to handle in its next step.
 
     ``backlog`` counts the advances in it.
     """

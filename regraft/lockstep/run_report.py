@@ -1,4 +1,4 @@
-"""What onlookers are told of a run in step: time, pace, who takes part, and whether the run can be repeated."""
+"""The report of a run in lockstep: time, pace, members, and whether the run is reproducible."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field
 
 from bus_schema.messages.protocol.clock import ClockTime
-from regraft.lockstep.wire import ClockLine
+from regraft.lockstep.clock_publisher import ClockPublisher
 
 TELL_INTERVAL = 0.25
 """Seconds of wall-clock time between two reports."""
@@ -20,7 +20,7 @@ class RunReport:
     of the run's first incarnation, those included in which the source was dead.
     """
 
-    line: ClockLine
+    publisher: ClockPublisher
     key: str
     reproducible: bool
     dropped: list[str] = field(default_factory=list)
@@ -47,4 +47,4 @@ class RunReport:
             finished,
             self.wall,
         )
-        self.line.put(self.key, told)
+        self.publisher.put(self.key, told)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from bus_schema.keys import Keys
 from bus_schema.messages.protocol.clock import Ack, Step, StepKind
+from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.membership import Membership
 from regraft.lockstep.source_inbox import SourceInbox
-from regraft.lockstep.wire import ClockLine
 from regraft.patience import Patience
 
 STEP_BOUND = 10.0
@@ -34,10 +34,12 @@ class Moment:
 class StepDispatcher:
     """The steps under way, by member."""
 
-    def __init__(self, roster: Membership, moment: Moment, line: ClockLine, keys: Keys, inbox: SourceInbox) -> None:
-        self._roster = roster
+    def __init__(
+        self, membership: Membership, moment: Moment, publisher: ClockPublisher, keys: Keys, inbox: SourceInbox
+    ) -> None:
+        self._membership = membership
         self._moment = moment
-        self._line = line
+        self._publisher = publisher
         self._keys = keys
         self._inbox = inbox
         self._steps: dict[str, Step] = {}
@@ -76,10 +78,10 @@ class StepDispatcher:
         """
         for name in sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True):
             kind = kinds[name]
-            member = self._roster.members[name]
+            member = self._membership.members[name]
             member.number += 1
             working = kind is StepKind.STEP
-            wanted = self._roster.wanted(member) if working else member.wanted
+            wanted = self._membership.wanted(member) if working else member.wanted
             gone = member.take_gone() if working else ()
             frontier = member.begin_step() if working else {}
             step = Step(
@@ -99,7 +101,7 @@ class StepDispatcher:
             member.wanted = wanted
             self._steps[name] = step
             self._sent[name] = time.monotonic()
-            self._line.put(self._keys.clock(f"step/{name}"), step)
+            self._publisher.put(self._keys.clock(f"step/{name}"), step)
 
     def collect(
         self, names: list[str], *, bounded: bool, ended: Callable[[], bool], late: Callable[[tuple[str, ...]], None]
@@ -121,7 +123,7 @@ class StepDispatcher:
             if now - again > STEP_INTERVAL:
                 again = now
                 for name in waiting:
-                    self._line.put(self._keys.clock(f"step/{name}"), self._steps[name])
+                    self._publisher.put(self._keys.clock(f"step/{name}"), self._steps[name])
                 late(tuple(waiting))
             self._inbox.pump()
         answered = [name for name in names if name in self._steps and name in self._acks]

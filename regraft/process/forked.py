@@ -1,4 +1,4 @@
-"""What a freshly forked process does before it is a component: its own end if the parent ends, its log, its program."""
+"""The start of a freshly forked process: its own end if the parent ends, its log, its program."""
 
 from __future__ import annotations
 

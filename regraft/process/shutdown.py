@@ -1,4 +1,4 @@
-"""The wish that what this process runs ends: heard from signals, or uttered by whoever looks after the run."""
+"""The request to shut down: from a signal, or from the code that supervises the run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class ShutdownRequest:
-    """Whether what this process runs shall end. A wish once uttered stays.
+    """A request to shut down what this process runs. Once made it stays.
 
     An exception alone would not do: Python drops one that a signal raises inside a callback, as after a fork, and
     the signal would be lost with it.
@@ -23,19 +23,19 @@ class ShutdownRequest:
         self._tell: Callable[[], object] | None = None
 
     def want(self) -> None:
-        """Have it end."""
+        """Make the request."""
         self.wanted = True
         if self._tell is not None:
             self._tell()
 
     def when_wanted(self, tell: Callable[[], object]) -> None:
-        """Have ``tell`` called with each wish, wherever the main thread then is; at once if there was one."""
+        """Have ``tell`` called with each request, wherever the main thread then is; at once if there was one."""
         self._tell = tell
         if self.wanted:
             tell()
 
     def hear_signals(self) -> None:
-        """Take SIGINT, SIGTERM and SIGHUP, from now on and in the main thread, for the wish.
+        """Take SIGINT, SIGTERM and SIGHUP, from now on and in the main thread, for the request.
 
         A SIGHUP that is ignored stays so: that is what ``nohup`` is for.
         """
@@ -63,6 +63,6 @@ class ShutdownRequest:
         self.check()
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if the wish is there."""
+        """Raise KeyboardInterrupt if the request was made."""
         if self.wanted:
             raise KeyboardInterrupt

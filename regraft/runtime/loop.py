@@ -54,7 +54,7 @@ def pump(runtime: Runtime) -> float:
 def give_up_on_holes(runtime: Runtime, now: int) -> None:
     """Go on behind holes that have stayed open for too long, but first take all that has come until ``now``.
 
-    What is missing may be among it: a handler took its time.
+    The missing messages may be among it: a handler took its time.
     """
     inbound = runtime.inbound
     if runtime.inbox.empty():

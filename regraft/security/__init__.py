@@ -1,1 +1,1 @@
-"""Who may take part: secrets, certificates, the gate of the first host, access tokens."""
+"""Admission to a system: secrets, certificates, the gate of the first host, access tokens."""

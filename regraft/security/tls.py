@@ -1,6 +1,6 @@
 """TLS over any carrier: each end shows a certificate of the same authority, and proves that it has the key.
 
-What one end says for the other is carried as *flights*, texts of bytes that may be sent by whatever passes them on.
+Each end's messages for the other are *flights*, texts of bytes that may be sent by any carrier.
 """
 
 from __future__ import annotations

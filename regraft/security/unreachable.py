@@ -14,7 +14,7 @@ from regraft.security.credentials import NO_CHECK_TIME, certificate_of, reason_o
 
 LOOK_TIMEOUT = 2.0
 NOT_YET_VALID, EXPIRED, OTHER_NAME, OTHER_ADDRESS = 9, 10, 62, 64
-"""What OpenSSL finds wrong with a certificate: X509_V_ERR_..."""
+"""OpenSSL's codes for faults of a certificate: X509_V_ERR_..."""
 BY_ALERT = {
     "UNKNOWN_CA": "it does not know the authority that has signed it",
     "DECRYPT_ERROR": "it does not know the authority that has signed it",
@@ -22,7 +22,7 @@ BY_ALERT = {
     "UNSUPPORTED_CERTIFICATE": "it is not made for a client",
     "BAD_CERTIFICATE": "is it valid by the clock there?",
 }
-"""What a refusal of our certificate by TLS says of it."""
+"""TLS's alerts about a refused certificate of ours."""
 
 
 def explained(error: BusError, endpoints: Endpoints) -> BusError:

@@ -14,7 +14,7 @@ from regraft.stack.sections.hosts import FIRST
 from regraft.stack.stack import time_sources
 
 FIELD_IN_FILE = {"name": "", "resources": "", "description": ""}
-"""What the stack file calls fields of a component otherwise; nothing for those that it has not."""
+"""Names of a component's fields that differ in the stack file; empty for fields that it lacks."""
 
 
 def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:

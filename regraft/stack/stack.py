@@ -51,7 +51,7 @@ class Stack:
 
     @property
     def python_path(self) -> tuple[str, ...]:
-        """What the components' processes need in ``sys.path`` beyond what is installed."""
+        """The folders that the components' processes need in ``sys.path`` beyond what is installed."""
         return (str(self.folder),)
 
 

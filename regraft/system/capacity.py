@@ -1,4 +1,4 @@
-"""What a machine has room for: more components than it can hold are refused before the first one starts.
+"""The capacity of a machine: more components than it can hold are refused before the first one starts.
 
 The needs are those of a component that does nothing, measured with 200 of them (Python 3.11, Zenoh 1.10.2): what is
 refused cannot run. Whether there is enough for what components do is not judged.
@@ -38,7 +38,7 @@ class TooMany(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """What a machine has left: ``memory`` in MiB, ``threads``, and ``files`` that this process may have open."""
+    """A machine's free capacity: ``memory`` in MiB, ``threads``, and ``files`` that this process may have open."""
 
     memory: float = math.inf
     threads: float = math.inf

@@ -42,7 +42,7 @@ PORTS = range(10_000, 20_000)
 
 @dataclass(slots=True)
 class Running:
-    """A system that has been started: its host, the bus, how to reach it, and the wish that it ends.
+    """A system that has been started: its host, the bus, how to reach it, and the request that it ends.
 
     ``notices`` are lines for the person who started it, from the preparation of the classes.
     """

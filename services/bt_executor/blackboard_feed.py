@@ -59,7 +59,7 @@ REFLECTED: Final = (
 
 
 class EventReporter(Protocol):
-    """Who is told of what cannot be written."""
+    """The listener for values that cannot be written."""
 
     def __call__(self, kind: str, text: str, **details: Any) -> None:
         """Something happened."""

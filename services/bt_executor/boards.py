@@ -20,7 +20,7 @@ from services.bt_executor.plain import MAX_TEXT_LENGTH, is_plain, shown
 MAX_AT_ONCE: Final = 100
 MAX_KEY_LENGTH: Final = 200
 KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
-"""What ``{key}`` in a tree can name."""
+"""The entries that ``{key}`` in a tree can name."""
 
 
 class BoardRefusal(Exception):

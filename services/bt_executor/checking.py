@@ -58,7 +58,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was found; ``tree`` and ``nodes`` say which tree was loaded and how large it is, if it is right."""
+    """The finding; ``tree`` and ``nodes`` say which tree was loaded and how large it is, if it is right."""
 
     errors: tuple[Finding, ...]
     warnings: tuple[str, ...]

@@ -69,7 +69,7 @@ class Executor(Component):
     state_version = 1
     checkpoint_every = 1.0
     reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
-    """What the root blackboard gets from the inputs; a subclass with further inputs adds to it."""
+    """Return the entries that the inputs give the root blackboard; a subclass with further inputs adds to them."""
 
     mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path", exists=True)
     main = Parameter("", "ID of the tree to run, by default what the file says")
@@ -178,7 +178,7 @@ class Executor(Component):
         tree = self._mission.tree
         due = tree.next_wake_up() if tree and self._mission.state is MissionState.RUNNING else None
         now = self.kit.now()
-        # What is due now has just been looked at: a loop without end waits for the next periodic tick.
+        # A node that is due now has just been ticked: a loop without end waits for the next periodic tick.
         if due is None or due <= now or (self._alarm and self._alarm_at <= due):
             return
         if self._alarm:

@@ -25,7 +25,7 @@ class Illegal(Exception):
 
 
 class EventReporter(Protocol):
-    """Who is told of what happens to a mission."""
+    """The listener for events of a mission."""
 
     def __call__(self, kind: str, text: str, **details: Any) -> None:
         """Something happened; ``kind`` is an event's kind such as ``mission.started``."""
@@ -223,7 +223,7 @@ class Mission:
 
     @property
     def structure(self) -> str:
-        """What tells the tree from others, empty while there is none."""
+        """The identity of the tree, empty while there is none."""
         return self._structure.digest if self._structure else ""
 
     def nodes(self) -> tuple[MissionNode, ...]:

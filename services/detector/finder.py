@@ -1,4 +1,4 @@
-"""What finders deal in: pictures, and places in them that look like a hydrant."""
+"""The types of finders: pictures, and places in them that look like a hydrant."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ REDDEST, WIDEST_RED = 8, 172
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """What counts as a hydrant: saturation and brightness (0 to 255) of its pixels, height (px), shape."""
+    """The thresholds of a hydrant: saturation and brightness (0 to 255) of its pixels, height (px), shape."""
 
     saturation: int = 110
     value: int = 57
@@ -55,7 +55,7 @@ class Candidate:
 def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Candidate, ...]:
     """Return what looks like a hydrant in an RGB picture (height, width, 3), the best first.
 
-    What reaches the upper or lower edge is left out: how high it is, and so how far away, can't be told.
+    A shape that reaches the upper or lower edge is left out: its height, and so its distance, are unknown.
     """
     wanted = thresholds or Thresholds()
     found = [candidate for mask in red_masks(image, wanted) for candidate in _candidates(mask, wanted)]

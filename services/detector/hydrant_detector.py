@@ -1,4 +1,4 @@
-"""What all detectors of hydrants share: the service ``detect``, and all but the finder."""
+"""The base of all detectors of hydrants: the service ``detect``, and all but the finder."""
 
 from __future__ import annotations
 

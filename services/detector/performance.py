@@ -1,4 +1,4 @@
-"""What a detector is worth, as it was measured."""
+"""A detector's measured performance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fire hydrant looks like from the side."""
+"""The outline of a fire hydrant from the side."""
 
 from __future__ import annotations
 

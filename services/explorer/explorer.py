@@ -24,7 +24,7 @@ THERE = 0.3
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What the map of one moment shows: the ground, and the frontiers that may be given."""
+    """The map of one moment: the ground, and the frontiers that may be given."""
 
     ground: Ground
     frontiers: list[Frontier]

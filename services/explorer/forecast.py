@@ -1,4 +1,4 @@
-"""What exploring will take, said before it begins."""
+"""The forecast of an exploration, made before it begins."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ NEARLY = 0.75
 
 @dataclass(frozen=True, slots=True)
 class FrontierSettings:
-    """What counts as a frontier, and from where it is looked at; in m and m².
+    """The definition of a frontier, and of the places from which it is looked at; in m and m².
 
     `min_length` is that of the frontier, `min_area` that of the unknown ground behind it: less is noise.
     The robot turns where it has `turning_room`, and stands nearer to things (`radius`) where it must.
@@ -112,7 +112,7 @@ class _Standing:
         reachable = ground.reachable & np.isfinite(self._ways)
         for place in useless:
             reachable &= ~ground.within(place, SAME_PLACE)
-        # What is unknown may hold an obstacle, so it is better not to stand at its very edge.
+        # Unknown ground may hold an obstacle, so it is better not to stand at its very edge.
         roomy = np.argwhere(reachable & (ground.room >= settings.turning_room))
         tight = np.argwhere(reachable)
         self._choices = [

@@ -1,4 +1,4 @@
-"""What a robot knows of the ground: where it can stand, how far the ways are, what it would see from there."""
+"""The robot's knowledge of the ground: where it can stand, how far the ways are, what it would see from there."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from services.explorer.frontiers import Frontier
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What a metre of frontier is worth, and what a metre of way to it costs."""
+    """The worth of a metre of frontier, and the cost of a metre of way to it."""
 
     gain: float = 1.0
     distance: float = 1.0

@@ -1,4 +1,4 @@
-"""What all mappers have in common as components: ports, services, state."""
+"""The base of all mappers as components: ports, services, state."""
 
 from __future__ import annotations
 

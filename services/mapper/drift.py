@@ -16,7 +16,7 @@ MUCH, MUCH_TURN = 0.10, 0.10
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """What the odometry has lost within the window: ahead and to the left (m), and in heading (rad)."""
+    """The odometry's drift within the window: ahead and to the left (m), and in heading (rad)."""
 
     forward: float
     left: float

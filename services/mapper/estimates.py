@@ -1,4 +1,4 @@
-"""What qualities a mapper gives, said without running it (ReFrESH's ES).
+"""A mapper's qualities, estimated without running it (ReFrESH's ES).
 
 The context may say ``scan_rate`` (Hz), ``travel_noise`` (m: standard deviation of a wheel's measured travel after
 1 m) and ``distance`` (m that is driven). The constants were fitted to simulated drives in FROG's room, see the

@@ -1,4 +1,4 @@
-"""What is wrong, told when it begins, when it is over, and now and then in between."""
+"""Faults, reported when they begin, when they are over, and now and then in between."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RETRY_INTERVAL = 10.0
 
 
 class Diagnose(Protocol):
-    """Who is told: ``Kit.diagnose``."""
+    """The listener: ``Kit.diagnose``."""
 
     def __call__(self, subject: str, level: Level, text: str, **values: Any) -> None:
         """Put a diagnostic."""

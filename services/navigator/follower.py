@@ -46,7 +46,7 @@ class Tolerances:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What to do now: the twist to command (m/s, rad/s), and how the drive stands.
+    """The present action: the twist to command (m/s, rad/s), and the state of the drive.
 
     `distance_left` (m) along the path and `time_left` (s) are estimates. `recoveries` counts since the
     start of the drive. `reason` says why, where `phase` is `failed`. `faults` are what is wrong now.
@@ -189,7 +189,7 @@ class Follower:
         self._phase: Phase = phase
         self._goal = goal
         self._reason = ""
-        # What a stuck robot can say besides the last plan's error: what the controller met.
+        # The reason that a stuck robot can give besides the last plan's error: the obstacle that the controller met.
         self._hindrance = ""
         self._started_at = None
         self._waiting_since = None
@@ -219,7 +219,7 @@ class Follower:
         stop = self._controller.manoeuvres.stop(now)
         if self._goal is None or self._phase in ("arrived", "failed"):
             return stop
-        # Whoever can't trust what he is told of his motion brakes from what he commanded.
+        # Without a trustworthy odometry, braking starts from the latest command.
         brake = Decision(now.limits.approach(self._told, Twist(), now.period))
         if lost is not None or self._sight.stamp == -math.inf:
             self._wait(time, lost.text if lost else SCAN_TEXTS[ScanFault.SILENT])

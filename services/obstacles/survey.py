@@ -18,7 +18,7 @@ from services.obstacles.views import ViewSettings, find_view, still_good
 
 @dataclass(frozen=True, slots=True)
 class SurveySettings:
-    """What counts as a thing (diagonal in m), and how things are looked at."""
+    """The definition of a thing (diagonal in m), and the way to look at one."""
 
     smallest: float = 0.12
     largest: float = 1.5

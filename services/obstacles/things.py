@@ -1,4 +1,4 @@
-"""What stands in a room: everything that known ground surrounds."""
+"""The things in a room: everything that known ground surrounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all cameras have in common."""
+"""The base of all cameras."""
 
 from dataclasses import dataclass
 from functools import cache

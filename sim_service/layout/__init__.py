@@ -1,1 +1,1 @@
-"""What stands where in a world: its scene, what is drawn by the seed, its true map."""
+"""The layout of a world: its scene, the parts drawn by the seed, its true map."""

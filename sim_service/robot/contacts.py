@@ -1,4 +1,4 @@
-"""What the robot bumps into."""
+"""The robot's contacts."""
 
 import math
 from collections.abc import Mapping

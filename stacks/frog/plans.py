@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import Input
-from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
+from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, DesiredChange, SetParameters, Step
 from services.power_model import PICTURE_ENERGY
 
 SLOWEST, FASTEST, STEP = 0.10, 0.26, 0.08
@@ -61,7 +61,7 @@ class AdjustDetectionAttempts(AdaptOnStart):
     dark_above = Input(float, default=0.70, description="darkness above which one picture is not enough")
     picture_energy = Input(float, default=PICTURE_ENERGY, description="what a picture of the own camera takes, in J")
 
-    def plan(self) -> list[Wish]:
+    def plan(self) -> list[DesiredChange]:
         """Return the camera, and how many pictures to take."""
         reserve = (max(0, self.looks_left) + SPARE_PICTURES) * self.picture_energy
         left, is_dark = self.energy_left, self.darkness > self.dark_above
@@ -69,7 +69,7 @@ class AdjustDetectionAttempts(AdaptOnStart):
             return self._looking(self.other_camera, 1)
         return self._looking(self.own_camera, PICTURES_IN_THE_DARK if is_dark else 1)
 
-    def _looking(self, topic: str, pictures: int) -> list[Wish]:
+    def _looking(self, topic: str, pictures: int) -> list[DesiredChange]:
         detector = str(self.read_port("subject_location"))
         return [Connect(detector, "image", topic), SetParameters(detector, {"pictures": pictures})]
 

@@ -49,8 +49,8 @@ class HostStub:
         self.processes: dict[str, ProcessStatus] = {}
         self.beside: dict[str, ProcessStatus] = {}
         self.succeed: Callable[[StartSuccessor, int], object] = lambda asked, incarnation: None
-        self.end_run: Callable[[str, int], object] = lambda name, begun: None
-        self.speaks: Callable[[str, int], object] = lambda name, begun: None
+        self.end_run: Callable[[str, int], object] = lambda name, started_as: None
+        self.speaks: Callable[[str, int], object] = lambda name, started_as: None
         self.updates: list[UpdateSpecs] = []
         self.refuse = ""
         self.deaf: set[str] = set()
@@ -82,7 +82,7 @@ class HostStub:
     def ended(self, component: str, state: ProcessState = ProcessState.STOPPED) -> None:
         """Note a process that does not run any more."""
         if component in self.processes:
-            self.processes[component] = replace(self.processes[component], state=state, pid=0, last_end="killed")
+            self.processes[component] = replace(self.processes[component], state=state, pid=0, exit_reason="killed")
 
     def close(self) -> None:
         """Be gone."""
@@ -152,9 +152,9 @@ class HostStub:
         name = asked.component
         if "stop" in self.deaf:
             return
-        if asked.begun is not None:
+        if asked.started_as is not None:
             self._say_status(query)
-            threading.Thread(target=self._end_run, args=(name, asked.begun), daemon=True).start()
+            threading.Thread(target=self._end_run, args=(name, asked.started_as), daemon=True).start()
             return
         with self._lock:
             if name not in self.processes:
@@ -172,19 +172,19 @@ class HostStub:
                 self.specs.pop(name, None)
                 self.last_runs[name] = self.processes.pop(name).incarnation
 
-    def _end_run(self, name: str, begun: int) -> None:
-        self.end_run(name, begun)
+    def _end_run(self, name: str, started_as: int) -> None:
+        self.end_run(name, started_as)
         with self._lock:
-            if name in self.beside and self.beside[name].begun == begun:
+            if name in self.beside and self.beside[name].started_as == started_as:
                 del self.beside[name]
-            elif self.processes[name].begun == begun:
+            elif self.processes[name].started_as == started_as:
                 self.ended(name)
 
     def _succeed(self, query: MemoryQuery) -> None:
         asked = codec.decode(query.payload, StartSuccessor)
         name = asked.spec.name
         with self._lock:
-            if name in self.beside or self.processes[name].begun != asked.incumbent:
+            if name in self.beside or self.processes[name].started_as != asked.incumbent:
                 self._refuse(query, ControlCode.MALFORMED, f"{name}: there is no run {asked.incumbent} to succeed")
                 return
             self.highest[name] = max(self.highest.get(name, 0), self.processes[name].incarnation) + 1
@@ -197,14 +197,14 @@ class HostStub:
         asked = codec.decode(query.payload, LetSpeak)
         name = asked.component
         with self._lock:
-            if name in self.beside and self.beside[name].begun == asked.begun:
+            if name in self.beside and self.beside[name].started_as == asked.started_as:
                 former, self.processes[name] = self.processes[name], self.beside.pop(name)
                 if former.pid:
                     self.beside[name] = former
             if asked.above is not None:
                 self.highest[name] = max(self.highest[name], asked.above) + 1
                 self.processes[name] = replace(self.processes[name], incarnation=self.highest[name])
-            self.speaks(name, asked.begun)
+            self.speaks(name, asked.started_as)
             self._say_status(query)
 
     def _logs(self, query: MemoryQuery) -> None:
@@ -217,4 +217,4 @@ class HostStub:
 
 
 def _running(component: str, incarnation: int) -> ProcessStatus:
-    return ProcessStatus(component, incarnation, ProcessState.RUNNING, pid=1, begun=incarnation)
+    return ProcessStatus(component, incarnation, ProcessState.RUNNING, pid=1, started_as=incarnation)

@@ -122,15 +122,15 @@ class System:
     def _succeed(self, asked: StartSuccessor, incarnation: int) -> None:
         self._run(asked.spec, incarnation, Succession(asked.incumbent, asked.with_state))
 
-    def _end_run(self, name: str, begun: int) -> None:
+    def _end_run(self, name: str, started_as: int) -> None:
         Newcomer.release.set()
-        run = self.runs[name, begun]
+        run = self.runs[name, started_as]
         if run.thread.is_alive():
             run.runtime.post(run.runtime.handover.end)
             run.thread.join(PATIENCE)
 
-    def _speaks(self, name: str, begun: int) -> None:
-        self.running[name] = self.runs[name, begun]
+    def _speaks(self, name: str, started_as: int) -> None:
+        self.running[name] = self.runs[name, started_as]
 
     def _run(self, spec: ComponentSpec, incarnation: int, succession: Succession | None) -> Running:
         name = spec.name
@@ -202,8 +202,8 @@ class System:
         for running in reversed(self.running.values()):
             if running.thread.is_alive():
                 running.end()
-        for name, begun in self.runs:
-            self._end_run(name, begun)
+        for name, started_as in self.runs:
+            self._end_run(name, started_as)
         self.client.close()
 
     # --- asking ---

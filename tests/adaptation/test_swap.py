@@ -104,7 +104,9 @@ def _all_is_well(system: System) -> None:
 
 def _runs(system: System) -> list[int]:
     """Return the runs of the totaller that have not ended."""
-    return [begun for (name, begun), run in system.runs.items() if name == "totaller" and run.thread.is_alive()]
+    return [
+        started_as for (name, started_as), run in system.runs.items() if name == "totaller" and run.thread.is_alive()
+    ]
 
 
 def _as_before(system: System, run: Running, views: dict[str, tuple[Any, ...]]) -> None:

@@ -79,7 +79,7 @@ def _all_is_well(system: System) -> None:
 
 
 def _runs(system: System) -> list[int]:
-    return [begun for (name, begun), run in system.runs.items() if name == "holder" and run.thread.is_alive()]
+    return [started_as for (name, started_as), run in system.runs.items() if name == "holder" and run.thread.is_alive()]
 
 
 def test_it_is_let_go_of_and_taken_and_the_gap_is_told(site: System) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 JOIN_INTERVAL = 0.5
 IDLE_JOIN_TIMEOUT = 2.0
-WANT_INTERVAL = 0.2
+SLOT_REQUEST_INTERVAL = 0.2
 INPUTS_TIMEOUT = 5.0
 
 
@@ -30,7 +30,7 @@ class Member:
         self._started = False
         self._configured_to = ""
         self._next_join = 0.0
-        self._next_want = 0.0
+        self._next_slot_request = 0.0
         self._publishers: dict[str, Any] = {}
         component.marker_listeners.append(self._saw_marker)
 
@@ -111,16 +111,16 @@ class Member:
 
     def _saw_marker(self, key: str, source: str, stream: Stream) -> None:
         seen = {**self._me, "key": key, "source": source, "sequence": stream.handled or 0}
-        self._put("seen", "regraft/Seen", seen)
+        self._put("marker_ack", "regraft/MarkerAck", seen)
 
     def _want_if_due(self) -> None:
-        if time.monotonic() < self._next_want:
+        if time.monotonic() < self._next_slot_request:
             return
         pairs = self._component.streams.by_pair.items()
         outside = sorted({source for (_, source), stream in pairs if stream.waiting and not stream.wired})
         if outside:
-            self._next_want = time.monotonic() + WANT_INTERVAL
-            self._put("want", "regraft/Want", {**self._me, "outside": outside})
+            self._next_slot_request = time.monotonic() + SLOT_REQUEST_INTERVAL
+            self._put("slot_request", "regraft/SlotRequest", {**self._me, "outside": outside})
 
     # --- steps ---
 

@@ -132,7 +132,7 @@ def component(**changes: object) -> dict[str, object]:
         "error": "",
         "detail": "",
     }
-    return {**plain, "last_end": "", "lost": 0, "refused": 0, **changes}
+    return {**plain, "exit_reason": "", "lost": 0, "refused": 0, **changes}
 
 
 def test_a_component_is_shown_as_its_process_is_where_that_does_not_run() -> None:

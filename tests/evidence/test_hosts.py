@@ -156,7 +156,7 @@ def test_frog_runs_on_three_hosts_loses_one_and_gets_it_back(machines: Machines)
         assert machines.regraft("mission", "show")["state"] == "running"
 
     machines.cable("down")
-    machines.wait("detector", process="lost", last_end="its host is lost")
+    machines.wait("detector", process="lost", exit_reason="its host is lost")
     assert _move(machines, "local") == "applied_state_lost"
     second = machines.wait("detector", host="local", state="active", alive=True)
     assert second["incarnation"] > first["incarnation"]

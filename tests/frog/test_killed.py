@@ -84,7 +84,7 @@ def test_a_stopped_component_is_found_and_the_run_is_marked(start_frog: StartFro
     _drives(frog)
     assert frog.clock().reproducible
     os.kill(frog.wait_running("detector").pid, signal.SIGSTOP)
-    assert "hung" in frog.wait_running("detector", 2).last_end
+    assert "hung" in frog.wait_running("detector", 2).exit_reason
     wait_until(lambda: not frog.clock().reproducible)
     assert frog.clock().dropped == ("detector",)
     _drives(frog)

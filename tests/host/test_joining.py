@@ -36,7 +36,7 @@ def test_components_of_a_host_that_has_not_joined_wait_and_start_when_it_does(si
     wait_until(lambda: "ticker" in system.client.components(), "the ticker to be known")
     waiting = system.client.components()["ticker"]
     assert waiting.process is not None
-    assert (waiting.host, waiting.process.state, waiting.process.last_end) == (
+    assert (waiting.host, waiting.process.state, waiting.process.exit_reason) == (
         "edge",
         ProcessState.WAITING,
         "its host has not joined",
@@ -224,7 +224,7 @@ def test_a_lost_host_is_seen_and_its_components_are_reported(site: Site) -> None
     seen = system.client.components()["ticker"]
     assert not seen.alive
     assert seen.process is not None
-    assert (seen.process.state, seen.process.last_end) == (ProcessState.LOST, "its host is lost")
+    assert (seen.process.state, seen.process.exit_reason) == (ProcessState.LOST, "its host is lost")
     assert "and with it ticker" in system.said("host.silent", "edge")[0].text
     assert "wait for its return" in system.said("host.lost", "edge")[0].text
     refused = site.adapt(Add("second", ComponentSpec(cls="tests.host.parts:Moody", host="edge")))

@@ -36,8 +36,8 @@ def test_a_component_with_too_much_memory_is_ended_with_the_arithmetic_and_resta
     system.wait_running("greedy")
     _eats_too_much(system)
     again = system.wait_running("greedy", 2)
-    assert again.last_end.startswith("it used ")
-    assert again.last_end.endswith(" MiB of memory and may use 200.0 MiB, so it was killed")
+    assert again.exit_reason.startswith("it used ")
+    assert again.exit_reason.endswith(" MiB of memory and may use 200.0 MiB, so it was killed")
     told, *_ = system.said("component.over_limit", "greedy")  # the next run may have been asked, too
     assert told.details["allowed"] == 200.0
     assert told.details["used"] > 200.0
@@ -49,7 +49,7 @@ def test_a_component_that_keeps_using_too_much_is_quarantined(start: Start) -> N
     limits = "limits: {memory: 100 MB}, restart: {limit: 1, backoff: 0.01}"
     system = start(f"  nest: {{command: {program}, managed: false, {limits}}}\n")
     over = system.wait_for("nest", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
-    assert "may use 95.4 MiB" in over.last_end
+    assert "may use 95.4 MiB" in over.exit_reason
     assert len(system.said("component.over_limit", "nest")) == 2
 
 
@@ -58,7 +58,7 @@ def test_what_a_program_has_put_into_the_background_counts_too(start: Start) -> 
     program = f"[sh, -c, '({daemon.replace(' & exec sleep 1000', ' &')}) ; exec sleep 1000']"
     system = start(f"  nest: {{command: {program}, managed: false, restart: never, limits: {{memory: 100 MB}}}}\n")
     over = system.wait_for("nest", lambda p: p.state is ProcessState.STOPPED, "ended")
-    assert "may use 95.4 MiB" in over.last_end
+    assert "may use 95.4 MiB" in over.exit_reason
 
 
 def test_memory_that_all_components_share_is_not_counted_in_each(start: Start) -> None:

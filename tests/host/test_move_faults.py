@@ -34,7 +34,7 @@ def _begin(site: Site, cls: str, at: str = "local", hosts: str = "") -> Moving:
 def _as_before(moving: Moving, pid: int, host: str = "local") -> None:
     """Check that the process of before goes on, at its host, and that nobody missed anything."""
     after = moving.wait_alone(host)
-    assert (after.pid, after.begun) == (pid, 1)
+    assert (after.pid, after.started_as) == (pid, 1)
     moving.check()
 
 
@@ -197,7 +197,7 @@ def test_two_runs_never_act_when_the_link_to_the_target_is_cut(site: Site, when:
     link.heal()
     wait_gone([there])
     after = moving.wait_alone("local")
-    assert (after.pid, after.begun) == (before.pid, 1)
+    assert (after.pid, after.started_as) == (before.pid, 1)
     assert exists(guest.process.pid)
     wait_state(site.system, "edge", HostState.JOINED)
     assert moving.adapt(TO_EDGE).outcome is Outcome.APPLIED

@@ -138,7 +138,7 @@ def test_a_program_of_the_stack_is_told_the_secret(start: Start) -> None:
     told = "import json, os; print(json.loads(os.environ['REGRAFT_ASSIGNMENT'])['secret'], flush=True)"
     command = f'["{sys.executable}", "-c", "{told}"]'
     system = start(f"  program: {{command: {command}, managed: false, restart: {{when: never}}}}\n")
-    system.wait_for("program", lambda p: p.last_end, "ended")
+    system.wait_for("program", lambda p: p.exit_reason, "ended")
     assert system.client.logs("program")[-1] == system.info.secret
 
 

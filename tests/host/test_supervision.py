@@ -35,7 +35,7 @@ def test_a_killed_component_comes_back_with_its_state_and_it_is_said(start: Star
     os.kill(pid, signal.SIGKILL)
     again = system.wait_running("ticker", 2)
     assert again.pid != pid
-    assert again.last_end == "killed by SIGKILL"
+    assert again.exit_reason == "killed by SIGKILL"
     wait_until(lambda: _count(system) > before)
     assert len(system.said("component.restarted", "ticker")) == 1
     begins = [line for line in system.client.logs("ticker") if line.startswith("ticker begins at")]
@@ -69,7 +69,7 @@ def test_a_hung_loop_is_found_and_restarted(start: Start) -> None:
         system.wait_running("moody", incarnation - 1)
         _ask(system, "moody", how)
         again = system.wait_running("moody", incarnation)
-        assert "hung" in again.last_end
+        assert "hung" in again.exit_reason
     assert len(system.said("component.hung", "moody")) == 3
 
 
@@ -111,7 +111,7 @@ def test_a_component_that_keeps_dying_is_quarantined_and_the_others_go_on(start:
     dying = "  dying: {class: 'tests.host.parts:Stillborn', restart: {limit: 3, window: 30, backoff: 0.01}}\n"
     system = start(dying + TICKER)
     process = system.wait_for("dying", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
-    assert process.last_end == "exit code 3"
+    assert process.exit_reason == "exit code 3"
     assert process.incarnation == 4
     assert "left stopped" in system.said("component.quarantined", "dying")[0].text
     assert any("no life in me" in line for line in system.client.logs("dying"))
@@ -128,7 +128,7 @@ def test_the_restart_policy_is_kept(start: Start) -> None:
     system.wait_running("never")
     system.wait_running("failing")
     _ask(system, "never", "exit_never", 5)
-    assert system.wait_for("never", lambda p: p.state is ProcessState.STOPPED, "stopped").last_end == "exit code 5"
+    assert system.wait_for("never", lambda p: p.state is ProcessState.STOPPED, "stopped").exit_reason == "exit code 5"
     _ask(system, "failing", "exit", 5)
     system.wait_running("failing", 2)
     _ask(system, "failing", "exit", 0)

@@ -91,7 +91,9 @@ NOTHING = (0, 0, 0, 0)
 
 def speaks_again(system: System, before: ProcessStatus) -> ProcessStatus:
     """Wait until the host has told that the process of before speaks for its component; returns its status."""
-    return system.wait_for(before.component, lambda p: (p.pid, p.begun) == (before.pid, before.begun), "as before")
+    return system.wait_for(
+        before.component, lambda p: (p.pid, p.started_as) == (before.pid, before.started_as), "as before"
+    )
 
 
 def test_another_class_goes_on_with_the_state_and_nobody_misses_anything(running: System) -> None:

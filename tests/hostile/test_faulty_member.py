@@ -32,7 +32,7 @@ def system(start_for_all: Start) -> System:
     system = start_for_all(SOURCE + PARTS)
     for name in ("source", "ledger", "adaptation_manager"):
         system.wait_running(name)
-    wait_until(lambda: system.client.host_view("local").term > 0, "a manager to reign")
+    wait_until(lambda: system.client.host_view("local").term > 0, "a manager in charge")
     return system
 
 

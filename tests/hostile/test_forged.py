@@ -85,7 +85,7 @@ def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, 
     finally:
         stopped = True
         forging.join()
-    assert "hung" in again.last_end
+    assert "hung" in again.exit_reason
 
 
 @pytest.mark.parametrize("incarnation", [0, 2, 1000, 2**63 - 1])
@@ -171,7 +171,7 @@ def _managed(start: Start) -> System:
     system = start(SOURCE + SINK + MANAGER)
     for name in ("source", "sink", "adaptation_manager"):
         system.wait_running(name)
-    wait_until(lambda: _detail(system, "adaptation_manager").endswith("term 1"), "a manager to reign")
+    wait_until(lambda: _detail(system, "adaptation_manager").endswith("term 1"), "a manager in charge")
     return system
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.protocol.clock import Ack, ClockTime, Join, Seen, Step, StepKind, Want, Wiring
+from bus_schema.messages.protocol.clock import Ack, ClockTime, Join, MarkerAck, SlotRequest, Step, StepKind, Wiring
 from bus_schema.messages.protocol.host import ProcessState
 from tests.host.system import System
 from tests.hostile.conftest import Start
@@ -105,9 +105,9 @@ def test_forged_markers_and_wants_change_nothing(system: System, raw: Raw) -> No
     keys = system.client.keys
     for member in (*MEMBERS, *GHOSTS):
         for incarnation in (0, 1, 2):
-            raw.say(keys.clock("seen"), Seen(member, incarnation, keys.topic("push"), "pusher", FAR))
+            raw.say(keys.clock("marker_ack"), MarkerAck(member, incarnation, keys.topic("push"), "pusher", FAR))
             outside = ("pusher", "", "*", "nobody", *(f"stranger-{n}" for n in range(1000)))
-            raw.say(keys.clock("want"), Want(member, incarnation, outside))
+            raw.say(keys.clock("slot_request"), SlotRequest(member, incarnation, outside))
     _goes_on(system)
     assert _reproducible(system)
 
@@ -145,7 +145,7 @@ def test_a_storm_of_forged_clock_messages_is_survived(system: System, raw: Raw) 
     dice = random.Random(7)
     for _ in range(3000):
         part = dice.choice(
-            ("ack", "join", "seen", "want", "time", "step/pusher", "step/world", "step/ghost", "alive/1")
+            ("ack", "join", "marker_ack", "slot_request", "time", "step/pusher", "step/world", "step/ghost", "alive/1")
         )
         raw.put(system.client.keys.clock(part), dice.randbytes(dice.randint(0, 80)), "regraft/Ack@1", b"")
     _goes_on(system)

@@ -81,7 +81,9 @@ KEYS: dict[str, Callable[[System], list[str]]] = {
         s.client.keys.checkpoint("source"),
     ],
     "hosts": lambda s: [s.client.keys.host("local", "status"), s.client.keys.host("other", "status")],
-    "clock": lambda s: [s.client.keys.clock(part) for part in ("time", "ack", "join", "seen", "want", "step/sink")],
+    "clock": lambda s: [
+        s.client.keys.clock(part) for part in ("time", "ack", "join", "marker_ack", "slot_request", "step/sink")
+    ],
     "events": lambda s: [s.client.keys.event, s.client.keys.diagnostics],
 }
 

@@ -56,7 +56,7 @@ def test_an_item_ends_a_wait_whatever_the_alarm_does() -> None:
     assert taken == list(range(1000))
 
 
-def test_what_is_shelved_is_taken_behind_what_was_put() -> None:
+def test_lazy_items_are_taken_behind_others() -> None:
     inbox = Inbox()
     for number in range(3):
         inbox.put_lazy(number)
@@ -66,9 +66,9 @@ def test_what_is_shelved_is_taken_behind_what_was_put() -> None:
     assert inbox.empty()
 
 
-def test_whoever_is_attentive_is_woken_by_what_is_shelved() -> None:
+def test_an_eager_reader_is_woken_by_lazy_items() -> None:
     inbox = Inbox()
-    inbox.attentive = True
+    inbox.eager = True
     taken: list[int] = []
 
     def send() -> None:
@@ -90,7 +90,7 @@ def test_becoming_attentive_misses_nothing() -> None:
     for _ in range(300):
         sender = threading.Thread(target=inbox.put_lazy, args=("item",))
         sender.start()
-        inbox.attentive = True
+        inbox.eager = True
         taken = list(inbox.take_lazy())
         began = time.monotonic()
         while not taken:
@@ -99,6 +99,6 @@ def test_becoming_attentive_misses_nothing() -> None:
                 taken.append(item)
         assert time.monotonic() - began < LONG
         sender.join()
-        inbox.attentive = False
+        inbox.eager = False
         while inbox.get(0.0) is not None:
             pass

@@ -194,7 +194,7 @@ def test_the_times_are_those_of_the_code() -> None:
         supervisor.FIRST_BEAT_TIMEOUT,
         member.JOIN_INTERVAL,
         member.IDLE_JOIN_TIMEOUT,
-        member.WANT_INTERVAL,
+        member.SLOT_REQUEST_INTERVAL,
         member.INPUTS_TIMEOUT,
         step_dispatch.STEP_INTERVAL,
         step_dispatch.STEP_BOUND,

@@ -130,16 +130,16 @@ def test_a_goal_of_a_client_outside_of_the_clock_ends_with_it(steps: StepSite) -
 
 
 def test_a_source_that_leaves_and_returns_at_once_is_not_forgotten_after_its_return() -> None:
-    roster = Membership()
+    membership = Membership()
     key = "s/topic/t"
-    reader = roster.add("reader", 1, Wiring({key: False}, {}), None)
-    roster.add("writer", 1, Wiring({}, {key: 7}), None)
-    roster.confirm((key, "writer", "reader"), 7)
-    roster.remove("writer")
+    reader = membership.add("reader", 1, Wiring({key: False}, {}), None)
+    membership.add("writer", 1, Wiring({}, {key: 7}), None)
+    membership.confirm((key, "writer", "reader"), 7)
+    membership.remove("writer")
     assert reader.gone == {"writer"}
-    writer = roster.add("writer", 2, Wiring({}, {key: 0}), None)
-    roster.confirm((key, "writer", "reader"), 0)
-    roster.advance(writer, {key: 3})
+    writer = membership.add("writer", 2, Wiring({}, {key: 0}), None)
+    membership.confirm((key, "writer", "reader"), 0)
+    membership.advance(writer, {key: 3})
     assert reader.gone == set()
     assert reader.begin_step() == {key: {"writer": 3}}
 

@@ -1,4 +1,4 @@
-"""What can be varied: a parameter's value, a port's topic, a component's state."""
+"""Dimensions that can be varied: a parameter's value, a port's topic, a component's state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bus_schema.errors import BadMessage
 
 
 class Kind(Enum):
-    """What is varied."""
+    """The kind of a dimension."""
 
     PARAMETER = "parameter"
     PORT = "port"

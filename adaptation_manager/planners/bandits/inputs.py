@@ -1,4 +1,4 @@
-"""What the bandits are asked: the ``inputs`` of a proposal's request, read and checked."""
+"""The ``inputs`` of a proposal's request to the bandits, read and checked."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class BanditInputs:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What is asked for, in form; whether it fits the strategies and the architecture is still to be seen."""
+    """A request whose form is right; the strategies and the architecture may still not fit it."""
 
     strategy: str
     knobs: dict[str, PlainValue]

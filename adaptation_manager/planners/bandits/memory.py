@@ -1,4 +1,4 @@
-"""What the bandits know for one task: what each strategy learned, which tickets are out, which options rest."""
+"""The bandits' memory of one task: what each strategy learned, which tickets are out, which options rest."""
 
 from __future__ import annotations
 

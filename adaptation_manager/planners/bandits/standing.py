@@ -1,4 +1,4 @@
-"""What an option means in an architecture: whether it can be, whether it stands, what must be changed for it."""
+"""An option's meaning in an architecture: whether it is possible, whether it is in force, which changes it needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a strategy is: it chooses among options, and learns what they are worth.
+"""The interface of a strategy: it chooses among options, and learns what they are worth.
 
 A strategy is a class with a name, a dataclass of knobs, and these methods. One of another package is found by an entry
 point of the group ``regraft.strategies``, or by ``module:Class`` in the planner's parameter ``strategies``.
@@ -22,7 +22,7 @@ from bus_schema.errors import BadMessage
 
 @dataclass(frozen=True, slots=True)
 class Knobs:
-    """What every strategy has: the range that the utility lies in, from ``low`` to ``high``.
+    """The base of all strategies: the range that the utility lies in, from ``low`` to ``high``.
 
     A strategy learns from utilities scaled to [0, 1] by this range. The range is fixed: utility outside is clipped to
     it, and with another range a strategy begins anew.
@@ -43,7 +43,7 @@ K = TypeVar("K", bound=Knobs)
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What can be chosen: keys of options in the order given, at least one.
+    """The options to choose from: keys in the order given, at least one.
 
     ``uncredited`` is how often an option was chosen since it last earned a utility. ``context`` holds the numbers
     known of the world that are relevant to the strategy; all of them where it is asked whether it can choose.

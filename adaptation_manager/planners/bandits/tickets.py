@@ -88,7 +88,7 @@ def ticket_from(state: PlainValue) -> Ticket:
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What became of a credit."""
+    """The result of a credit."""
 
     ticket: str
     credited: bool

@@ -1,4 +1,4 @@
-"""What an option would bring: the components' own estimates under its parameters, and the utility that follows."""
+"""The forecast of an option: the components' own estimates under its parameters, and the utility that follows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_ASSUMED: Final = 32
 
 @dataclass(frozen=True, slots=True)
 class ForecastKnobs:
-    """What the forecast is told.
+    """The inputs of the forecast.
 
     ``utility`` is an expression: what an option is worth, by the estimates of the components that it changes
     (``navigator.power``), its own values (``navigator.max_velocity``), what is assumed, and the request's context.
@@ -61,7 +61,7 @@ def model_of(plain: dict[str, PlainValue]) -> Model:
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """What an option is expected to be worth, or why that cannot be told."""
+    """An option's expected worth, or why that is unknown."""
 
     option: Option
     utility: float | None

@@ -13,7 +13,7 @@ Frontier = dict[str, dict[str, Count]]
 
 
 class StepKind(Enum):
-    """What a member is asked to do."""
+    """The work that a member is to do."""
 
     WELCOME = "welcome"
     MARK = "mark"
@@ -93,9 +93,9 @@ class Join:
     wants_slot: bool = False
 
 
-@message("regraft/Seen")
+@message("regraft/MarkerAck")
 @dataclass(frozen=True, slots=True)
-class Seen:
+class MarkerAck:
     """A member has received a marker: it is wired to that source on that key, and has handled up to ``sequence``."""
 
     member: str
@@ -105,9 +105,9 @@ class Seen:
     sequence: Count
 
 
-@message("regraft/Want")
+@message("regraft/SlotRequest")
 @dataclass(frozen=True, slots=True)
-class Want:
+class SlotRequest:
     """A member has received something from sources that are no members, and asks for a slot to handle it in."""
 
     member: str

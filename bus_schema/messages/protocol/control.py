@@ -172,7 +172,7 @@ class Resent:
 
 
 class StateStep(Enum):
-    """What is done with a state."""
+    """The operation on a state."""
 
     SNAPSHOT = "snapshot"
     RESTORE = "restore"

@@ -1,4 +1,4 @@
-"""What passes between two runs of a component, one of which takes over from the other (docs/protocol.md, "State")."""
+"""The messages between two runs of a component, one of which takes over from the other (docs/protocol.md, "State")."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bus_schema.model.lifecycle import State
 
 
 class HandoverStep(Enum):
-    """What is asked of a run. ``prepare`` and ``pull`` come from its successor, the others from the manager."""
+    """The request to a run. ``prepare`` and ``pull`` come from its successor, the others from the manager."""
 
     READ = "read"
     PREPARE = "prepare"
@@ -63,7 +63,7 @@ class Handover:
 @message("regraft/HandoverOffer")
 @dataclass(frozen=True, slots=True)
 class HandoverOffer:
-    """What an incumbent would hand over: the reply to ``prepare``.
+    """The state that an incumbent would hand over: the reply to ``prepare``.
 
     ``handler_timeout`` is how long it may take to notice a ``pull``, and to let go of what it holds for itself;
     ``writes`` has the encoding of each key it writes; ``now`` (nanoseconds) and ``tick`` are those of its clock, for a
@@ -115,7 +115,7 @@ class StreamPlace:
 @message("regraft/ServedClient")
 @dataclass(frozen=True, slots=True)
 class ServedClient:
-    """What a service remembers of a client: its last replies, and the requests under way (of an action: its goals).
+    """A service's memory of a client: its last replies, and the requests under way (of an action: its goals).
 
     ``answered`` are numbers answered before those, up to ``forgotten`` anything may have been.
     """

@@ -44,10 +44,11 @@ class HostState(Enum):
 @message("regraft/ProcessStatus")
 @dataclass(frozen=True, slots=True)
 class ProcessStatus:
-    """One component's process on a host; ``pid`` 0 while there is none, ``last_end`` says how the last one ended.
+    """One component's process on a host; ``pid`` 0 while there is none, ``exit_reason`` says how the last one ended.
 
-    ``begun`` is the incarnation as which it was started: it has another since it took the component back. ``highest``
-    is the highest one that the host knows of any run of the component, or keeps for a run elsewhere.
+    ``started_as`` is the incarnation as which it was started: it has another since it took the component back.
+    ``max_incarnation`` is the highest one that the host knows of any run of the component, or keeps for a run
+    elsewhere.
     """
 
     component: str
@@ -56,10 +57,10 @@ class ProcessStatus:
     pid: Count = 0
     restarts: Count = 0
     started: Seconds = 0.0
-    last_end: str = ""
+    exit_reason: str = ""
     managed: bool = True
-    begun: Count = 0
-    highest: Count = 0
+    started_as: Count = 0
+    max_incarnation: Count = 0
 
 
 @message("regraft/OtherHost")
@@ -168,14 +169,14 @@ class StartComponent:
 class StopComponent:
     """End a component's process and do not restart it; by force after ``grace`` seconds.
 
-    ``begun`` names the run, by the incarnation as which it was started, whether it speaks for the component or not;
-    None means whoever speaks for it. A run beside it is forgotten then.
+    ``started_as`` names the run, by the incarnation as which it was started, whether it speaks for the component or
+    not; None means whoever speaks for it. A run beside it is forgotten then.
     """
 
     component: str
     grace: Annotated[Seconds, Bounds(0.0, 60.0)] = 3.0
     term: Count | None = None
-    begun: Count | None = None
+    started_as: Count | None = None
 
 
 @message("regraft/StartSuccessor")
@@ -183,9 +184,10 @@ class StopComponent:
 class StartSuccessor:
     """Start a successor beside a component's run ``incumbent``, as ``spec`` says; the host chooses its incarnation.
 
-    As long as both are there, a run that ends is not restarted at once: whoever asked for this decides who goes on.
-    If the spec is of another host than the incumbent, both are asked. The incumbent's host starts nobody, but keeps an
-    incarnation for the successor, the ``highest`` of its reply; the other is told it as ``incarnation``, 0 otherwise.
+    As long as both are there, a run that ends is not restarted at once: whoever asked for this decides who goes on. If
+    the spec is of another host than the incumbent, both are asked. The incumbent's host starts nobody, but keeps an
+    incarnation for the successor, the ``max_incarnation`` of its reply; the other is told it as ``incarnation``, 0
+    otherwise.
     """
 
     spec: ComponentSpec
@@ -198,7 +200,7 @@ class StartSuccessor:
 @message("regraft/LetSpeak")
 @dataclass(frozen=True, slots=True)
 class LetSpeak:
-    """The run that was started as ``begun`` speaks for its component.
+    """The run that was started as ``started_as`` speaks for its component.
 
     It is the one that is watched over and restarted, by its own spec; another run stands beside it. With ``above`` it
     will do so as another incarnation, higher than that and than any that the host knows: the host says which.
@@ -206,7 +208,7 @@ class LetSpeak:
     """
 
     component: str
-    begun: Count
+    started_as: Count
     above: Count | None = None
     term: Count | None = None
     host: str = ""
@@ -249,7 +251,7 @@ class JournalEnd:
 @message("regraft/HostView")
 @dataclass(frozen=True, slots=True)
 class HostView:
-    """What a host was given: the architecture as far as it knows it, the run it belongs to, and its specs in force.
+    """A host's assignment: the architecture as far as it knows it, the run it belongs to, and its specs in force.
 
     ``revision`` is the one that it was told of last; that of ``architecture`` stays the start's. ``journal`` is what it
     keeps as a witness.

@@ -10,7 +10,7 @@ from bus_schema.encoding.registry import message
 from bus_schema.model.architecture import Architecture
 
 PROTOCOL = 3
-"""What hosts of one system must have in common: raised with every change that older ones would not understand."""
+"""The version that hosts of one system must have in common: raised with every change that older ones would misread."""
 
 
 @message("regraft/ProveHost")
@@ -33,7 +33,7 @@ class HostProof:
 @message("regraft/HostKey")
 @dataclass(frozen=True, slots=True)
 class HostKey:
-    """What a host says within that handshake: the key with which this process of it will seal its messages."""
+    """A host's part of that handshake: the key with which this process of it will seal its messages."""
 
     host: Annotated[str, Text(64)]
     instance: Annotated[str, Text(64)]
@@ -59,7 +59,7 @@ class JoinHost:
 @message("regraft/PastRun")
 @dataclass(frozen=True, slots=True)
 class PastRun:
-    """What is known of a component's runs so far; ``checkpoint`` is the payload of the last `regraft/Snapshot`."""
+    """The record of a component's runs so far; ``checkpoint`` is the payload of the last `regraft/Snapshot`."""
 
     component: str
     incarnation: Count
@@ -69,7 +69,7 @@ class PastRun:
 @message("regraft/JoinedSystem")
 @dataclass(frozen=True, slots=True)
 class JoinedSystem:
-    """What a host needs to know to take part. The folders are those of the first host.
+    """The knowledge that a host needs to take part. The folders are those of the first host.
 
     ``source`` is the component that makes simulated time go on, empty under the real clock. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are.

@@ -16,7 +16,7 @@ from bus_schema.keys import client_name
 
 
 class Verb(Enum):
-    """What a client wants: a call's reply, a goal's pursuit, a goal's end, or a goal's result (again)."""
+    """The kind of a request: a call's reply, a goal's pursuit, a goal's end, or a goal's result (again)."""
 
     CALL = "call"
     GOAL = "goal"
@@ -25,7 +25,7 @@ class Verb(Enum):
 
 
 class Answer(Enum):
-    """What a reply is."""
+    """The kind of a reply."""
 
     RESULT = "result"
     ACCEPTED = "accepted"

@@ -49,7 +49,7 @@ def summary_service(architecture: Architecture) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """What became of a run. ``wall_s`` leaves starting apart; a digest needs a recorder in the stack."""
+    """The result of a run. ``wall_s`` leaves starting apart; a digest needs a recorder in the stack."""
 
     system: str
     simulated_s: float | None

@@ -1,4 +1,4 @@
-"""What ``up`` shows while a system runs: plain lines, and on a terminal a live line below them."""
+"""The display of ``up`` while a system runs: plain lines, and on a terminal a live line below them."""
 
 from __future__ import annotations
 

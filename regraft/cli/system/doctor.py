@@ -46,7 +46,7 @@ OK, WARNING, PROBLEM = "ok", "warning", "problem"
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What one check found: ``ok``, ``warning`` or ``problem``, and what to do about it."""
+    """The finding of one check: ``ok``, ``warning`` or ``problem``, and what to do about it."""
 
     check: str
     level: str

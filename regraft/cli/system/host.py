@@ -81,7 +81,7 @@ def _list(there: Reached, as_json: bool) -> None:
     rows: list[tuple[Any, ...]] = []
     for h in hosts:
         rows += [
-            (h.name, _state(h), p.component, p.state.value, p.pid or "", p.incarnation or "", p.restarts, p.last_end)
+            (h.name, _state(h), p.component, p.state.value, p.pid or "", p.incarnation or "", p.restarts, p.exit_reason)
             for p in h.processes
         ]
         if not h.processes:

@@ -66,7 +66,7 @@ def plain_component(seen: ComponentSeen) -> dict[str, Any]:
         "process": process.state.value if process else None,
         "pid": process.pid or None if process else None,
         "restarts": process.restarts if process else 0,
-        "last_end": process.last_end if process else "",
+        "exit_reason": process.exit_reason if process else "",
         "revision": status.revision if status else None,
         "silent_s": None if seen.age is None else round(seen.age, 3),
         "lost": status.lost if status else 0,
@@ -104,8 +104,8 @@ def remark(component: dict[str, Any]) -> str:
     parts = [component["error"], component["detail"]]
     if component["alive"] and silent is not None and silent > SILENT_TIMEOUT:
         parts.insert(0, f"silent for {silent:.1f} s")
-    if component["last_end"]:
-        parts.append(f"last ended: {component['last_end']}")
+    if component["exit_reason"]:
+        parts.append(f"last ended: {component['exit_reason']}")
     parts += [f"{component[count]} messages {count}" for count in ("lost", "refused") if component[count]]
     return "; ".join(filter(None, parts))
 

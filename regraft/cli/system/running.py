@@ -1,4 +1,4 @@
-"""What ``up`` does while the system runs: shows what happens, and ends it when its time is over."""
+"""The work of ``up`` while the system runs: it shows what happens, and ends the system when its time is over."""
 
 from __future__ import annotations
 

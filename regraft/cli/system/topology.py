@@ -1,4 +1,4 @@
-"""Who is connected to what: from the hosts' specs, and of components that no host runs, from themselves."""
+"""The connections of a system: from the hosts' specs, and of components that no host runs, from themselves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from regraft.cli.reach import Reached
 from regraft.client import NoAnswer, NoSuchComponent
 
 AT_ONCE = 0.0
-"""Who is there is known at once; only what they tell of themselves has to be waited for."""
+"""Components are known at once; only their descriptions take time to arrive."""
 
 
 @dataclass(slots=True)
@@ -86,7 +86,7 @@ class Topology:
     def uses(self) -> dict[str, TopicUse]:
         """Return all topics by name."""
         uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
-        # Who takes any type cannot tell which one it is.
+        # A port that takes any type cannot say which one the topic has.
         for component, port, topic in sorted(self._ports(), key=lambda end: end[1].type == ANY_TYPE):
             use = uses.setdefault(topic, TopicUse(topic, port.type))
             (use.writers if port.direction == "output" else use.readers).append((component, port.name))

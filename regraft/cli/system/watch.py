@@ -1,4 +1,4 @@
-"""What ``up`` sees of the system that it runs: statuses, simulated time, the mission, the battery, events."""
+"""The view that ``up`` has of its system: statuses, simulated time, the mission, the battery, events."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ class Watch:
             return None
         begun = process.incarnation > 0
         if process.state is not ProcessState.RUNNING:
-            return StartupWait(process.state, begun, error=process.last_end)
+            return StartupWait(process.state, begun, error=process.exit_reason)
         status = self.statuses.get(spec.name)
         if not spec.managed or (status and status.incarnation == process.incarnation and status.state is spec.state):
             return None

@@ -1,1 +1,1 @@
-"""What all commands read and print: options, numbers, values, tables, standard streams."""
+"""Input and output of all commands: options, numbers, values, tables, standard streams."""

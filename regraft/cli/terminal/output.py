@@ -1,4 +1,4 @@
-"""What commands print: tables and lines for people, one JSON document (or one per line) for programs."""
+"""Output of commands: tables and lines for people, one JSON document (or one per line) for programs."""
 
 from __future__ import annotations
 

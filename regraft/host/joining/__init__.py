@@ -1,1 +1,1 @@
-"""What a first host knows of the hosts that have joined it."""
+"""A first host's view of the hosts that have joined it."""

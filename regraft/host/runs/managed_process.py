@@ -22,9 +22,9 @@ class ManagedProcess:
     ``start_again`` is set while it is being stopped and has been asked to start after that. ``checkpoint`` is the
     payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
     any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
-    ``begun`` is the incarnation as which its process was started, ``formerly`` are those that it has had until now;
-    ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands beside
-    it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
+    ``started_as`` is the incarnation as which its process was started, ``formerly`` are those that it has had until
+    now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands
+    beside it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
     """
 
     spec: ComponentSpec
@@ -36,7 +36,7 @@ class ManagedProcess:
     start_at: float | None = None
     ordered: bool = False
     kill_at: float | None = None
-    last_end: str = ""
+    exit_reason: str = ""
     stopping: bool = False
     start_again: bool = False
     seen: bool = False
@@ -44,7 +44,7 @@ class ManagedProcess:
     why_killed: str = ""
     removed: bool = False
     owed: bool = False
-    begun: int = 0
+    started_as: int = 0
     formerly: tuple[int, ...] = ()
     succeeds: Succession | None = None
     restart_by: float | None = None
@@ -52,8 +52,8 @@ class ManagedProcess:
 
     @property
     def run(self) -> str:
-        """What names this run among all: no component can be named so."""
-        return f"{self.spec.name}/{self.begun}"
+        """Return the key of this run, unlike that of any other: no component can be named so."""
+        return f"{self.spec.name}/{self.started_as}"
 
     def is_called(self, incarnation: int) -> bool:
         """Tell whether its process may speak as ``incarnation``; until it is told of a new one, it has the former."""
@@ -94,9 +94,9 @@ class ManagedProcess:
             self.pid,
             self.history.total,
             self.started,
-            self.last_end,
+            self.exit_reason,
             self.spec.managed,
-            self.begun,
+            self.started_as,
         )
 
     def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:

@@ -1,4 +1,4 @@
-"""What is known of runs of components that this host does not run, or not any more: so that the next goes on."""
+"""The history of runs that this host does not run, or not any more, for the next run to continue from."""
 
 from __future__ import annotations
 

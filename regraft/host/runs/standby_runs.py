@@ -36,7 +36,7 @@ class StandbyRuns:
         self._highest[name] = max(self._highest.get(name, 0), managed.incarnation) + 1
         return self._highest[name]
 
-    def highest(self, name: str) -> int:
+    def max_incarnation(self, name: str) -> int:
         """Return the highest incarnation that is known of a component, or kept for a run elsewhere."""
         return max(self._highest.get(name, 0), *(managed.incarnation for managed in self._runs(name)), 0)
 
@@ -75,7 +75,7 @@ class StandbyRuns:
     def _incumbent(self, asked: StartSuccessor) -> ManagedProcess:
         name = asked.spec.name
         incumbent = self._speaking.get(name)
-        if incumbent is None or incumbent.begun != asked.incumbent or not incumbent.has_process:
+        if incumbent is None or incumbent.started_as != asked.incumbent or not incumbent.has_process:
             raise UnknownComponent(f"{name}: there is no run {asked.incumbent} of it to succeed")
         if self.has_process(name):
             raise UnknownComponent(f"{name}: another run of it stands beside it already")
@@ -119,9 +119,9 @@ class StandbyRuns:
     def _runs(self, name: str) -> list[ManagedProcess]:
         return [processes[name] for processes in (self._speaking, self.processes) if name in processes]
 
-    def begun_as(self, name: str, incarnation: int) -> ManagedProcess | None:
+    def run_of(self, name: str, incarnation: int) -> ManagedProcess | None:
         """Return the run of a component that was started as ``incarnation``."""
-        return next((managed for managed in self._runs(name) if managed.begun == incarnation), None)
+        return next((managed for managed in self._runs(name) if managed.started_as == incarnation), None)
 
     def called(self, name: str, incarnation: int) -> ManagedProcess | None:
         """Return the run of a component that speaks as ``incarnation``."""
@@ -130,9 +130,9 @@ class StandbyRuns:
     def let_speak(self, asked: LetSpeak) -> None:
         """Have another run speak for a component, or the same as another incarnation; raises UnknownComponent."""
         name = asked.component
-        managed = self.begun_as(name, asked.begun)
+        managed = self.run_of(name, asked.started_as)
         if managed is None:
-            raise UnknownComponent(f"{name}: there is no run that was started as {asked.begun}")
+            raise UnknownComponent(f"{name}: there is no run that was started as {asked.started_as}")
         if asked.above is not None:
             managed.rename(max(self.next_number(managed), asked.above + 1))
             self._highest[name] = managed.incarnation

@@ -1,6 +1,6 @@
 """How much memory the processes of each component have, counted often and cheaply.
 
-What counts is the proportional set size, swap included: a page that several processes share counts a part in each. The
+The proportional set size counts, swap included: a page that several processes share counts a part in each. The
 processes of all components share what the zygote has imported, so their resident sizes would count it again and again.
 The kernel walks through all pages to sum it up, 10 ms for a gigabyte. So the resident size, which is never less and
 costs 10 µs, is looked at first.

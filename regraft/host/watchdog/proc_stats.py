@@ -1,4 +1,4 @@
-"""What the threads of a process wait for without a fault of theirs, as Linux counts it."""
+"""Waits of a process's threads that are no fault of theirs, as Linux counts them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component would be that is not there yet, as its class says it, in a process of its own."""
+"""The description of a component that does not run yet, asked of its class in a process of its own."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ Notice = Callable[[str], object]
 
 @dataclass(slots=True)
 class Tried:
-    """What a trial has found: why modules cannot be imported, and those that were not tried after a time-out."""
+    """The result of a trial: why modules cannot be imported, and those that were not tried after a time-out."""
 
     problems: dict[str, str] = field(default_factory=dict)
     untried: list[str] = field(default_factory=list)

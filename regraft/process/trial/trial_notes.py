@@ -1,4 +1,4 @@
-"""What a trial's process notes for the process that waits for it: in memory that both share.
+"""Notes of a trial's process for the process that waits for it: in memory that both share.
 
 A module can close every descriptor of its process; shared memory stays.
 """

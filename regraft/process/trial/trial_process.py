@@ -1,4 +1,4 @@
-"""What the process of a trial does: it imports modules, and looks at what each has left behind."""
+"""The process of a trial: it imports modules, and looks at what each has left behind."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _exit_problem(module: str, notes: Notes) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Surroundings:
-    """What an import may not change, because the rest of the process lives by it."""
+    """State that an import may not change, because the rest of the process depends on it."""
 
     folder: str
     handlers: dict[int, Any]

@@ -1,4 +1,4 @@
-"""What a process is told when it starts: which component to be, and what the architecture says of it."""
+"""The assignment of a process: which component to be, and what the architecture says of it."""
 
 from __future__ import annotations
 

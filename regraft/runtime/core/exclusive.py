@@ -16,7 +16,7 @@ class WaitsForEver(RuntimeError):
 
 
 class Slots:
-    """Who of a component's tasks waits for the slot, and who holds it. Under the real clock it is always granted.
+    """The slot of a component's tasks: which of them wait, which holds it. Under the real clock it is always granted.
 
     ``asking`` counts the questions to the bus that are under way.
     """

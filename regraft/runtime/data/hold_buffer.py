@@ -1,4 +1,4 @@
-"""What comes for a component that only holds still: kept, within bounds, for it may have to go on as if nothing was."""
+"""The buffer of a component on hold: messages are kept, within bounds, for it may have to continue seamlessly."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class Move:
 
 
 class Reporter(Protocol):
-    """Who is told of messages that cannot be handled or never came, and of handlers that fail."""
+    """The listener for messages that cannot be handled or never came, and for handlers that fail."""
 
     def refused(self, where: str, source: str, why: str) -> None:
         """A message was refused."""

@@ -16,7 +16,7 @@ from regraft.runtime.data.writers import Writer, Writers
 M = TypeVar("M")
 
 MAY_PUBLISH = (State.ACTIVE, State.ACTIVATING, State.DEACTIVATING, State.SHUTTING_DOWN)
-"""Who shuts down is deactivated on the way, and may have a last word, such as a command to stand still."""
+"""The states that may publish. Shutdown passes through deactivation, where a command to stop is still allowed."""
 
 
 class LiveOutput(Generic[M]):

@@ -1,4 +1,4 @@
-"""What reaches a run that does not handle it: kept, within bounds, until it does."""
+"""The buffer of messages that reach a run before it handles them, within bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component tells about itself: status and heartbeat, events, diagnostics, and faults, each said once."""
+"""A component's reports about itself: status and heartbeat, events, diagnostics, and faults, each once."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class Stream:
     def admit(self, envelope: Envelope) -> bool:
         """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
         if envelope.epoch < self.epoch or envelope.incarnation < self.incarnation:
-            # What was put before a hand-over may come after it, by another way.
+            # A sample that was put before a hand-over may come after it, by another way.
             if envelope.epoch == self.epoch and envelope.sequence < self.since and envelope.kind is Kind.DATA:
                 return True
             self.stale += 1

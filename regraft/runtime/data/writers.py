@@ -21,7 +21,7 @@ MATCH_POLL = 0.001
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Who writes: a component's name, the epoch of its numbering, and its incarnation."""
+    """The identity of a writer: a component's name, the epoch of its numbering, and its incarnation."""
 
     name: str
     epoch: int

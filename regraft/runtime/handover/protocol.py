@@ -18,7 +18,7 @@ that was started beside it; the adaptation manager, which says when, and carries
 6. The incumbent stays frozen and keeps what arrives, until the manager asks it to ``retire``, to ``resume``, or to
    ``take_over`` in its turn: what was changed is undone, and the state of now goes back to the process of before.
 
-What stands after a failure, and who mends it:
+The state after a failure, and its repair:
 
 - The successor is refused, dies or hangs before step 4: the incumbent is live, as if nothing had been. The manager ends
   the successor and asks the incumbent to ``resume``, which bars a ``pull`` that is still under way.

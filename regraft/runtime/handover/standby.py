@@ -113,7 +113,7 @@ class Standby:
             parts.inbox.put(item)
         overheard, self._overheard = self._overheard, {}
         numbering = parts.writers.numbering()
-        # What the successor said counts, but nobody has acknowledged it.
+        # The successor's messages count, but nobody has acknowledged them.
         parts.writers.advanced |= {key: n for key, n in overheard.items() if n > numbering.get(key, 0)}
         parts.writers.go_on_from(overheard)
 

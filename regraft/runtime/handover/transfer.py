@@ -1,4 +1,4 @@
-"""What one run of a component passes on to the next: made by the incumbent, taken in by the successor."""
+"""The transfer from one run of a component to the next: made by the incumbent, taken in by the successor."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class RunningGoal:
 
 @dataclass(slots=True)
 class _Client:
-    """What is remembered of one client: what is being worked on, its last replies, and the numbers answered before.
+    """The record of one client: requests under way, its last replies, and the numbers answered before.
 
     ``forgotten`` is the highest number of which it is not known any more whether it was answered.
     """

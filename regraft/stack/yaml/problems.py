@@ -1,4 +1,4 @@
-"""What is wrong with a stack: every problem with its file, line and field."""
+"""The problems of a stack, each with its file, line and field."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ class Section:
         if node is None:
             return default
         value = node.value
-        # What is too long to be read exactly is a float: that it is too large says more.
+        # A number that is too long to be read exactly is a float: that it is too large says more.
         if isinstance(value, float) and abs(value) > max(abs(minimum), maximum):
             self.wrong(key, f"{value:g}: must be from {minimum} to {maximum}")
         elif isinstance(value, bool) or not isinstance(value, int):

@@ -18,7 +18,7 @@ A plan in Python is a small class, in any package that the executor's parameter 
 from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
 from services.bt_executor.adaptation.decorator import AdaptDecorator
 from services.bt_executor.adaptation.results import Result
-from services.bt_executor.adaptation.rules.wishes import Impossible, Step, Wish
+from services.bt_executor.adaptation.rules.desired_changes import DesiredChange, Impossible, Step
 from services.bt_executor.adaptation.variants import (
     ADAPT_DECORATORS,
     AdaptOnAnyStatus,
@@ -41,9 +41,9 @@ __all__ = [
     "Change",
     "ChangeState",
     "Connect",
+    "DesiredChange",
     "Impossible",
     "Result",
     "SetParameters",
     "Step",
-    "Wish",
 ]

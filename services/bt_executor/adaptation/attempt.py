@@ -13,7 +13,7 @@ from services.bt_executor.leaves.context import Asked
 
 
 class Attempt:
-    """What a decorator has under way.
+    """An attempt of a decorator to adapt.
 
     Attributes:
         failed: Whether it came to nothing and the author said that the decorator fails then.

@@ -18,12 +18,12 @@ from services.bt_executor.leaves.context import LeafContext
 class AdaptDecorator(AdaptNode):
     """Adapts the running system for the sake of its child (ReBeT, section III-C).
 
-    What to adapt is decided by rules in the XML (port ``rules``), by the ``plan`` of a subclass, or by a planner
+    The changes are decided by rules in the XML (port ``rules``), by the ``plan`` of a subclass, or by a planner
     (port ``adaptation_strategy``); when, by the variants. Ticks never wait: while an answer is outstanding the
     decorator is RUNNING. A child that completes meanwhile is not ticked again; its result is returned as soon as the
     answer is there, or its time is over. A halt gives the request up: what was asked for may still be applied.
 
-    What follows when an adaptation came to nothing is up to the ports ``on_...``; the decorator then goes on as if
+    The ports ``on_...`` decide what follows when an adaptation came to nothing; the decorator then goes on as if
     nothing had been, tries again, or halts its child and fails.
     """
 

@@ -19,7 +19,7 @@ from services.bt_executor.adaptation.results import NO_ANSWER, OUTCOMES, REJECTE
 from services.bt_executor.adaptation.rules.scripts import KnowingScript, known_or_none
 
 REFUSED: Final = "refused"
-"""What a planner says if the adaptation manager did not take the adaptation up: nothing was touched."""
+"""A planner's outcome if the adaptation manager did not take the adaptation up: nothing was touched."""
 
 
 class ExternalStrategy:

@@ -21,9 +21,15 @@ from services.bt_executor.adaptation.port_values.ports import (
     subjects_of,
 )
 from services.bt_executor.adaptation.results import REJECTED, UNCHANGED, Result, refused, reported
+from services.bt_executor.adaptation.rules.desired_changes import (
+    DesiredChange,
+    Impossible,
+    Step,
+    current_value,
+    resolved,
+)
 from services.bt_executor.adaptation.rules.rules import Fired, RuleTable
 from services.bt_executor.adaptation.rules.scripts import known_or_none
-from services.bt_executor.adaptation.rules.wishes import Impossible, Step, Wish, current_value, resolved
 
 ADAPT: Final = "adaptation_manager/adapt"
 ARCHITECTURE: Final = "adaptation_manager/architecture"
@@ -78,14 +84,14 @@ class InternalPlan:
         result = None
         for _ in range(MAX_TURNS):
             fired = yield from self._decided(asker)
-            if fired is None or not fired.wishes:
+            if fired is None or not fired.desired:
                 return None
             yield from self._learn(asker)
             architecture = self._known()
-            changes = resolved(fired.wishes, architecture)
+            changes = resolved(fired.desired, architecture)
             if not changes:
                 return Result(UNCHANGED)
-            depends = self._was_read or any(isinstance(wish, Step) for wish in fired.wishes)
+            depends = self._was_read or any(isinstance(one, Step) for one in fired.desired)
             request = self._request(changes, fired.rule, architecture.revision if depends else None)
             self.forget()
             report = yield from asker.ask(ADAPT, request, AdaptationReport, self._node.now())
@@ -106,7 +112,7 @@ class InternalPlan:
     def _wanted(self) -> Fired | None:
         if "rules" in self._node.setup.readers:
             return self._rules().fired()
-        wanted: Wish | list[Wish] | tuple[Wish, ...] | None = known_or_none(self._node.plan)
+        wanted: DesiredChange | list[DesiredChange] | tuple[DesiredChange, ...] | None = known_or_none(self._node.plan)
         if isinstance(wanted, list | tuple):
             return Fired("", tuple(wanted))
         return None if wanted is None else Fired("", (wanted,))

@@ -1,4 +1,4 @@
-"""What the journal is told of the moment in which an adaptation was decided."""
+"""The record for the journal of the moment in which an adaptation was decided."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan, a strategy and an attempt know of their decorator: its ports, its time, what its author overrides."""
+"""The view that plans, strategies and attempts have of their decorator: ports, time, the author's overrides."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from behavior_tree import Decorator, Input, NodeSetup, Output
 from services.bt_executor.adaptation.asking import AttemptSteps
 from services.bt_executor.adaptation.port_values.ports import locations_of, subjects_of
 from services.bt_executor.adaptation.results import Result
-from services.bt_executor.adaptation.rules.wishes import Wish
+from services.bt_executor.adaptation.rules.desired_changes import DesiredChange
 from services.bt_executor.leaves.context import LeafContext
 
 
@@ -46,7 +46,7 @@ class AdaptNode(Decorator):
 
     # --- for authors ---
 
-    def plan(self) -> Wish | list[Wish] | tuple[Wish, ...] | None:
+    def plan(self) -> DesiredChange | list[DesiredChange] | tuple[DesiredChange, ...] | None:
         """Return what to change, None for nothing; override it.
 
         It may be asked more often than adaptations are made, so it changes nothing of the node's own: what a plan

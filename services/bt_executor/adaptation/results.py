@@ -15,7 +15,7 @@ REJECTED: Final = Outcome.REJECTED.value
 ROLLED_BACK: Final = Outcome.ROLLED_BACK.value
 STUCK: Final = Outcome.STUCK.value
 UNCHANGED: Final = "unchanged"
-"""What was wanted is so already: nobody was asked."""
+"""The result when the wanted values are in force already: no request was made."""
 NO_ANSWER: Final = "no_answer"
 """Nobody answered in time; what was asked for may still happen."""
 

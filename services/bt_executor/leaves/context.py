@@ -1,4 +1,4 @@
-"""What leaves have of the component that runs their tree."""
+"""The view that leaves have of the component that runs their tree."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from services.bt_executor.leaves.plain_messages import (
 
 
 class _Generic(Asking):
-    """What CallService and CallAction share: types by name, messages as JSON.
+    """The base of CallService and CallAction: types by name, messages as JSON.
 
     Attributes:
         type_ports: The ports that name message types.

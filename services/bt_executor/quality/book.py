@@ -9,7 +9,7 @@ from services.bt_executor.quality.requirement import QualityRequirement
 
 
 class QualityBook:
-    """What was last told of each requirement; one whose child is done, or was halted, is there but not active."""
+    """The latest verdict on each requirement; one whose child is done, or was halted, is there but not active."""
 
     def __init__(self) -> None:
         self._places: dict[str, int] = {}

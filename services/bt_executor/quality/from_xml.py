@@ -10,7 +10,14 @@ from behavior_tree.data.values import parse_real
 from services.bt_executor.quality.measuring import Integral, Unknown
 from services.bt_executor.quality.relations import RELATIONS
 from services.bt_executor.quality.requirement import QualityRequirement
-from services.bt_executor.quality.requirement_text import AllOf, Key, Requirement, Wish, operand, parse_requirement
+from services.bt_executor.quality.requirement_text import (
+    AllOf,
+    Comparison,
+    Key,
+    Requirement,
+    operand,
+    parse_requirement,
+)
 from services.bt_executor.quality.system_level import COMBINATIONS, SystemLevelQR, combined
 from services.bt_executor.quality.task_level import TaskLevelQR
 from services.bt_executor.quality.verdict import QualityTeller
@@ -21,7 +28,8 @@ MEASURES: Final = ("value", "integral")
 
 
 class RequiredInXml(QualityRequirement):
-    """Says in ports what is required: a bound, two bounds, a wish, or ``requirement``, a text with several of those.
+    """Says in ports what is required: a bound, two bounds, a fuzzy relation, or ``requirement``, a text with several of
+    those.
 
     Each number may be a literal or ``{key}``. Without any of these ports nothing is required: it only measures.
     """
@@ -33,7 +41,9 @@ class RequiredInXml(QualityRequirement):
     as_few_as_possible = Input[Any](default="", description="what will just do; the fewer the better")
     as_late_as_possible = Input[Any](default="", description="seconds that will just do; the later the better")
     as_early_as_possible = Input[Any](default="", description="seconds that will just do; the earlier the better")
-    within = Input[Any](default="", description="tolerance: there the degree of a wish is 1/2; bounds get soft by it")
+    within = Input[Any](
+        default="", description="tolerance: there the degree of a fuzzy relation is 1/2; bounds get soft by it"
+    )
     requirement = Input[Any](default="", description="such as: {@nearest} at least 0.46 or {@speed} at most 0.18")
 
     def __init__(self, setup: NodeSetup, context: QualityTeller) -> None:
@@ -58,12 +68,12 @@ class RequiredInXml(QualityRequirement):
         if len(ports) > 1 and not set(ports) <= set(BOUNDS):
             raise ValueError(f"{' and '.join(ports)} do not go together; use 'requirement' to combine them")
         within = operand(given["within"]) if "within" in given else None
-        wishes = [Wish(None, relation, self._number(relation.port), within) for relation in relations]
-        if len(wishes) == 2:
-            low, high = (wish.bound for wish in wishes)
+        comparisons = [Comparison(None, relation, self._number(relation.port), within) for relation in relations]
+        if len(comparisons) == 2:
+            low, high = (comparison.bound for comparison in comparisons)
             if isinstance(low, float) and isinstance(high, float) and low > high:
                 raise ValueError(f"at_least {low:g} is more than at_most {high:g}; nothing could satisfy both")
-        return AllOf(tuple(wishes)) if len(wishes) > 1 else next(iter(wishes), None)
+        return AllOf(tuple(comparisons)) if len(comparisons) > 1 else next(iter(comparisons), None)
 
     def _number(self, port: str) -> float | Key:
         try:

@@ -12,7 +12,7 @@ class Unknown(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What was measured.
+    """A measurement.
 
     Attributes:
         value: The measure, None while it is unknown.
@@ -63,7 +63,7 @@ class MeanOverTime:
 class Integral:
     """The integral of a value over time, such as the energy (J) of a power (W); the value holds until the next one.
 
-    What was before the first value is taken to be like it. A gap longer than is bridged leaves the integral unknown:
+    Values before the first one are taken to be like it. A gap longer than is bridged leaves the integral unknown:
     it would be a number that is wrong by nobody knows how much.
     """
 

@@ -1,7 +1,7 @@
-"""How far a number satisfies a bound or a wish: a degree in [0, 1].
+"""How far a number satisfies a bound or a fuzzy relation: a degree in [0, 1].
 
-A degree of one half is where "satisfied" begins. The wishes are those of RELAX (Whittle et al., RE 2009), whose
-requirements hold to a degree rather than yes or no.
+A degree of one half is where "satisfied" begins. The fuzzy relations are those of RELAX (Whittle et al., RE 2009),
+whose requirements hold to a degree rather than yes or no.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ def _clamped(degree: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """What a number may be required to be.
+    """The relation that a number may be required to have.
 
-    ``within_bound`` says that the tolerance is the bound itself unless another is given, which a wish without any
-    bound needs as its scale; ``needs_within`` that one has to be given.
+    ``within_bound`` says that the tolerance is the bound itself unless another is given, which a fuzzy relation
+    without any bound needs as its scale; ``needs_within`` that one has to be given.
     """
 
     words: str
@@ -84,4 +84,4 @@ RELATIONS: Final = (
     Relation("as late as possible", at_least, within_bound=True),
     Relation("as early as possible", at_most, within_bound=True),
 )
-"""Bounds and wishes. The number behind ``as many as possible`` is what will just do: there the degree is one half."""
+"""The number behind ``as many as possible`` is what will just do: there the degree is one half."""

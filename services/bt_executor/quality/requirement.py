@@ -34,7 +34,7 @@ COMPLETED = (SUCCESS, FAILURE)
 
 
 class QualityRequirement(Decorator):
-    """What task-level and system-level requirements share; subclass `TaskLevelQR` or `SystemLevelQR`.
+    """The base of task-level and system-level requirements; subclass `TaskLevelQR` or `SystemLevelQR`.
 
     A requirement never changes what its child does or returns: it ticks the child once and returns its status. While
     the child is RUNNING the requirement is measured, after the child's tick; when the child completes, `on_end` may
@@ -58,7 +58,7 @@ class QualityRequirement(Decorator):
     """
 
     attribute: ClassVar[str] = ""
-    """What it is about, any name such as Safety; a class that leaves it open has the XML say ``quality_attribute``."""
+    """The attribute, any name such as Safety; a class that leaves it open has the XML say ``quality_attribute``."""
     higher_is_better: ClassVar[bool] = True
     level: ClassVar[QualityLevel]
 

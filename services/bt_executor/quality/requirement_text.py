@@ -1,8 +1,8 @@
 """Requirements as data, and as people write them: ``{@nearest} at least 0.46 or {@speed} at most 0.18``.
 
-    requirement = part { "or" part }          the degree of the better one
-    part        = wish { "and" wish }         the degree of the worse one
-    wish        = [ "not" ] ( "(" requirement ")" | [ operand ] relation operand [ "within" operand ] )
+    requirement = part { "or" part }                    the degree of the better one
+    part        = comparison { "and" comparison }       the degree of the worse one
+    comparison  = [ "not" ] ( "(" requirement ")" | [ operand ] relation operand [ "within" operand ] )
     operand     = a number, or {key} of a blackboard entry; without one in front, the metric is meant
 
 The relations are those of `RELATIONS`. "or", "and" and "not" are those of fuzzy logic: maximum, minimum, 1 - degree.
@@ -55,7 +55,7 @@ def _value(of: Operand, values: Values) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class Comparison:
     """A number required to be as a relation says; without ``subject``, the metric."""
 
     subject: Operand | None
@@ -129,7 +129,7 @@ class Not:
         return self.part.subjects()
 
 
-Requirement = Wish | AllOf | AnyOf | Not
+Requirement = Comparison | AllOf | AnyOf | Not
 
 
 def parse_requirement(text: str) -> Requirement:
@@ -183,7 +183,7 @@ class _Parser:
         del self._tokens[: len(relation.words.split())]
         bound = self._operand(f"a number behind '{relation.words}'")
         within = self._operand("a number behind 'within'") if self._take("within") else None
-        return Wish(subject, relation, bound, within)
+        return Comparison(subject, relation, bound, within)
 
     def _nested(self, read: Callable[[], Requirement]) -> Requirement:
         self._depth += 1

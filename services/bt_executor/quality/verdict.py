@@ -1,4 +1,4 @@
-"""What is known of a requirement, and who is told."""
+"""The verdict on a requirement, and its listeners."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class QualityTeller(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is known of a requirement.
+    """The state of a requirement.
 
     Attributes:
         metric: The measure.

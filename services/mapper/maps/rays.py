@@ -1,4 +1,4 @@
-"""What a scan says of the ground: free along the beams, occupied at their ends."""
+"""A scan's information on the ground: free along the beams, occupied at their ends."""
 
 from __future__ import annotations
 

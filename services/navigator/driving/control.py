@@ -1,4 +1,4 @@
-"""What a local controller is, and the manoeuvres that all of them share."""
+"""The interface of a local controller, and the manoeuvres that all of them share."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ TURN_CHECK_STEP = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
-    """What a decision depends on besides the task: where the robot is, what is around, what it can do.
+    """The inputs of a decision besides the task: where the robot is, what is around, what it can do.
 
     `pose` is in a fixed frame, `obstacles` (N, 2) are points (m) in the same frame, `twist` is the robot's
     motion now, `period` (s) the time until the next decision.
@@ -40,7 +40,7 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What to command next.
+    """The next command.
 
     `turning`: a turn in place is under way (give it back at the next call). `blocked`: obstacles forbid
     every way on, so the twist brings the robot to a stand.
@@ -56,7 +56,7 @@ class Controller(Protocol):
 
     @property
     def manoeuvres(self) -> "Manoeuvres":
-        """What it does besides following: turning in place, backing up, standing."""
+        """The manoeuvre besides following: turning in place, backing up, stopping."""
         ...
 
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:

@@ -26,7 +26,7 @@ ROOMY = 0.10  # m beyond the margin to drive at full speed
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What the choice among forecasts weighs, each against ending a full forecast's length off target."""
+    """The weights of the choice among forecasts, each against ending a full forecast's length off target."""
 
     off_path: float = 0.6  # for a full length, mean over the forecast
     heading: float = 0.12  # per rad, at the end

@@ -1,4 +1,4 @@
-"""What the algorithms must know of the robot: its outline and what its drive can do."""
+"""The algorithms' model of the robot: its outline and what its drive can do."""
 
 import math
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class Footprint:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the differential drive may be asked for.
+    """The limits of the differential drive.
 
     Velocities in m/s and rad/s, accelerations in m/s² and rad/s², the speed of each wheel's rim in m/s,
     the distance between the wheels in m. `max_velocity` may be 0: the robot then only turns.

@@ -137,7 +137,7 @@ class Route:
             return False
         if self._stale or not len(self._path) or self._off(pose):
             return True
-        # What was learnt since does not hinder; it may have opened a shorter way.
+        # New knowledge does not hinder; it may have opened a shorter way.
         learnt = self._new_map or not np.array_equal(unmapped, self._planned_around)
         return learnt and since >= LEISURE * self._period
 
@@ -173,7 +173,7 @@ class Route:
             path = planner.plan(start, self._target, unmapped)
             self.no_path = ""
         except NoPath as error:
-            # What blocks the way may be someone who will leave: go as near as the obstacles allow.
+            # The obstacle may be someone who will leave: go as near as the obstacles allow.
             path = planner.plan(planner.leave_obstacle(start, MAP_ERROR), self._target)
             self.no_path = str(error)
         return path

@@ -31,7 +31,7 @@ class CellGraph:
 
     @property
     def _matrix(self) -> csr_array:
-        """What each step between neighbouring cells costs; made when it is first needed, as many maps never are."""
+        """Return the cost of each step between neighbouring cells; made when first needed, as many maps never are."""
         if self._links is None:
             self._links = _links(self._terrain, self._allowed)
         return self._links

@@ -1,4 +1,4 @@
-"""What a robot's centre would pay for standing anywhere on a map."""
+"""The cost for a robot's centre of being anywhere on a map."""
 
 import math
 from dataclasses import dataclass

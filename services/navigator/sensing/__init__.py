@@ -1,1 +1,1 @@
-"""What the robot sees, and whether that can be true."""
+"""The robot's perception, and whether it can be true."""

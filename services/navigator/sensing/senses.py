@@ -147,7 +147,7 @@ class MotionWatch:
 
     def __init__(self) -> None:
         self.fault: Fault | None = None
-        """What is wrong, until motion is seen again."""
+        """Return the fault, until motion is seen again."""
         self._told = self._turned = self._got = 0.0
         self._doubtful = 0.0
         self._last: tuple[float, Pose] | None = None

@@ -1,4 +1,4 @@
-"""What the robot has seen: the obstacles around it, and those that its map lacks."""
+"""The obstacles that the robot has seen around it, and those that its map lacks."""
 
 import math
 from typing import Any
@@ -34,7 +34,7 @@ class Sight:
     def __init__(self) -> None:
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
-        """What the latest scan shows, (N, 2) in m in the map's frame."""
+        """Return the points of the latest scan, (N, 2) in m in the map's frame."""
         self.unmapped: FloatArray = NO_POINTS
         """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
         self.track = Track()

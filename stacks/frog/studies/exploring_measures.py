@@ -1,4 +1,4 @@
-"""What became of FROG's battery while it explored."""
+"""Measures of FROG's battery while it explored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is written down of FROG's exploring every simulated second."""
+"""The record of FROG's exploring, every simulated second."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from regraft import Input
 
 REQUIREMENT = "MinBatterySystem"
 CHARGE = "Charge::"
-"""What the path of the leaf that charges has in it."""
+"""A part of the path of the leaf that charges."""
 EXPLORING, CHARGING = "exploring", "charging"
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from behavior_tree import SUCCESS, Input, NodeSetup, PortError, Status
 from bus_schema.model.adaptation import Change
-from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, SetParameters, Step, Wish
+from services.bt_executor.adaptation import AdaptOnStart, AdaptPeriodically, Connect, DesiredChange, SetParameters, Step
 from services.bt_executor.adaptation.results import Result
 from services.bt_executor.quality import QualityTeller, TaskLevelQR
 from services.power_model import PICTURE_ENERGY
@@ -19,7 +19,7 @@ from stacks.frog.plans import FASTEST, PICTURES_IN_THE_DARK, SLOWEST, SPARE_PICT
 from stacks.frog.quality import POWER, DetectPowerEfficiently
 
 NOT_MEASURED = -10.0
-"""What every metric begins with, and decisions are made on."""
+"""The prefix of every metric; decisions are made on these."""
 SAMPLE_INTERVAL = 2.0
 """s between two looks at the power: the published leg "power" is a sum of such samples, half the energy in J."""
 EVER_LOOKS = 4 * 5
@@ -115,7 +115,7 @@ class PublishedPictures(AdaptOnStart):
         super().on_started()
         self._calls += 1
 
-    def plan(self) -> Wish | None:
+    def plan(self) -> DesiredChange | None:
         """Return the one change, if there is one."""
         needed = (EVER_LOOKS - self._calls + 1 + SPARE_PICTURES) * PICTURE_ENERGY
         left, is_dark = self.energy_left, self.darkness > 0.70

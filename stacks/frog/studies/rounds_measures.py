@@ -1,4 +1,4 @@
-"""What a run of FROG's rounds was worth: the utilities of ReBeT's evaluation, as published and corrected.
+"""The worth of a run of FROG's rounds: the utilities of ReBeT's evaluation, as published and corrected.
 
 Both are computed from the same rows. *Published* follows the published analysis, faults included; *corrected* follows
 the paper's text and intent. What the faults are, ``docs/evaluation.md`` says.
@@ -116,7 +116,7 @@ def near_share(rows: Rows) -> float:
 
 @dataclass(frozen=True, slots=True)
 class PublishedRow:
-    """What the published script has in a row: all of it as last measured, whatever the task."""
+    """A row of the published script: everything as last measured, whatever the task."""
 
     safety: float
     efficiency: float

@@ -1,4 +1,4 @@
-"""What is written down of FROG's rounds every simulated second."""
+"""The record of FROG's rounds, every simulated second."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What strategies share that keep one average per option."""
+"""The base of strategies that keep one average per option."""
 
 from __future__ import annotations
 

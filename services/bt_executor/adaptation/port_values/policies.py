@@ -1,4 +1,4 @@
-"""What follows when an adaptation came to nothing, as the tree's author says it."""
+"""The tree author's policy for an adaptation that came to nothing."""
 
 from __future__ import annotations
 

@@ -16,6 +16,7 @@ from typing import Any, Final
 
 from behavior_tree import Node
 from bus_schema.model.adaptation import ChangeState, Connect, SetParameters
+from services.bt_executor.adaptation.rules.desired_changes import DesiredChange, Step, clamped
 from services.bt_executor.adaptation.rules.rule_text import (
     ActionText,
     ConnectText,
@@ -26,7 +27,6 @@ from services.bt_executor.adaptation.rules.rule_text import (
     shown,
 )
 from services.bt_executor.adaptation.rules.scripts import KnowingScript
-from services.bt_executor.adaptation.rules.wishes import Step, Wish, clamped
 
 STEPS: Final = ("+=", "-=")
 
@@ -36,7 +36,7 @@ class Fired:
     """The rule that won, as its text, and what it asks for."""
 
     rule: str
-    wishes: tuple[Wish, ...]
+    desired: tuple[DesiredChange, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class _Setting:
     low: KnowingScript | None
     high: KnowingScript | None
 
-    def wish(self) -> Wish | None:
+    def desired_change(self) -> DesiredChange | None:
         """Return what it comes to now, None if an entry that it needs holds nothing; raises ValueError."""
         value = self.value.value()
         low = self._bound(self.low, -math.inf)
@@ -122,9 +122,11 @@ class RuleTable:
             if holds is None:
                 return None
             if holds:
-                wishes = [action.wish() if isinstance(action, _Setting) else action for action in rule.actions]
-                known = tuple(wish for wish in wishes if wish is not None)
-                return Fired(rule.text, known) if len(known) == len(wishes) else None
+                desired = [
+                    action.desired_change() if isinstance(action, _Setting) else action for action in rule.actions
+                ]
+                known = tuple(one for one in desired if one is not None)
+                return Fired(rule.text, known) if len(known) == len(desired) else None
         return None
 
     def _compiled(self, rule: RuleText) -> _Rule:

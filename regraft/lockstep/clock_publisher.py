@@ -1,4 +1,4 @@
-"""What both sides of the clock's protocol send: plain puts, outside the numbering of data."""
+"""Publications of both sides of the clock's protocol: plain puts, outside the numbering of data."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from bus_schema.encoding.registry import type_of
 from regraft.bus.interface import Bus, Publisher
 
 
-class ClockLine:
+class ClockPublisher:
     """Publishers for the clock's messages, declared when first used."""
 
     def __init__(self, bus: Bus) -> None:

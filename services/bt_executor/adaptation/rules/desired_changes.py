@@ -1,4 +1,4 @@
-"""What a plan asks for, and the changes that it comes to in the architecture as it is."""
+"""The requests of a plan, and the changes that they come to in the architecture as it is."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Step:
     high: float = math.inf
 
 
-Wish = Change | Step
+DesiredChange = Change | Step
 """A change, or a step from the present value."""
 
 
@@ -55,24 +55,24 @@ def current_value(architecture: Architecture, component: str, parameter: str) ->
     return described.default
 
 
-def resolved(wishes: Sequence[Wish], architecture: Architecture) -> tuple[Change, ...]:
-    """Return the changes that wishes come to, without those that would change nothing.
+def resolved(desired: Sequence[DesiredChange], architecture: Architecture) -> tuple[Change, ...]:
+    """Return the changes that desired changes come to, without those that would change nothing.
 
-    What is wished for parameters of one component becomes one change.
+    Requests for parameters of one component become one change.
 
     Raises:
         Impossible: a step cannot be computed.
     """
     changes: list[Change] = []
     values: dict[str, dict[str, PlainValue]] = {}
-    for wish in wishes:
-        if isinstance(wish, Step | SetParameters):
-            if wish.component not in values:
-                values[wish.component] = {}
-                changes.append(SetParameters(wish.component, values[wish.component]))
-            values[wish.component] |= _values(wish, values[wish.component], architecture)
+    for change in desired:
+        if isinstance(change, Step | SetParameters):
+            if change.component not in values:
+                values[change.component] = {}
+                changes.append(SetParameters(change.component, values[change.component]))
+            values[change.component] |= _values(change, values[change.component], architecture)
         else:
-            changes.append(wish)
+            changes.append(change)
     for component, wanted in values.items():
         for name in [name for name, value in wanted.items() if _is(architecture, component, name, value)]:
             del wanted[name]
@@ -80,18 +80,18 @@ def resolved(wishes: Sequence[Wish], architecture: Architecture) -> tuple[Change
 
 
 def _values(
-    wish: Step | SetParameters, wanted: dict[str, PlainValue], architecture: Architecture
+    change: Step | SetParameters, wanted: dict[str, PlainValue], architecture: Architecture
 ) -> dict[str, PlainValue]:
-    if isinstance(wish, SetParameters):
-        return {name: _fitted(architecture, wish.component, name, value) for name, value in wish.parameters.items()}
-    name = wish.parameter
-    now = wanted[name] if name in wanted else current_value(architecture, wish.component, name)
+    if isinstance(change, SetParameters):
+        return {name: _fitted(architecture, change.component, name, value) for name, value in change.parameters.items()}
+    name = change.parameter
+    now = wanted[name] if name in wanted else current_value(architecture, change.component, name)
     if isinstance(now, bool) or not isinstance(now, int | float):
-        raise Impossible(f"{wish.component}.{name} is {now!r}, not a number that can be changed by {wish.by:g}")
-    value = clamped(now + wish.by, wish.low, wish.high)
+        raise Impossible(f"{change.component}.{name} is {now!r}, not a number that can be changed by {change.by:g}")
+    value = clamped(now + change.by, change.low, change.high)
     if not math.isfinite(value):
-        raise Impossible(f"{wish.component}.{name} cannot become {value}")
-    return {name: _fitted(architecture, wish.component, name, value)}
+        raise Impossible(f"{change.component}.{name} cannot become {value}")
+    return {name: _fitted(architecture, change.component, name, value)}
 
 
 def clamped(value: float, low: float, high: float) -> float:
