@@ -1,7 +1,7 @@
 """A campaign: many runs of a study, some at a time, that can be ended and gone on with at any point.
 
 A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when all of it is there, so what stands among the
-runs is complete. What failed is kept in ``failed/`` and tried again when the campaign goes on.
+runs is complete. Failed runs are kept in ``failed/`` and tried again when the campaign goes on.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class BadCampaign(ValueError):
 
 
 class NoRoom(Exception):
-    """The campaign's folder cannot be written; the text says why. What was finished is there."""
+    """The campaign's folder cannot be written; the text says why. Finished runs are there."""
 
 
 @dataclass(frozen=True, slots=True)

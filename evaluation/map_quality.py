@@ -13,7 +13,7 @@ Mask = NDArray[np.bool_]
 
 OCCUPIED_FROM = 65
 FREE_UP_TO = 25
-"""Per cent: Nav2's thresholds. What lies between is known as neither."""
+"""Per cent: Nav2's thresholds. Values between are neither."""
 NEIGHBOURS = np.ones((3, 3), bool)
 
 

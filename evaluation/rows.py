@@ -20,7 +20,7 @@ TIME = "time"
 class RowRecorder(Component):
     """Writes down one row of simulated quantities every simulated second; a study says which in a subclass.
 
-    It wakes once a second and disturbs nobody. What is written is a matter of the run's seed alone: equal runs have
+    It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
     equal files, byte for byte. A recorder that died cannot go on, since what came meanwhile would be missing: the file
     must not be there when it begins.
     """

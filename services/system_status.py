@@ -15,7 +15,7 @@ from regraft import Component, Input, Output, Parameter, every
 class SystemStatusReporter(Component):
     """Puts together what the parts say: components by state, charge, darkness, and what is wrong.
 
-    Components are counted by the state that the architecture wants for them. What has not been heard of for
+    Components are counted by the state that the architecture wants for them. A component that has not been heard of for
     ``stale_after`` counts as unknown.
     """
 

@@ -1,7 +1,7 @@
 """The journal: every adaptation, written ahead, in SQLite.
 
 Committed rows outlive the manager, however that ends. After a power loss the last lines may be missing,
-never half there: the whole system is gone then, and starts as a new run. What is written ahead goes into the file
+never half there: the whole system is gone then, and starts as a new run. Rows written ahead go into the file
 itself beside the work (``write_back``). A row that has changed since it was written is set aside and told
 (``journal_damage``): the rest goes on.
 """

@@ -1,6 +1,6 @@
 """The journal's tables. Messages are kept as on the bus; what one searches by stands beside them.
 
-``revision`` is set on lines that gave one; ``following`` is what changes in the architecture. What is written once and
+``revision`` is set on lines that gave one; ``following`` is what changes in the architecture. Columns written once and
 what changes later have seals of their own. A row that is not as it was written is moved to ``damaged``.
 """
 

@@ -88,7 +88,7 @@ class Manager:
     ) -> CarriedOut:
         """Have what ``plan`` returns for an architecture carried out, unless there is nothing to do.
 
-        What was planned on an architecture that is not the current one any more is planned again.
+        A plan for an architecture that is no longer current is made again.
         """
         for attempt in range(ATTEMPTS):
             changes = plan(seen)

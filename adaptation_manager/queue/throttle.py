@@ -1,7 +1,7 @@
 """Keeps one source of adaptations from taking the manager away from all others.
 
 A source is who asks by the envelope of its messages: a component, a tool's client, or the REST gateway for all who
-come through it. What a request says of itself (``who``) plays no part.
+come through it. A request's own ``actor`` plays no part.
 """
 
 from __future__ import annotations

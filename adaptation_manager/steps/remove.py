@@ -13,7 +13,7 @@ from bus_schema.suggestions import instead_of
 
 
 def plan(draft: Draft, change: Remove) -> None:
-    """Add the change to the draft. Who then lacks what it needs is judged on the resulting architecture."""
+    """Add the change to the draft. Needs that are no longer met show in the resulting architecture."""
     name = change.component
     spec = draft.spec(name)
     why = spec.description.removal_forbidden if spec.description else ""

@@ -238,7 +238,7 @@ class Hosts:
         """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
 
         A spec concerns its host, any other that has a run of the component, and the first one, which gives it to a
-        host that joins again; topics, and that components are not there any more, concern all. Who is not there is
+        host that joins again; topics, and that components are not there any more, concern all. An absent host is
         told when it joins.
         """
         update = replace(update, term=self.term)

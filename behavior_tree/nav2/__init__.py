@@ -5,8 +5,8 @@
 
 Where Nav2 asks ROS, a node has a further input that is connected to an entry of the top blackboard by default:
 ``robot_pose`` (DistanceController), ``robot_speed`` (SpeedController), ``goal_update`` and ``goals_update``
-(GoalUpdater). Whoever runs the tree writes these entries, or connects the inputs to others. What poses, goals and
-paths may look like is said in `geometry`. A PauseResumeController is told by its `request_pause` and
+(GoalUpdater). The application writes these entries, or connects the inputs to others. `geometry` defines the form of
+poses, goals and paths. A PauseResumeController is told by its `request_pause` and
 `request_resume`, which a function given as ``offer_service`` may make known as services.
 """
 

@@ -157,7 +157,7 @@ class Node:
     def set_hooks(self, pre_tick: PreTickHook | None = None, post_tick: PostTickHook | None = None) -> None:
         """Install or, with None, remove the functions that may replace the node's work or its result.
 
-        The first is not asked while the stored status is SUCCESS or FAILURE. What it returns passes the
+        The first is not asked while the stored status is SUCCESS or FAILURE. Its result passes the
         post-conditions; what the second returns does not.
         """
         self.pre_tick_hook = pre_tick

@@ -35,7 +35,7 @@ class SystemOverview:
 class ComponentLine:
     """A component in the overview: as it should be (``desired``), and as it is.
 
-    ``age`` is the seconds since its last heartbeat. What is not known is null.
+    ``age`` is the seconds since its last heartbeat. An unknown value is null.
     """
 
     name: str

@@ -49,7 +49,7 @@ class Component:
     """Whether the component makes simulated time go on; `TimeSource` says so."""
     exclusive: ClassVar[bool] = False
     """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device,
-    a port, a lock. A run that is succeeded lets go of it first. Who names devices in ``resources`` is exclusive too.
+    a port, a lock. A run that is succeeded lets go of it first. A class with devices in ``resources`` is exclusive too.
     """
 
     def __init_subclass__(cls, **more: Any) -> None:

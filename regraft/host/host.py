@@ -86,7 +86,7 @@ class Host(Supervisor):
     def end(self) -> None:
         """End every process, the time source first: once time stands still, nobody misses those who leave.
 
-        What does not end is killed after a while; everything is accounted for.
+        A process that does not end is killed after a while; everything is accounted for.
         """
         source = [managed for name, managed in self.processes.items() if name == self.plan.source]
         for processes in (source, self.all_processes()):

@@ -74,7 +74,7 @@ class StepDispatcher:
     ) -> None:
         """Send each member its step: what it has to handle, or to mark, or whose messages enter from outside.
 
-        Whoever takes longest is sent first, since all are waited for.
+        The slowest member is sent its step first, since all are waited for.
         """
         for name in sorted(kinds, key=lambda name: self._takes.get(name, 0.0), reverse=True):
             kind = kinds[name]

@@ -1,4 +1,4 @@
-"""Components' logs: their ends, and their bound. What is too long is kept as ``.1``, and the log begins anew."""
+"""Components' logs: their ends, and their bound. A log that is too long is kept as ``.1``, and begins anew."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def log_of(folder: Path, component: str) -> Path:
 def begin_anew_if_long(log: Path) -> None:
     """Keep the end of a log that has grown too long as ``.1``, and empty it; whoever writes to it goes on.
 
-    It is copied, since programs hold it open. What cannot be done now is done the next time.
+    It is copied, since programs hold it open. A failed attempt is repeated the next time.
     """
     try:
         if log.stat().st_size <= MAX_LOG_SIZE:

@@ -89,7 +89,7 @@ def next_due(runtime: Runtime) -> float:
 
 
 def run(runtime: Runtime) -> None:
-    """Run until the component is finalized. Whoever wants it to end posts a shutdown."""
+    """Run until the component is finalized. A posted shutdown ends it."""
     start(runtime)
     while runtime.reporter.status.state is not State.FINALIZED:
         item = runtime.inbox.get_until(next_due(runtime))

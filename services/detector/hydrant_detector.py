@@ -41,7 +41,7 @@ class HydrantDetector(Component):
 
     Each picture from the on-board camera takes energy from the robot's battery; pictures of a camera that does not
     ride on the robot take nothing of it. Places are given in the map, for which the robot's pose at the time of the
-    picture is taken; where that is not known, in the camera's frame. What finds is up to the subclass.
+    picture is taken; where that is not known, in the camera's frame. The subclass has the finder.
     """
 
     calibration: ClassVar[Calibration]

@@ -28,7 +28,7 @@ class ContactEvent:
 class ContactMonitor:
     """Watches which bodies a robot touches.
 
-    Bodies are named by their outermost body. What hangs directly on the worldbody is the floor and is not
+    Bodies are named by their outermost body. Geoms directly on the worldbody are the floor and is not
     reported.
     """
 

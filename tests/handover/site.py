@@ -322,7 +322,7 @@ class Processes(Site):
 
     def launch(self, cls: type[Component], assignment: Assignment) -> None:
         """Fork it."""
-        plain = codec.to_plain(assignment) | {"connect": [self._endpoint]}
+        plain = codec.to_plain(assignment) | {"connect_endpoints": [self._endpoint]}
         self.pids[assignment.name, assignment.incarnation] = self._nursery.start(codec.from_plain(plain, Assignment))
 
     def kill(self, name: str, incarnation: int) -> None:

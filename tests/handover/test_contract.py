@@ -267,7 +267,7 @@ def test_a_class_that_does_not_take_the_state_is_refused_and_nothing_is_touched(
 
 def test_a_class_with_a_state_is_refused_where_the_incumbent_gives_none(site: Threads) -> None:
     site.start(Stateless, "bare", connections={"totals": "other"})
-    site.assigned["bare"] = {"connect": {"totals": "other"}}
+    site.assigned["bare"] = {"connections": {"totals": "other"}}
     successor = site.spawn(Totaller, "bare", services={"count": "c", "ponder": "p", "configured": "f", "walk": "w"})
     with pytest.raises(Refused, match="the incumbent gives none"):
         site.step("bare", successor, HandoverStep.TAKE_OVER)
@@ -371,7 +371,7 @@ def test_a_frozen_incumbent_that_cannot_take_over_leaves_its_successor_live(site
 
 def test_what_a_resumed_incumbent_says_is_heard_although_its_successor_had_said_more(site: Threads) -> None:
     site.start(Sink, "listener", connections={"totals": "ticks"}, services={"report": "listener/report"})
-    given = {"connect": {"items": "ticks"}, "services": {"say": "clock/say"}, "parameters": {"rate": 0.0}}
+    given = {"connections": {"items": "ticks"}, "services": {"say": "clock/say"}, "parameters": {"rate": 0.0}}
     site.start(Source, "clock", **given)
     successor = site.spawn(Source, "clock")
     site.bind("clock", successor, Wiring({}, {"ticks": ("listener",)}))

@@ -85,7 +85,7 @@ class Strategy(ABC, Generic[K]):
 
     @abstractmethod
     def choose(self, offer: Offer, rng: Random) -> Decision:
-        """Choose an option. What is learned is not changed by it: the choice may be a dry one."""
+        """Choose an option. This does not change what is learned: the choice may be a dry one."""
 
     @abstractmethod
     def learn(self, key: str, utility: float, context: Mapping[str, float]) -> None:

@@ -24,7 +24,7 @@ SOON = 0.005
 
 
 class StatusReporter:
-    """Speaks for one component. What it says is for onlookers and takes no part in simulated time."""
+    """Speaks for one component. Its reports are for onlookers and take no part in simulated time."""
 
     def __init__(self, bus: Bus, keys: Keys, clock: Clock, identity: Identity, heartbeat: float) -> None:
         """Say nothing yet; ``heartbeat`` is in seconds."""

@@ -4,7 +4,7 @@ Three parties: the *incumbent*, which speaks for the component; the *successor*,
 that was started beside it; the adaptation manager, which says when, and carries nothing. One run speaks at a time:
 
 1. The successor, *waiting*, asks the incumbent to ``prepare`` (nothing changes there), configures, subscribes to all
-   that the component reads and declares all that it writes, and keeps what arrives. What it says itself, markers and
+   that the component reads and declares all that it writes, and keeps what arrives. Its own publications, markers and
    status, comes from the source ``NAME+``, so that no reader takes it for the component. It shows a ``standby`` token.
 2. The manager has every writer of its inputs put markers until it has seen them, and has it put markers until every
    reader of its outputs has seen those: the same steps as in rewiring. Now it misses nothing, and is heard.

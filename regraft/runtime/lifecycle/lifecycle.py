@@ -96,7 +96,7 @@ class Lifecycle:
     def let_go(self) -> None:
         """Deactivate and clean up, but stay on the bus: another run needs what this one holds for itself.
 
-        What an author's method raises is reported; whether all was let go shows when the other run is configured.
+        Exceptions of an author's method are reported; whether all was let go shows when the other run is configured.
         """
         parts = self._parts
         if parts.state is State.ACTIVE:

@@ -31,7 +31,7 @@ class Meter:
     _count: int = 0
 
     def sample(self, now: float, utility: float | None) -> None:
-        """Take a sample; None while it is not known. What comes too early does not count."""
+        """Take a sample; None while it is not known. Samples that come too early do not count."""
         if not self.ticket or now < self.since - AT_ONCE:
             return
         self.pause(now)

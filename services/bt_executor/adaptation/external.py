@@ -26,7 +26,7 @@ class ExternalStrategy:
     """Asks a planner for one decorator, and measures what its choices are worth.
 
     Utility is credited to the choice that earned it: it is measured from the time on at which the choice shows its
-    effect until the next decision. What nobody answered for is credited with the next request; a planner credits
+    effect until the next decision. An unanswered credit goes with the next request; a planner credits
     each choice once.
     """
 

@@ -38,7 +38,7 @@ class QualityRequirement(Decorator):
 
     A requirement never changes what its child does or returns: it ticks the child once and returns its status. While
     the child is RUNNING the requirement is measured, after the child's tick; when the child completes, `on_end` may
-    give a last metric. What goes wrong while measuring is no error of the tree: the quality is then unknown, and says
+    give a last metric. A failure while measuring is no error of the tree: the quality is then unknown, and says
     why.
 
     The mean is over time, see `MeanOverTime`: from the loading of the tree on, over the seconds in which the child was

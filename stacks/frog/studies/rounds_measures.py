@@ -1,7 +1,7 @@
 """The worth of a run of FROG's rounds: the utilities of ReBeT's evaluation, as published and corrected.
 
 Both are computed from the same rows. *Published* follows the published analysis, faults included; *corrected* follows
-the paper's text and intent. What the faults are, ``docs/evaluation.md`` says.
+the paper's text and intent. ``docs/evaluation.md`` lists the faults.
 """
 
 from __future__ import annotations
