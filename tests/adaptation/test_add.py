@@ -112,7 +112,7 @@ def test_all_that_is_wrong_with_an_addition_is_said_at_once(system: System) -> N
         (0, "third", "parameters.gain"),
         (0, "third", "parameters.colour"),
         (1, "listener", "component"),
-        (2, "fourth", "cls"),
+        (2, "fourth", "class"),
         (3, "talker", "parameters.rate"),
     }
 
@@ -120,10 +120,10 @@ def test_all_that_is_wrong_with_an_addition_is_said_at_once(system: System) -> N
 @pytest.mark.parametrize(
     ("spec", "field", "text"),
     [
-        (ComponentSpec(cls="tests.adaptation.parts:Nobody"), "cls", "has no class 'Nobody'"),
-        (ComponentSpec(cls="no.such.module:Nobody"), "cls", "cannot import"),
-        (ComponentSpec(cls="tests.adaptation.parts:Ticker"), "cls", "makes simulated time go on"),
-        (ComponentSpec(), "cls", "either a class or a command"),
+        (ComponentSpec(cls="tests.adaptation.parts:Nobody"), "class", "has no class 'Nobody'"),
+        (ComponentSpec(cls="no.such.module:Nobody"), "class", "cannot import"),
+        (ComponentSpec(cls="tests.adaptation.parts:Ticker"), "class", "makes simulated time go on"),
+        (ComponentSpec(), "class", "either a class or a command"),
         (ComponentSpec(command=("no-such-program",), managed=False), "command", "no program"),
         (ComponentSpec(cls="tests.adaptation.parts:Listener", host="moon"), "host", "no host 'moon'"),
         (
@@ -133,20 +133,20 @@ def test_all_that_is_wrong_with_an_addition_is_said_at_once(system: System) -> N
         ),
         (
             ComponentSpec(cls="tests.adaptation.parts:Listener", connections={"ear": "numbers"}),
-            "connections.ear",
+            "connect.ear",
             "no port",
         ),
         (
             ComponentSpec(cls="tests.adaptation.parts:Listener", connections={"heard": "scan"}),
-            "connections.heard",
+            "connect.heard",
             "carries",
         ),
         (
             ComponentSpec(cls="tests.adaptation.parts:Listener", connections={"heard": "spare"}),
-            "connections.heard",
+            "connect.heard",
             "required",
         ),
-        (ComponentSpec(cls="tests.adaptation.parts:Talker"), "connections.numbers", "one writer"),
+        (ComponentSpec(cls="tests.adaptation.parts:Talker"), "connect.numbers", "one writer"),
         (ComponentSpec("other", "tests.adaptation.parts:Listener"), "spec.name", "must be 'third'"),
     ],
 )

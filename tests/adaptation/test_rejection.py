@@ -53,7 +53,7 @@ def test_every_violation_is_reported(system: System) -> None:
         (0, "listener", "parameters.volume"),
         (0, "listener", "parameters.fixed"),
         (1, "nobody", "component"),
-        (2, "listener", "connections.heard"),
+        (2, "listener", "connect.heard"),
         (3, "listener", "transition"),
         (4, "listener", "parameters.gain"),
     }

@@ -254,11 +254,11 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_is_touched(site: System) 
     assert {(v.change, v.component, v.field) for v in report.violations} >= {
         (0, "totaller", "parameters.colour"),
         (0, "totaller", "parameters.offset"),
-        (0, "totaller", "connections.items"),
-        (0, "totaller", "connections.nothing"),
+        (0, "totaller", "connect.items"),
+        (0, "totaller", "connect.nothing"),
         (0, "totaller", "services.gone"),
-        (1, "sink", "cls"),
-        (2, "fragile", "connections.more"),
+        (1, "sink", "class"),
+        (2, "fragile", "connect.more"),
         (3, "nobody", "component"),
         (4, "source", "parameters.rate"),
     }, report.violations

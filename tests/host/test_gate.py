@@ -126,10 +126,16 @@ def test_hosts_come_back_when_the_gate_was_killed(site: Site, lab: Path) -> None
 
 def _gate_of(pid: int) -> int:
     def found() -> int | None:
-        named = (p for p in children_of(pid) if gate.__file__.encode() in Path(f"/proc/{p}/cmdline").read_bytes())
-        return next(named, None)
+        return next((child for child in children_of(pid) if _is_gate(child)), None)
 
     return wait_for(found, "the gate")
+
+
+def _is_gate(pid: int) -> bool:
+    try:
+        return gate.__file__.encode() in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:  # it has ended meanwhile
+        return False
 
 
 def test_the_gate_ends_with_its_host_however_that_ends(site: Site, lab: Path) -> None:

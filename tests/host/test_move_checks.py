@@ -76,7 +76,7 @@ def test_all_that_is_wrong_is_said_at_once_and_nothing_moves(moving: Moving) -> 
     assert "it carries out the move" in found[2, "adaptation_manager", "component"]
     assert (3, "nobody", "component") in found
     assert (4, "source", "parameters.rate") in found
-    assert "'Nobody'" in found[5, "caller", "cls"]
+    assert "'Nobody'" in found[5, "caller", "class"]
     assert "there is no host 'elsewhere'" in found[8, "sleeper", "host"]
     assert moving.wait_alone("local").pid == before.pid
 

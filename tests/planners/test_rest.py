@@ -93,7 +93,7 @@ def test_a_rejected_adaptation_is_told_by_the_proposal(served: Served) -> None:
         ({"inputs": {"strategy": "ucb", "options": [SPEEDS]}}, "inputs.strategy", "there is no strategy 'ucb'"),
         ({"inputs": {"strategy": "ucb1", "options": []}}, "inputs.options", "are 0, must be 1 to 64"),
         ({"inputs": {}}, "inputs.strategy", "is missing"),
-        ({"actor": "me"}, "who", "X-Regraft-Actor"),
+        ({"actor": "me"}, "actor", "X-Regraft-Actor"),
         ({"surprise": 1}, "", "has no field 'surprise'"),
     ],
 )
