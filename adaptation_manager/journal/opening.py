@@ -1,7 +1,7 @@
 """Opens the journal at its run's place, and finds what it has lost: the hosts know how far it had come.
 
-A journal may be cut off, changed or deleted while nobody looks. An adaptation that was reported as done stays done, and no revision or
-number is given twice: the first host keeps the journal's end, and all hosts keep what they were given.
+A journal may be cut off, changed or deleted while nobody looks. An adaptation that was reported as done stays done, and
+no revision or number is given twice: the first host keeps the journal's end, and all hosts keep what they were given.
 """
 
 from __future__ import annotations

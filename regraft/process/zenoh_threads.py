@@ -6,8 +6,8 @@ read for a lease, and the link is closed with all that was under way on it (Zeno
 lost, in every try). One that waits only reads on afterwards. And whoever reads where it waits needs nobody to wake it:
 a round trip between two components takes a tenth less time.
 
-Not for a hub: one that waits for room on one link would keep all the others from being read. A sample that a component hands on
-here goes into a queue, which always has room.
+Not for a hub: one that waits for room on one link would keep all the others from being read. A sample that a component
+hands on here goes into a queue, which always has room.
 """
 
 from __future__ import annotations

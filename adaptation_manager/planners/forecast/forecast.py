@@ -24,7 +24,8 @@ class ForecastKnobs:
     ``utility`` is an expression: what an option is worth, by the estimates of the components that it changes
     (``navigator.power``), its own values (``navigator.max_velocity``), what is assumed, and the request's context.
     ``assume`` are the expressions that the components are given as the context of their estimates, worked out for each
-    option from its values and the request's context. An option in force is only changed for one that is better by ``margin``.
+    option from its values and the request's context. An option in force is only changed for one that is better by
+    ``margin``.
     """
 
     utility: str

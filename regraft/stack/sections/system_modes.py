@@ -1,8 +1,8 @@
 """Reads the modes files of ROS 2's system_modes (micro-ROS/system_modes) as they are.
 
 A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes say
-in which state and mode each part is. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out come
-from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and ``rules`` are for who watches the
+in which state and mode each part is. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out
+come from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and ``rules`` are for who watches the
 system: both are read over.
 """
 
