@@ -11,7 +11,7 @@ help: ## Say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
 
 frog: .venv/frog ## Run FROG: a dozen processes in a simulated room
-	$(BIN)/regraft up stacks/frog
+	$(BIN)/regraft up frog
 
 test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest

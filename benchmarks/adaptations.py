@@ -13,9 +13,9 @@ from benchmarks.sides.links import wait_until
 from benchmarks.sides.processes import Processes
 from benchmarks.sides.raw import QUESTION, READY, answerer
 from benchmarks.sides.system import MANAGER, System
-from bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
-from bus_schema.model.lifecycle import Transition
 from regraft.bus.zenoh_config import config
+from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
+from regraft.bus_schema.model.lifecycle import Transition
 
 TENS, KILLS = 20, 12
 TAIL = 0.95

@@ -12,7 +12,7 @@ from benchmarks.harness import Effort, Result
 from benchmarks.sides.system import ROOT
 from regraft.process.own_python import own_environment, own_python
 
-STACK = ROOT / "stacks" / "frog"
+STACK = ROOT / "regraft" / "stacks" / "frog"
 SIMULATED = 60.0
 """Simulated seconds of a run."""
 LEAST = 3.0

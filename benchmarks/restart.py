@@ -17,12 +17,12 @@ from benchmarks.sides.links import wait_until
 from benchmarks.sides.processes import Processes
 from benchmarks.sides.respawn import ALIVE, respawner
 from benchmarks.sides.system import SYSTEM, System
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Presence
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.model.lifecycle import State
 
 KILLS, HANGS = 24, 5
 KILL_LIMIT, HANG_LIMIT = 0.3, 0.6

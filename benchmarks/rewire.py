@@ -16,7 +16,7 @@ from benchmarks.harness import Effort, Result
 from benchmarks.sides.counting import Ask, Heard, Number
 from benchmarks.sides.links import wait_until
 from benchmarks.sides.system import MANAGER, System
-from bus_schema.model.adaptation import Connect
+from regraft.bus_schema.model.adaptation import Connect
 
 MOVES, SILENT_MOVES = 300, 60
 SETTLE = 0.3

@@ -11,8 +11,8 @@ from benchmarks.sides.links import wait_until
 from benchmarks.sides.processes import Processes
 from benchmarks.sides.raw import QUESTION, READY, answerer
 from benchmarks.sides.system import MANAGER, System
-from bus_schema.model.adaptation import SetParameters
 from regraft.bus.zenoh_config import config
+from regraft.bus_schema.model.adaptation import SetParameters
 
 COUNT = 60
 LIMIT = 4.0

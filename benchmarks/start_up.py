@@ -15,10 +15,10 @@ import time
 from benchmarks.harness import Effort, Result, Sides, compared, in_turns
 from benchmarks.sides.links import wait_until
 from benchmarks.sides.system import SYSTEM, System
-from bus_schema.keys import Keys
 from regraft.bus.interface import Presence
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.keys import Keys
 from regraft.system.launch import free_endpoint
 
 COUNT, LEAST = 50, 3

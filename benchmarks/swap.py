@@ -17,8 +17,8 @@ from benchmarks.sides.links import UP_TIMEOUT, wait_until
 from benchmarks.sides.processes import Processes
 from benchmarks.sides.raw_swap import NUMBER, OUT, SERVING, relays, source
 from benchmarks.sides.system import MANAGER, System
-from bus_schema.model.adaptation import Swap
 from regraft.bus.zenoh_config import Endpoints, config
+from regraft.bus_schema.model.adaptation import Swap
 
 SWAPS, BY_HAND = 60, 20
 SWAP_LIMIT, GAP_LIMIT = 100.0, 20.0

@@ -5,10 +5,10 @@ import os
 # Before numpy is loaded: a robot has many small processes, and those that are forked must begin with one thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from bus_schema.messages.health import Level
-from bus_schema.messages.protocol.requests import RefusalCode
-from bus_schema.model.description import Resources
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.model.description import Resources
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import Component
 from regraft.component.errors import CallFailed, NotActive, RequestRefused
 from regraft.component.future import Cancelled, Future

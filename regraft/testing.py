@@ -1,7 +1,7 @@
 """For tests of components: several in one process, without Zenoh, under a clock that the test moves.
 
 >>> from regraft import Component, Output, every
->>> from bus_schema.messages.sensors import LightLevel
+>>> from regraft.bus_schema.messages.sensors import LightLevel
 >>> class Lamp(Component):
 ...     "Says how dark it is."
 ...     level = Output(LightLevel)
@@ -22,14 +22,14 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope, Kind
-from bus_schema.encoding.registry import type_of
-from bus_schema.keys import Keys
-from bus_schema.messages.health import Event
-from bus_schema.model.lifecycle import State, Transition
 from regraft.bus.inbox import Inbox
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component
 from regraft.component.goal import Goal
 from regraft.runtime import loop

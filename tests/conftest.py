@@ -8,7 +8,7 @@ from collections.abc import Generator
 import pytest
 from hypothesis import HealthCheck, settings
 
-from sim_service.cameras.renderers import RendererName
+from regraft.sim_service.cameras.renderers import RendererName
 from tests.renderers import best
 from tests.waiting import slowness
 from tests.workers import give_back_memory, workers

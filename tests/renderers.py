@@ -6,7 +6,7 @@ import os
 from functools import cache
 from pathlib import Path
 
-from sim_service.cameras.renderers import RendererName, probe
+from regraft.sim_service.cameras.renderers import RendererName, probe
 
 
 @cache

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count, PlainValue
-from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
+from regraft.bus_schema.annotations import Count, PlainValue
+from regraft.bus_schema.encoding.registry import message
 
 
 @message("benchmark/Number")

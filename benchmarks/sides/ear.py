@@ -14,8 +14,8 @@ from benchmarks.harness import Result, percentile
 from benchmarks.sides.counting import Number
 from benchmarks.sides.links import wait_until
 from benchmarks.sides.system import SYSTEM
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
 
 RATE = 1000.0
 TAIL = 0.95

@@ -12,10 +12,10 @@ from types import TracebackType
 from typing import TypeVar
 
 from benchmarks.sides.links import wait_until
-from bus_schema.messages.health import Event
-from bus_schema.messages.protocol.host import ProcessStatus
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome
 from regraft import run_directory
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.protocol.host import ProcessStatus
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome
 from regraft.client import Client
 from regraft.process.own_python import own_environment, own_python
 
@@ -34,7 +34,7 @@ topics:
 """
 MANAGER = """
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, rate_limit: 10000, burst: 10000}
 """
 

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from bus_schema.annotations import ByteArray, Count, Seconds
-from bus_schema.encoding.registry import message
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.sensors import Image
 from regraft import Component, Input, Output, service
+from regraft.bus_schema.annotations import ByteArray, Count, Seconds
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.geometry import Pose
+from regraft.bus_schema.messages.sensors import Image
 
 POLL = 0.02
 """Seconds between looks whether a volley is over; far longer than a round trip."""

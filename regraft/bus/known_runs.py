@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.host import HostStatus
 from regraft.bus.interface import Answer, Bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.host import HostStatus
 
 Runs = dict[str, set[int]]
 """The incarnations of components, by name."""

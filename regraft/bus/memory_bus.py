@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bus_schema.keys import matches
 from regraft.bus.interface import Answer, BusError, Presence, Sample, Sink
+from regraft.bus_schema.keys import matches
 
 
 @dataclass(eq=False, slots=True)

@@ -7,8 +7,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from bus_schema.errors import SchemaError
 from regraft.bus.interface import BusError
+from regraft.bus_schema.errors import SchemaError
 from regraft.cli.outcomes import (
     BAD_INPUT,
     FAILED,

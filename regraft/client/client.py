@@ -7,13 +7,16 @@ import secrets
 from collections.abc import Callable
 from typing import TypeVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
-from bus_schema.messages.health import Event
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.protocol.control import (
+from regraft.bus.interface import Bus, Closable, Sample
+from regraft.bus.known_runs import living_runs
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
     ComponentView,
@@ -28,7 +31,7 @@ from bus_schema.messages.protocol.control import (
     StateStep,
     TypeDescription,
 )
-from bus_schema.messages.protocol.host import (
+from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
     HostView,
     LogLines,
@@ -36,13 +39,10 @@ from bus_schema.messages.protocol.host import (
     StartComponent,
     StopComponent,
 )
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
-from bus_schema.model.description import Description
-from bus_schema.suggestions import instead_of
-from regraft.bus.interface import Bus, Closable, Sample
-from regraft.bus.known_runs import living_runs
-from regraft.bus.zenoh_bus import open_bus
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.suggestions import instead_of
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
 from regraft.client.listener import Listener
 from regraft.client.requests import ClientGoal, Requests

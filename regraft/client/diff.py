@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema.annotations import Count, PlainValue
-from bus_schema.model.architecture import Architecture
+from regraft.bus_schema.annotations import Count, PlainValue
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.client.json_view import as_json
 
 ABSENT = object()

@@ -11,7 +11,7 @@ A service that refuses, fails or stays silent raises ``regraft.CallFailed``, as 
 
 from __future__ import annotations
 
-from bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 
 
 class ClientError(Exception):

@@ -9,10 +9,10 @@ from typing import Any
 import msgpack
 import numpy as np
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
-from bus_schema.errors import BadMessage
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
+from regraft.bus_schema.errors import BadMessage
 
 MAX_SHOWN = 64
 """Elements up to which an array's values are shown."""

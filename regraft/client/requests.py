@@ -1,4 +1,4 @@
-"""A tool's requests to services and actions: the protocol of ``bus_schema.messages.protocol.requests``, blocking."""
+"""A tool's requests to services and actions (``regraft.bus_schema.messages.protocol.requests``), blocking."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys, service_name
-from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.bus.interface import BusError, Sample
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys, service_name
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.client.sending import Sender
 from regraft.component.errors import CallFailed
 

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessStatus
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessStatus
 
 M = TypeVar("M")
 K = TypeVar("K")

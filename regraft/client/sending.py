@@ -6,10 +6,10 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
 from regraft.bus.interface import Bus, Publisher
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
 
 WAIT_FOR_READER = 0.2
 """Seconds that the first sample at a key waits for somebody to subscribe."""

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope, Kind
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
 from regraft.bus.interface import Closable, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
 from regraft.client.json_view import read_plain
 
 MAX_WAITING = 256

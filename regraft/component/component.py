@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.errors import BadType
-from bus_schema.keys import own_name
-from bus_schema.model.description import Description, Resources
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.errors import BadType
+from regraft.bus_schema.keys import own_name
+from regraft.bus_schema.model.description import Description, Resources
 from regraft.component.handlers import Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet

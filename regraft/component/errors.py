@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply
 
 
 class RequestRefused(Exception):

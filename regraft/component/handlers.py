@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar, get_type_hints
 
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadType
-from bus_schema.model.description import ServiceDescription
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadType
+from regraft.bus_schema.model.description import ServiceDescription
 from regraft.component.parameters import Parameter
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -7,9 +7,9 @@ from collections.abc import Callable, Coroutine
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
-from bus_schema.messages.health import Level
-from bus_schema.messages.quality import Quality
 from regraft.bus.interface import Answer, Bus
+from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.quality import Quality
 from regraft.component.future import Future
 from regraft.component.goal import Goal
 from regraft.component.live_ports import Inputs, Outputs

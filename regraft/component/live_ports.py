@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar
 
-from bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.component.future import Future
 
 M = TypeVar("M")

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar, overload
 
-from bus_schema.model.description import ParameterDescription
-from bus_schema.suggestions import Hints
+from regraft.bus_schema.model.description import ParameterDescription
+from regraft.bus_schema.suggestions import Hints
 
 V = TypeVar("V", bool, int, float, str, tuple[float, ...], tuple[str, ...])
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar, overload
 
-from bus_schema.encoding.reading import Reading
-from bus_schema.encoding.registry import type_of
-from bus_schema.model.description import ANY_TYPE, PortDescription
+from regraft.bus_schema.encoding.reading import Reading
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.model.description import ANY_TYPE, PortDescription
 from regraft.component.live_ports import InputPort, OutputPort
 
 M = TypeVar("M")

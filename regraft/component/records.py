@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Generic, TypeVar, overload
 
-from bus_schema.encoding.records import record_shape
-from bus_schema.errors import BadMessage
-from bus_schema.model.description import ParameterDescription
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.description import ParameterDescription
 from regraft.component.parameters import HasParameters, Parameter, ParameterError
 
 T = TypeVar("T")
@@ -19,7 +19,7 @@ class Records(Parameter[Any], Generic[T]):
     their defaults, and ``__post_init__`` may raise BadMessage.
 
     >>> from dataclasses import dataclass
-    >>> from bus_schema.annotations import Hertz
+    >>> from regraft.bus_schema.annotations import Hertz
     >>> @dataclass(frozen=True, slots=True)
     ... class Beacon:
     ...     name: str

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from types import CodeType, FunctionType
 from typing import Any
 
-from bus_schema.errors import BadType
+from regraft.bus_schema.errors import BadType
 from regraft.component.handlers import is_offered_or_timed
 from regraft.component.parameters import Parameter
 from regraft.component.ports import Input, Output

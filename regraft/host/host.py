@@ -7,13 +7,13 @@ import threading
 import time
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.errors import SchemaError
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Bus, Closable, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.host.host_api import HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan

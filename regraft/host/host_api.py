@@ -6,10 +6,11 @@ import logging
 import time
 from collections.abc import Callable
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage, SchemaError
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.host import (
+from regraft.bus.interface import Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage, SchemaError
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.host import (
     HostStatus,
     HostView,
     JournalEnd,
@@ -20,7 +21,6 @@ from bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
-from regraft.bus.interface import Query
 from regraft.host.host_publisher import Refused, UnknownComponent, refuse
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.keys import Keys
-from bus_schema.messages.health import Event
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.host import HostStatus
 from regraft.bus.interface import Bus, BusError, Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.writers import Identity, Writers
 

@@ -10,13 +10,13 @@ import math
 import signal
 from dataclasses import replace
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.host import StartComponent
-from bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
-from bus_schema.model.hosts import LOCAL
 from regraft.bus.interface import Answer, Bus, BusError
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.host import StartComponent
+from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.host.host import Host
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess

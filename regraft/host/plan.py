@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.protocol.host import UpdateSpecs
-from bus_schema.messages.protocol.joining import JoinedSystem
-from bus_schema.model.architecture import Architecture, ComponentSpec, Limits
-from bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.protocol.host import UpdateSpecs
+from regraft.bus_schema.messages.protocol.joining import JoinedSystem
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Limits
+from regraft.bus_schema.model.hosts import LOCAL
 
 
 @dataclass(frozen=True, slots=True)

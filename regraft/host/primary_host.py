@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from bus_schema.encoding import codec
-from bus_schema.errors import SchemaError
-from bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus
-from bus_schema.messages.protocol.joining import (
+from regraft.bus.interface import Bus, Presence, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.messages.protocol.host import LEAVE_OUT, HostStatus
+from regraft.bus_schema.messages.protocol.joining import (
     HostProof,
     JoinedSystem,
     JoinHost,
@@ -17,7 +18,6 @@ from bus_schema.messages.protocol.joining import (
     ProveHost,
     RenewLease,
 )
-from regraft.bus.interface import Bus, Presence, Sample
 from regraft.host.host import END_TIMEOUT, Host
 from regraft.host.joining.failover import Failover
 from regraft.host.joining.joined_hosts import JoinedHosts

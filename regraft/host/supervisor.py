@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema.messages.protocol.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.messages.protocol.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess

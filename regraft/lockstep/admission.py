@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.clock import ClockMember, Join, Membership
-from bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus.interface import Closable, Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.clock import ClockMember, Join, Membership
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.runtime import Runtime
 

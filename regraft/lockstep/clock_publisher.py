@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
 from regraft.bus.interface import Bus, Publisher
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
 
 
 class ClockPublisher:

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Closable, Presence, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
+from regraft.bus_schema.model.lifecycle import State
 from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot

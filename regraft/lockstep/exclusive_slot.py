@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.exclusive import WaitsForEver
 from regraft.runtime.runtime import Runtime
 

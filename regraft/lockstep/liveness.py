@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bus_schema.messages.protocol.clock import Join
+from regraft.bus_schema.messages.protocol.clock import Join
 
 MAX_EARLY = 1000
 """Joins that may wait for the liveliness token of their run."""

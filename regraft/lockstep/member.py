@@ -8,11 +8,11 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.clock import Ack, Join, MarkerAck, SlotRequest, Step, StepKind
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Presence, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.clock import Ack, Join, MarkerAck, SlotRequest, Step, StepKind
+from regraft.bus_schema.model.lifecycle import State
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.wiring import ReportedWiring, wiring_of

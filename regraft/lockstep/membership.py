@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bus_schema.keys import matches
-from bus_schema.messages.protocol.clock import Frontier, Wiring
+from regraft.bus_schema.keys import matches
+from regraft.bus_schema.messages.protocol.clock import Frontier, Wiring
 
 Pair = tuple[str, str, str]
 """A connection: key, the member that writes it, the member that reads it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
-from bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.lockstep.clock_publisher import ClockPublisher
 
 TELL_INTERVAL = 0.25

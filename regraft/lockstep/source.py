@@ -6,7 +6,7 @@ import time
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import Component
 from regraft.component.parameters import Parameter
 from regraft.lockstep.coordinator import Coordinator

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.clock import Ack, Step, StepKind
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.clock import Ack, Step, StepKind
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.membership import Membership
 from regraft.lockstep.source_inbox import SourceInbox

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.protocol.clock import Wiring
+from regraft.bus_schema.messages.protocol.clock import Wiring
 from regraft.runtime.data.inputs import TopicReader
 from regraft.runtime.runtime import Runtime
 

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any, TextIO
 
-from bus_schema.encoding import codec
+from regraft.bus_schema.encoding import codec
 from regraft.process.descendants import RUN_VARIABLE
 from regraft.process.logs import begin_anew_if_long
 from regraft.process.main import EXIT_BAD_ASSIGNMENT, run_component

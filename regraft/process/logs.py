@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from bus_schema.encoding import codec
-from bus_schema.keys import component_name
-from bus_schema.messages.protocol.host import LogLines, LogRequest
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import component_name
+from regraft.bus_schema.messages.protocol.host import LogLines, LogRequest
 
 MAX_BYTES = 1024 * 1024
 MAX_LOG_SIZE = 8 * 1024 * 1024

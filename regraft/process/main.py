@@ -10,13 +10,13 @@ import sys
 import threading
 from collections.abc import Callable
 
-from bus_schema.encoding.registry import TYPE_NAME, known_types
-from bus_schema.errors import SchemaError
-from bus_schema.model.lifecycle import State
-from bus_schema.suggestions import instead_of, near
 from regraft.bus.interface import BusError
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding.registry import TYPE_NAME, known_types
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.suggestions import instead_of, near
 from regraft.component.component import Component
 from regraft.component.parameters import ParameterError
 from regraft.lockstep.member import Member
@@ -24,7 +24,7 @@ from regraft.lockstep.source import SourceLoop, TimeSource
 from regraft.process.malloc import keep_freed_memory
 from regraft.process.modules import CannotImport, hidden_by_another, imported
 from regraft.process.shutdown import ShutdownRequest
-from regraft.process.unrepeatable import Unrepeatable
+from regraft.process.unrepeatable import Unrepeatable, package_of
 from regraft.process.zenoh_threads import have_one_thread_read
 from regraft.runtime import loop
 from regraft.runtime.core.assignment import Assignment
@@ -140,7 +140,7 @@ def _watch_for_what_is_not_repeatable(runtime: Runtime) -> None:
         print(text, file=sys.stderr)
         runtime.post(lambda: runtime.reporter.event("component.unrepeatable", text, file=file, line=line, call=name))
 
-    Unrepeatable(runtime.assignment.cls.partition(".")[0].partition(":")[0], tell).watch()
+    Unrepeatable(package_of(runtime.assignment.cls.partition(":")[0]), tell).watch()
 
 
 def _prepared(path: str) -> type[Component]:

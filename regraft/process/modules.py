@@ -10,9 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-from bus_schema.suggestions import near
+from regraft.bus_schema.suggestions import near
 
 EXIT_OF_COPIES = 1
+OURS = "regraft"
+OUR_FOLDER = Path(__file__).parents[1]
 
 
 class CannotImport(Exception):
@@ -62,6 +64,8 @@ def instead_of_module(name: str, error: ImportError) -> str:
     missing = error.name or ""
     if not isinstance(error, ModuleNotFoundError) or not (name == missing or name.startswith(f"{missing}.")):
         return ""
+    if (OUR_FOLDER / missing.partition(".")[0]).is_dir() and missing == name.partition(".")[0]:
+        return f"; did you mean {f'{OURS}.{name}'!r}?"
     parent, _, child = missing.rpartition(".")
     meant = near(child, _children(parent))
     return f"; did you mean {missing[: -len(child)] + meant + name[len(missing) :]!r}?" if meant else ""

@@ -48,14 +48,20 @@ WATCHED: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Modules, what to use instead, and their functions."""
 
-OUR_OWN = frozenset(("regraft", "bus_schema", "adaptation_manager", "dashboard_api", "evaluation"))
-"""Packages that read clocks where no run can tell."""
+LIKE_AUTHORS = frozenset(("regraft.services", "regraft.sim_service", "regraft.stacks"))
+"""Packages of ours that must not read clocks either; all others of ours read them where no run can tell."""
 MAX_TOLD = 20
 """Places that are told; each costs a line in the log and an event."""
 
 Tell = Callable[[str, int, str, str], object]
 """Is told of a place: its file, line, what is called there, and what to use instead."""
 Undo = Callable[[], None]
+
+
+def package_of(module: str) -> str:
+    """Return the package of a module: within `regraft` its first part, elsewhere the package on top."""
+    names = module.split(".")
+    return ".".join(names[:2] if names[0] == "regraft" else names[:1])
 
 
 class Unrepeatable:
@@ -138,9 +144,11 @@ class Unrepeatable:
             self._tell(file, frame.f_lineno, name, instead)
 
     def _is_authored(self, module: str, file: str | None) -> bool:
-        package = module.partition(".")[0]
+        package = package_of(module)
         if package == self._package:
             return True
-        if package in OUR_OWN or package in sys.stdlib_module_names or file is None:
+        if package.startswith("regraft") and package not in LIKE_AUTHORS:
+            return False
+        if package in sys.stdlib_module_names or file is None:
             return False
         return not file.startswith(self._libraries) and not file.startswith("<")

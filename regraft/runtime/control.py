@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.described import describe_type
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import known_types
-from bus_schema.errors import SchemaError
-from bus_schema.messages.protocol.control import (
+from regraft.bus.interface import Query
+from regraft.bus_schema.described import describe_type
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import known_types
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
     ControlCode,
@@ -24,10 +25,9 @@ from bus_schema.messages.protocol.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.messages.protocol.handover import Role
-from bus_schema.model.description import types_in
-from bus_schema.model.lifecycle import State
-from regraft.bus.interface import Query
+from regraft.bus_schema.messages.protocol.handover import Role
+from regraft.bus_schema.model.description import types_in
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
 from regraft.runtime.core.pending import Pending

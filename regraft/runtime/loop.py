@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.runtime.runtime import Runtime
 

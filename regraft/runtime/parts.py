@@ -6,12 +6,12 @@ import inspect
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.requests import RefusalCode
-from bus_schema.model.lifecycle import State
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Bus, Sample
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.requests import RefusalCode
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import Component, declared, declared_for
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled

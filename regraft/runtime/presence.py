@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from bus_schema.keys import Keys
-from bus_schema.messages.quality import Quality
 from regraft.bus.inbox import Inbox
 from regraft.bus.interface import Bus, Closable
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.quality import Quality
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.inbound import Inbound
 from regraft.runtime.data.status_reporter import StatusReporter

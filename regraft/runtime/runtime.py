@@ -6,8 +6,8 @@ import time
 from collections.abc import Container
 from typing import Any
 
-from bus_schema.encoding.envelope import is_marker
 from regraft.bus.interface import Bus
+from regraft.bus_schema.encoding.envelope import is_marker
 from regraft.component.component import Component, declared
 from regraft.runtime.control import Control
 from regraft.runtime.core.assignment import Assignment

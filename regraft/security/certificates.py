@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from bus_schema.keys import host_name
+from regraft.bus_schema.keys import host_name
 from regraft.security import system_secret
 from regraft.security.system_secret import BadSecret
 

@@ -15,10 +15,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
-from bus_schema.model.hosts import LOCAL
 from regraft.bus.zenoh_config import Tls
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.security.credentials import reason_of
 from regraft.security.tls import Exchange, common_name, context
 

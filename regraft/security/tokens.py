@@ -19,10 +19,10 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from bus_schema.annotations import Bounds, Text
-from bus_schema.encoding.records import record_shape
-from bus_schema.errors import BadMessage
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import Bounds, Text
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.suggestions import instead_of
 from regraft.run_directory import NoRoom
 
 FILE: Final = "tokens.json"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.model.adaptation import AdaptationRequest, SetParameters, Violation
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.consistency import violations
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.model.adaptation import AdaptationRequest, SetParameters, Violation
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.consistency import violations
 from regraft.stack.files import file_problems
 from regraft.stack.sections.hosts import FIRST
 from regraft.stack.stack import time_sources

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.model.description import Description
-from bus_schema.model.parameter_values import parameter_problem
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass, load_class

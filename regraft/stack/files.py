@@ -6,10 +6,10 @@ import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.model.description import Description
-from regraft.path_hints import instead_of_path
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.description import Description
 from regraft.stack.sections.components import RUN_FOLDER
+from regraft.stack.yaml.path_hints import instead_of_path
 
 
 def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.component.handlers import LONGEST
 from regraft.process.trial.trial_import import Notice
 from regraft.stack.checks import stack_problems

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bus_schema import keys
-from bus_schema.annotations import PlainValue
-from bus_schema.errors import BadKey
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from bus_schema.model.constraints import split_parameter
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema import keys
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.constraints import split_parameter
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import describe_class
 from regraft.stack.sections.components import connections, with_absolute_paths

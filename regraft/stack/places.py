@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bus_schema import keys
-from bus_schema.errors import BadKey
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema import keys
+from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
 from regraft.stack.stack import Stack
 from regraft.stack.yaml.problems import Problem, StackError

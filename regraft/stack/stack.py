@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 

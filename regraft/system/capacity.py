@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.architecture import ComponentSpec
 
 COMPONENT_MEMORY, PROGRAM_MEMORY = 9.0, 1.0
 """MiB of a component's process (8.2 of its own, 0.8 in its host), and of a program's such as ``sleep``."""

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys, system_name
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
-from bus_schema.model.hosts import LOCAL
 from regraft import run_directory
 from regraft.bus.interface import Answer, Bus, BusError
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys, system_name
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
 from regraft.host.plan import HostPlan

@@ -11,12 +11,12 @@ import socket
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.model.hosts import LOCAL
 from regraft import run_directory
 from regraft.bus.interface import Bus
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints, Tls
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.component.component import Component
 from regraft.host.joining.proof_checker import ProofChecker
 from regraft.host.plan import HostPlan

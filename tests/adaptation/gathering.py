@@ -6,9 +6,9 @@ import time
 from dataclasses import replace
 from typing import ClassVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, SetParameters, Swap
 from regraft import CallFailed, Component, Input, Output, every
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, SetParameters, Swap
 from tests.handover.parts import Ask, Item, Totaller
 from tests.waiting import PATIENCE
 

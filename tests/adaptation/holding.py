@@ -6,9 +6,9 @@ import fcntl
 import socket
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.model.description import Resources
 from regraft import Parameter, service
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.description import Resources
 from tests.handover.parts import Ask, Item, Totaller
 
 

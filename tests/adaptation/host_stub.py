@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.host import (
+from regraft.bus.memory_bus import MemoryBus, MemoryHub, MemoryQuery
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
     HostStatus,
     HostView,
@@ -26,8 +27,7 @@ from bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus.memory_bus import MemoryBus, MemoryHub, MemoryQuery
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.host.zygote.describe_process import describe_component
 
 

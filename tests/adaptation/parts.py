@@ -5,13 +5,13 @@ from __future__ import annotations
 import threading
 from typing import ClassVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.geometry import Twist, Vector3
-from bus_schema.messages.quality import Quality
-from bus_schema.messages.sensors import LaserScan
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
-from bus_schema.model.architecture import ComponentSpec
 from regraft import Component, Input, Output, Parameter, every
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.messages.sensors import LaserScan
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from tests.waiting import PATIENCE
 

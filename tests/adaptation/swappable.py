@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.annotations import PlainValue
 from regraft import Component, Input, Output, Parameter, service
+from regraft.bus_schema.annotations import PlainValue
 from tests.handover.parts import Ask, Item, Totaller
 
 

@@ -9,17 +9,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from adaptation_manager.manager import AdaptationManager
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.health import Event
-from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
-from bus_schema.messages.protocol.control import ComponentView
-from bus_schema.messages.protocol.host import StartSuccessor
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
-from bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
-from bus_schema.model.lifecycle import State
+from regraft.adaptation_manager.manager import AdaptationManager
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.protocol.control import ComponentView
+from regraft.bus_schema.messages.protocol.host import StartSuccessor
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Constraint, TopicSpec
+from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
 from regraft.component.component import Component, class_path, describe
 from regraft.lockstep.member import Member

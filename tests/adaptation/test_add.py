@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import (
     Add,
     ChangeState,
     Connect,
@@ -15,8 +15,8 @@ from bus_schema.model.adaptation import (
     SetParameters,
     StepState,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Listener, Newcomer
 from tests.adaptation.system import System, spec_of
 from tests.waiting import wait_until

@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import pytest
 
-from adaptation_manager.execution.confirmation import Watch
-from adaptation_manager.journal.journal import Journal, JournalError
-from bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import (
+from regraft import CallFailed
+from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.journal.journal import Journal, JournalError
+from regraft.bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     Add,
     ChangeState,
@@ -23,9 +24,8 @@ from bus_schema.model.adaptation import (
     SetParameters,
     StepState,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from bus_schema.model.lifecycle import State, Transition
-from regraft import CallFailed
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
 from tests.waiting import PATIENCE, wait_until

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import Connect, Outcome, SetParameters
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from tests.adaptation.system import System
 from tests.waiting import wait_until
 

@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.execution.verify import verify
-from adaptation_manager.journal.opening import HOW_LOST
-from adaptation_manager.targets.component_client import ControlFailed
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.protocol.control import ParameterValues
-from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
-from bus_schema.model.architecture import Architecture
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.execution.verify import verify
+from regraft.adaptation_manager.journal.opening import HOW_LOST
+from regraft.adaptation_manager.targets.component_client import ControlFailed
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
+from regraft.bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
 from tests.waiting import PATIENCE, wait_until
@@ -102,7 +102,7 @@ def test_an_adaptation_whose_end_alone_is_cut_off_was_applied(system: System, mo
         copies.append(_copy(system))
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.execution.transaction.verify", copying)
+        patch.setattr("regraft.adaptation_manager.execution.transaction.verify", copying)
         report = _set(system, 0.2)
     _return(system, copies[0])
     assert system.view("listener").parameters["gain"] == 0.2
@@ -124,7 +124,7 @@ def test_one_that_was_undone_is_not_taken_for_the_one_that_was_applied_after_it(
         raise ControlFailed("it does not want to")
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.execution.transaction.verify", failing)
+        patch.setattr("regraft.adaptation_manager.execution.transaction.verify", failing)
         undone = system.adapt(SetParameters("listener", {"gain": 0.7}))
         assert undone.outcome is Outcome.ROLLED_BACK
     applied = _set(system, 0.2)
@@ -147,7 +147,7 @@ def test_what_was_open_when_the_journal_begins_anew_is_not_undone(
         copies.append(_copy(system))
 
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.execution.transaction.verify", copying)
+        patch.setattr("regraft.adaptation_manager.execution.transaction.verify", copying)
         _set(system, 0.2)
     _set(system, 0.3)
     with closing(_settle(copies[0])) as database:

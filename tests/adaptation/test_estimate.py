@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.model.adaptation import AdaptationReport, Add, ChangeState, Connect, Outcome, Remove, SetParameters
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.model.estimates import Basis, Estimate
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    Add,
+    ChangeState,
+    Connect,
+    Outcome,
+    Remove,
+    SetParameters,
+)
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.estimates import Basis, Estimate
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
 LAMP = Add("lamp", ComponentSpec(cls="tests.adaptation.parts:Lamp", parameters={"level": 4.0}))

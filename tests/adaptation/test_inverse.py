@@ -5,10 +5,10 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptation_manager.execution.undo import conflicts, inverse
-from adaptation_manager.steps import PLANNERS
-from adaptation_manager.steps.draft import Draft
-from bus_schema.model.adaptation import (
+from regraft.adaptation_manager.execution.undo import conflicts, inverse
+from regraft.adaptation_manager.steps import PLANNERS
+from regraft.adaptation_manager.steps.draft import Draft
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Change,
@@ -17,8 +17,8 @@ from bus_schema.model.adaptation import (
     Outcome,
     SetParameters,
 )
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import small_architecture
 
 BEFORE = small_architecture()

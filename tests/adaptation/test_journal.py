@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from adaptation_manager.journal import write_back
-from adaptation_manager.journal.journal import Journal, JournalError
-from adaptation_manager.journal.write_back import WriteBack
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.protocol.host import JournalEnd
-from bus_schema.model.adaptation import Outcome, SetParameters
-from bus_schema.model.architecture import Architecture
 from regraft import CallFailed
+from regraft.adaptation_manager.journal import write_back
+from regraft.adaptation_manager.journal.journal import Journal, JournalError
+from regraft.adaptation_manager.journal.write_back import WriteBack
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.host import JournalEnd
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System
 from tests.waiting import PATIENCE, wait_until
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System, small_architecture
 
 QUIET = [

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Outcome, Remove, SetParameters
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Outcome, Remove, SetParameters
+from regraft.bus_schema.model.architecture import ComponentSpec
 from tests.adaptation.system import System, small_architecture
 
 LISTENER = ComponentSpec(cls="tests.adaptation.parts:Listener")

@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft import CallFailed
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
 from tests.waiting import PATIENCE, wait_until

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.journal.journal import Journal
-from adaptation_manager.targets.host_client import Hosts
-from bus_schema.model.adaptation import (
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.journal.journal import Journal
+from regraft.adaptation_manager.targets.host_client import Hosts
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     Add,
     Change,
@@ -20,8 +20,8 @@ from bus_schema.model.adaptation import (
     Remove,
     SetParameters,
 )
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
 from tests.waiting import wait_until
 
@@ -176,7 +176,11 @@ def test_an_old_manager_is_fenced(system: System, own_journals: bool) -> None:
     journal = "" if own_journals else str(system.journal)
     services = {
         name: name.replace("adaptation_manager", "old_manager")
-        for name in ("adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/cancel")
+        for name in (
+            "adaptation_manager/adapt",
+            "adaptation_manager/undo",
+            "adaptation_manager/cancel",
+        )
     }
     system.running["manager"].kill()
     services |= {f"adaptation_manager/{name}": f"old_manager/{name}" for name in ("journal", "architecture")}

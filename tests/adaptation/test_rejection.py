@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.encoding.shapes import CUT
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.encoding.shapes import CUT
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -18,8 +18,8 @@ from bus_schema.model.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
 

@@ -6,11 +6,11 @@ import threading
 
 import pytest
 
-from adaptation_manager.manager import AdaptationManager
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import Add, ChangeState, Connect, Outcome, Remove, SetParameters, StepState
-from bus_schema.model.architecture import ComponentSpec, Constraint, ConstraintKind
-from bus_schema.model.lifecycle import State, Transition
+from regraft.adaptation_manager.manager import AdaptationManager
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import Add, ChangeState, Connect, Outcome, Remove, SetParameters, StepState
+from regraft.bus_schema.model.architecture import ComponentSpec, Constraint, ConstraintKind
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Newcomer, Ticker
 from tests.adaptation.system import System, small_architecture, spec_of
 from tests.waiting import PATIENCE, wait_until

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import Outcome, SetParameters, StepState, Swap
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters, StepState, Swap
+from regraft.bus_schema.model.lifecycle import State
 from tests.adaptation.system import System
 from tests.adaptation.test_swap import DOUBLER, _cls, _hears_on, site
 from tests.handover.parts import Ask, Item

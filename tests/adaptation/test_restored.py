@@ -8,12 +8,13 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.journal.journal import Journal, JournalError
-from adaptation_manager.steps.actions import ApplyParameters, Restore
-from adaptation_manager.targets.host_client import Hosts
-from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
-from bus_schema.model.adaptation import (
+from regraft import CallFailed
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.journal.journal import Journal, JournalError
+from regraft.adaptation_manager.steps.actions import ApplyParameters, Restore
+from regraft.adaptation_manager.targets.host_client import Hosts
+from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     Change,
     ChangeState,
@@ -23,9 +24,8 @@ from bus_schema.model.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.lifecycle import State, Transition
-from regraft import CallFailed
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
 from tests.waiting import wait_until
@@ -175,9 +175,9 @@ def test_what_is_not_as_before_is_told_as_a_difference_and_never_as_undone(
 
     undo = transaction.undo
     with monkeypatch.context() as patch:
-        patch.setattr("adaptation_manager.execution.transaction.undo", read)
-        patch.setattr("adaptation_manager.execution.recovery.undo", read)
-        patch.setattr("adaptation_manager.execution.transaction.perform", perform)
+        patch.setattr("regraft.adaptation_manager.execution.transaction.undo", read)
+        patch.setattr("regraft.adaptation_manager.execution.recovery.undo", read)
+        patch.setattr("regraft.adaptation_manager.execution.transaction.perform", perform)
         report = WAYS[way](system, patch, *changes, SetParameters("talker", {"rate": 900.0}))
     assert report.outcome is Outcome.STUCK, report
     assert "listener: parameters.gain is 0.9, should be 0.5" in report.error

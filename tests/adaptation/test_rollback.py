@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters, StepState
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
 from tests.waiting import PATIENCE, wait_until

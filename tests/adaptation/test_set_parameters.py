@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.model.adaptation import Outcome, SetParameters, StepState
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters, StepState
 from tests.adaptation.system import System
 
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.journal.journal import Journal, JournalError
-from bus_schema.model.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
-from bus_schema.model.architecture import Architecture, TopicSpec
-from bus_schema.model.lifecycle import Transition
+from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.model.adaptation import AdaptationReport, ChangeState, Outcome, Remove, SetParameters
+from regraft.bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.journal.journal import Journal
-from adaptation_manager.manager import AdaptationManager
-from adaptation_manager.targets.host_client import Hosts
-from bus_schema.model.adaptation import (
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.journal.journal import Journal
+from regraft.adaptation_manager.manager import AdaptationManager
+from regraft.adaptation_manager.targets.host_client import Hosts
+from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.model.adaptation import (
     Add,
     Change,
     ChangeState,
@@ -24,9 +25,8 @@ from bus_schema.model.adaptation import (
     StepState,
     Swap,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State, Transition
-from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, Running, System, spec_of

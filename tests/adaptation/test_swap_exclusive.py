@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome, SetParameters, Swap
-from bus_schema.model.architecture import Architecture, TopicSpec
-from bus_schema.model.lifecycle import State
 from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters, Swap
+from regraft.bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.bus_schema.model.lifecycle import State
 from tests.adaptation.holding import Clumsy, Holder
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.targets.host_client import Hosts
-from bus_schema.messages.protocol.host import StartSuccessor
-from bus_schema.model.adaptation import Outcome, Swap
-from bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.messages.protocol.host import StartSuccessor
+from regraft.bus_schema.model.adaptation import Outcome, Swap
+from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.lockstep import step_dispatch
 from tests.adaptation.gathering import HERE, Gatherer, Swapper, Witness
 from tests.adaptation.host_stub import HostStub

@@ -9,10 +9,17 @@ from contextlib import contextmanager
 
 import pytest
 
-from bus_schema.messages.protocol.requests import Answer
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Connect, Outcome, SetParameters
 from regraft import CallFailed
 from regraft.bus.memory_bus import MemoryBus
+from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Connect,
+    Outcome,
+    SetParameters,
+)
 from regraft.client import Client
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, System

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from adaptation_manager.manager import AdaptationManager
-from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
-from bus_schema.model.lifecycle import State, Transition
+from regraft.adaptation_manager.manager import AdaptationManager
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System, spec_of
 from tests.waiting import wait_until
 

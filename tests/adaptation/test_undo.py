@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
 
 

@@ -19,18 +19,18 @@ from behavior_tree import (
     load_text,
     status_from_name,
 )
-from bus_schema.encoding import codec
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from bus_schema.model.description import Description, ParameterDescription
-from bus_schema.model.lifecycle import State
 from regraft import CallFailed
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.description import Description, ParameterDescription
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.future import Future
-from services.bt_executor.adaptation import ADAPT_DECORATORS
-from services.bt_executor.leaves.context import Asked
+from regraft.services.bt_executor.adaptation import ADAPT_DECORATORS
+from regraft.services.bt_executor.leaves.context import Asked
 
 
 def small_architecture() -> Architecture:

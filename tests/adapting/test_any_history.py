@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.adaptation import Outcome
 from tests.adapting.helpers import FakeContext, bench
 
 NODE_TYPES = (

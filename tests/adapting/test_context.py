@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import MAX_CONTEXT_SIZE, AdaptationRequest, plain_size
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import MAX_CONTEXT_SIZE, AdaptationRequest, plain_size
 from tests.adapting.helpers import FakeContext, bench
 
 SLOWER = 'rules="near : navigator.max_velocity := 0.1"'

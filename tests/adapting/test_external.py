@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from behavior_tree import Input, LoadError
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.messages.protocol.requests import Answer
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import Outcome, SetParameters
 from regraft import CallFailed
-from services.bt_executor.adaptation import AdaptPeriodically
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.services.bt_executor.adaptation import AdaptPeriodically
 from tests.adapting.helpers import Bench, FakeContext, bench
 
 UCB = (

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from behavior_tree import Input, LoadError, NodeError, load_text
-from bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from regraft import CallFailed
-from services.bt_executor.adaptation import AdaptOnStart, AdaptOnSuccess, Change, Impossible, Result
-from services.bt_executor.node_types import NODE_TYPES, node_types
-from stacks.frog.plans import PLANS
+from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
+from regraft.services.bt_executor.adaptation import AdaptOnStart, AdaptOnSuccess, Change, Impossible, Result
+from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
+from regraft.stacks.frog.plans import PLANS
 from tests.adapting.helpers import Bench, FakeContext, bench, speed_change
 
 PAGE = Path(__file__).parents[2] / "docs" / "adapting.md"

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behavior_tree import Input, LoadError, NodeError
-from bus_schema.model.adaptation import ChangeState, Connect
-from bus_schema.model.lifecycle import Transition
-from services.bt_executor.adaptation import AdaptOnStart, Step
+from regraft.bus_schema.model.adaptation import ChangeState, Connect
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.bt_executor.adaptation import AdaptOnStart, Step
 from tests.adapting.helpers import bench, speed_change
 
 LISTING_1 = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.adaptation import Outcome
 from tests.adapting.helpers import Bench, FakeContext, bench, speed_change
 
 SLOWER = 'subject_location="navigator" rules="max_velocity := speed" outcome="{o}" reason="{r}"'

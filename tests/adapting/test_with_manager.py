@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.model.adaptation import AdaptationReport, Outcome
-from bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
 from regraft.bus.memory_bus import MemoryHub
-from services.bt_executor.executor import Executor
+from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
+from regraft.bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.services.bt_executor.executor import Executor
 from tests.adaptation import parts
 from tests.adaptation.conftest import bare_system  # noqa: F401
 from tests.adaptation.host_stub import HostStub

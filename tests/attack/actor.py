@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from bus_schema.messages.protocol.host import HostState
-from bus_schema.model.adaptation import Move, Outcome
+from regraft.bus_schema.messages.protocol.host import HostState
+from regraft.bus_schema.model.adaptation import Move, Outcome
 from tests.host.guests import Guest, go_on, stop, wait_state
 from tests.host.several import MOVE, Site
 from tests.host.system import children_of

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.keys import CONTROL_VERBS
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.keys import CONTROL_VERBS
 from tests.attack.tally import Tally
 from tests.host.system import System
 from tests.hostile.conftest import SOURCE, Start

@@ -55,7 +55,7 @@ def _changed(text: str, chance: random.Random) -> str:
 def test_a_stack_file_changed_at_random_is_refused_in_a_clear_line_or_means_something(
     tmp_path: Path, chance: random.Random, tally: Tally
 ) -> None:
-    shutil.copytree(ROOT / "stacks" / "frog", tmp_path / "frog")
+    shutil.copytree(ROOT / "regraft" / "stacks" / "frog", tmp_path / "frog")
     path = tmp_path / "frog" / "stack.yaml"
     whole = path.read_text()
     for number in range(TIMES):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from tests.adaptation.system import System as SmallSystem
 from tests.adaptation.test_restored import as_told, some_change, some_way
 from tests.attack.tally import Tally

@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]
 
 EXAMPLES = 200
 WITH_MISSION = HEAD.replace("components:\n", "  mission: {type: regraft/MissionStatus}\ncomponents:\n")
-EXECUTOR = "  bt_executor: {class: 'services.bt_executor.executor:Executor'}\n"
+EXECUTOR = "  bt_executor: {class: 'regraft.services.bt_executor.executor:Executor'}\n"
 
 
 def test_no_request_that_the_document_allows_is_called_malformed_or_fails(

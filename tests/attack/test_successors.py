@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome, Swap
+from regraft.bus_schema.model.adaptation import Outcome, Swap
 from tests.attack.tally import Tally
 from tests.evidence.test_swapping import CALLER, OFTEN
 from tests.host.system import System

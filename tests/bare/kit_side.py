@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.geometry import Vector3
-from bus_schema.messages.protocol.control import ComponentView, Peer, Rewire, RewireStep
-from bus_schema.messages.sensors import LightLevel
 from regraft import Component, Input, Output, Parameter, every
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.geometry import Vector3
+from regraft.bus_schema.messages.protocol.control import ComponentView, Peer, Rewire, RewireStep
+from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.lockstep.source import TimeSource
 
 

@@ -13,12 +13,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.protocol.control import ControlError, Snapshot
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.protocol.control import ControlError, Snapshot
 from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
 from tests.ports import free_endpoint
@@ -26,7 +26,7 @@ from tests.waiting import PATIENCE, wait_for
 
 TESTS = Path(__file__).parents[1]
 RUN_KIT_COMPONENT = (
-    "import sys; from bus_schema.encoding import codec; from regraft.runtime.core.assignment import Assignment;"
+    "import sys; from regraft.bus_schema.encoding import codec; from regraft.runtime.core.assignment import Assignment;"
     "from regraft.process.main import run_component;"
     "sys.exit(run_component(codec.decode(sys.stdin.buffer.read(), Assignment)))"
 )

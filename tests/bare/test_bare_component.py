@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.messages.protocol.control import (
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.protocol.control import (
     ComponentView,
     ControlCode,
     ParameterValues,
@@ -26,10 +26,10 @@ from bus_schema.messages.protocol.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
-from bus_schema.messages.sensors import LightLevel
-from bus_schema.model.description import Description
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.waiting import PATIENCE, wait_for
 
 from .kit_side import Asker, Lamp, Recorder

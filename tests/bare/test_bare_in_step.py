@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.protocol.control import ComponentView, ParameterValues
-from bus_schema.messages.protocol.requests import Answer, Request, Verb
-from bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
+from regraft.bus_schema.messages.protocol.requests import Answer, Request, Verb
+from regraft.bus_schema.messages.sensors import LightLevel
 from tests.waiting import wait_for
 
 from .kit_side import Asker, Mover, Recorder, Sun

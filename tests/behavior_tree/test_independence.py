@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import io
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -15,20 +14,11 @@ import pytest
 import behavior_tree
 from behavior_tree import SUCCESS
 from behavior_tree.examples import thermostat
+from tests.wheels import build_wheel
 
 ROOT = Path(behavior_tree.__file__).parent.parent
 README = (ROOT / "behavior_tree" / "README.md").read_text(encoding="utf-8")
 BOUND = 120.0
-OURS = (
-    "adaptation_manager",
-    "bus_schema",
-    "dashboard_api",
-    "evaluation",
-    "regraft",
-    "services",
-    "sim_service",
-    "stacks",
-)
 ALONE = """\
 import runpy, sys
 sys.path.insert(0, {wheel!r})
@@ -66,29 +56,9 @@ def test_it_imports_nothing_but_itself_and_the_standard_library() -> None:
 
 
 def test_out_of_a_wheel_a_tree_runs_without_anything_else(tmp_path: Path) -> None:
-    source = tmp_path / "source"  # what is built in the checkout stays there
-    source.mkdir()
-    for name in ("pyproject.toml", "README.md"):
-        shutil.copy(ROOT / name, source)
-    for name in ("behavior_tree", *OURS):
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    wheel = [
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        str(source),
-        "--no-deps",
-        "--no-build-isolation",
-        "-w",
-        str(tmp_path),
-    ]
-    built = subprocess.run(wheel, capture_output=True, text=True, timeout=BOUND)
-    assert built.returncode == 0, built.stderr
-    (found,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(found) as archive:
+    with zipfile.ZipFile(build_wheel(tmp_path)) as archive:
         archive.extractall(tmp_path / "installed")
-    script = ALONE.format(wheel=str(tmp_path / "installed"), ours=set(OURS))
+    script = ALONE.format(wheel=str(tmp_path / "installed"), ours={"regraft"})
     alone = subprocess.run(
         [sys.executable, "-I", "-S", "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=BOUND
     )

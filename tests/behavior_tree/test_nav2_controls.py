@@ -8,8 +8,8 @@ import pytest
 from behavior_tree import LoadError, ManualClock, NodeError, Registry, Tree, load_text
 from behavior_tree.nav2 import NAV2_NODES, PauseResumeController, register_nav2
 from behavior_tree.scripted import scripted_registry
-from services.bt_executor.leaves.context import LeafContext
-from services.bt_executor.node_types import node_types
+from regraft.services.bt_executor.leaves.context import LeafContext
+from regraft.services.bt_executor.node_types import node_types
 
 from .trees import document, leaf, statuses, ticks
 

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
-from bus_schema.messages.sensors import Odometry
 from regraft import Component, Output, Parameter, RequestRefused, action, every
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
+from regraft.bus_schema.messages.sensors import Odometry
 from regraft.component.goal import Goal
+from regraft.services.battery import Battery
+from regraft.services.charging.docking import Docking
+from regraft.services.charging.search import places_to_try
+from regraft.services.power_model import total_power
 from regraft.testing import Rig
-from services.battery import Battery
-from services.charging.docking import Docking
-from services.charging.search import places_to_try
-from services.power_model import total_power
 
 Charging = Goal[Charged, ChargeProgress]
 

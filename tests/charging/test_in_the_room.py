@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress
-from bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.services.battery import Battery
+from regraft.services.charging.docking import Docking
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.power_model import total_power
+from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from services.battery import Battery
-from services.charging.docking import Docking
-from services.navigator.navigator import Navigator
-from services.power_model import total_power
-from sim_service.map_server import MapServer
 
 from ..services.rigs import FROG, finish, run, world_on
 

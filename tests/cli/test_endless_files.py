@@ -16,13 +16,13 @@ ENOUGH = 4_000_000
 ENDLESS = Path("/dev/zero")
 COMMANDS = (
     "up FILE",
-    "up stacks/frog --secret FILE",
-    "up stacks/frog --listen tls/127.0.0.1:7999 --tls FOLDER",
+    "up regraft/stacks/frog --secret FILE",
+    "up regraft/stacks/frog --listen tls/127.0.0.1:7999 --tls FOLDER",
     "host --join tls/127.0.0.1:7999 --name local --tls FOLDER",
     "adapt FILE",
     "planner propose bandits FILE",
     "mission check FILE",
-    "mission check stacks/frog/mission.xml --nodes FILE",
+    "mission check regraft/stacks/frog/mission.xml --nodes FILE",
     "mission load FILE",
     "certificates FOLDER local",
     "token list --system endless",

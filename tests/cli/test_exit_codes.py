@@ -91,10 +91,10 @@ def test_a_system_that_cannot_be_reached_exits_with_3(regraft: Regraft, home: Pa
         ("run", "nowhere"),
         ("run", "no.such.module:Class"),
         ("run", "regraft:CallFailed"),
-        ("run", "services.battery:Battery", "--set", "no_such=1"),
-        ("run", "services.battery:Battery", "--set", "nonsense"),
-        ("run", "services.battery:Battery", "--connect", "no_such=topic"),
-        ("run", "services.battery:Battery", "--name", "a b"),
+        ("run", "regraft.services.battery:Battery", "--set", "no_such=1"),
+        ("run", "regraft.services.battery:Battery", "--set", "nonsense"),
+        ("run", "regraft.services.battery:Battery", "--connect", "no_such=topic"),
+        ("run", "regraft.services.battery:Battery", "--name", "a b"),
         ("types", "regraft/Twits"),
         ("types", "--import", "no_such_module"),
         ("frobnicate",),
@@ -137,7 +137,7 @@ def port() -> Iterator[int]:
 
 def test_a_gateway_port_in_use_is_said_before_anything_runs(regraft: Regraft, home: Path, port: int) -> None:
     file = home / "stack.yaml"
-    gateway = f"{{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}"
+    gateway = f"{{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}"
     file.write_text(f"system: tiny\ncomponents:\n  gateway: {gateway}\n")
     found = regraft("up", str(file))
     assert found.exit_code == BAD_INPUT
@@ -174,8 +174,8 @@ def test_a_missing_mission_is_told_before_anything_starts(
 system: patrol
 topics: {{mission: regraft/MissionStatus}}
 components:
-  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: 0}}}}
-  bt_executor: {{class: 'services.bt_executor.executor:Executor', parameters: {{mission: {mission}}}}}
+  gateway: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: 0}}}}
+  bt_executor: {{class: 'regraft.services.bt_executor.executor:Executor', parameters: {{mission: {mission}}}}}
 """
     )
     found = regraft("up", str(tmp_path), "--for", "1", *(text.format(folder=tmp_path) for text in overrides))

@@ -16,7 +16,7 @@ WAIT = '<Sleep name="wait" msec="100000000"/>'
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     """Run an executor without a stack."""
-    run = ("run", "services.bt_executor.executor:Executor", "--name", "bt_executor")
+    run = ("run", "regraft.services.bt_executor.executor:Executor", "--name", "bt_executor")
     with System(tmp_path_factory.mktemp("home"), command=run, ready="bt_executor runs") as system:
         system.component_after("bt_executor", 0)
         yield system

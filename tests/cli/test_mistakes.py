@@ -24,8 +24,8 @@ modes:
   loud: [{change: set_parameters, component: talker, parameters: {step: 2}}]
 
 components:
-  bt_executor: {class: 'services.bt_executor.executor:Executor'}
-  bandits: {class: 'adaptation_manager.planners.bandits.planner:BanditPlanner', parameters: {seed: 7}}
+  bt_executor: {class: 'regraft.services.bt_executor.executor:Executor'}
+  bandits: {class: 'regraft.adaptation_manager.planners.bandits.planner:BanditPlanner', parameters: {seed: 7}}
 """
 TREE = tree('<Script code="rounds := 3"/>', '<Sleep name="wait" msec="100000000"/>', name="Patrol")
 PROPOSAL = {
@@ -125,7 +125,7 @@ OPTIONS: list[tuple[str, str]] = [
     ("mission set rounds=1 --board Patrl", "there is no sub-tree 'Patrl'"),
     ("mission load right --main Patrl", "Patrl"),
     ("mission check right --main Patrl", "Patrl"),
-    ("mission check right --nodes services.nods:X", "services"),
+    ("mission check right --nodes regraft.services.nods:X", "services"),
     ("journal --before last", "'last'"),
     ("types --import tiny_prts", "did you mean 'tiny_parts'?"),
     ("evaluate frog-architecture --configurations basline", "did you mean"),

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from bus_schema.messages.health import Event
-from bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from regraft.cli.adaptation.managing import headline, violation_line
 from regraft.cli.bus.rates import Rates
 from regraft.cli.extensions import add_extensions
@@ -28,7 +28,7 @@ from regraft.cli.system.logs import grown, tail
 from regraft.cli.system.ps import remark, shown_state
 from regraft.cli.terminal.output import harmless, plain_table, say, show_json
 from regraft.client import TopicSample
-from services.bt_executor.command_line import quality_line, tree_lines
+from regraft.services.bt_executor.command_line import quality_line, tree_lines
 
 CLOCK = ClockTime(40, 2_000_000_000, 9.8, ("a",))
 

@@ -11,16 +11,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.perception import Detect, Detections, Sightings
-from bus_schema.messages.sensors import Image, Odometry
-from evaluation.detection_curve import Look, report, write_report
 from regraft import Component, Output, every
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.perception import Detect, Detections, Sightings
+from regraft.bus_schema.messages.sensors import Image, Odometry
+from regraft.evaluation.detection_curve import Look, report, write_report
+from regraft.services.detector.detector import Detector
+from regraft.services.detector.hydrant_detector import HydrantDetector
+from regraft.services.detector.template_detector import TemplateDetector
+from regraft.sim_service.cameras.renderers import RendererName
 from regraft.testing import Rig
-from services.detector.detector import Detector
-from services.detector.hydrant_detector import HydrantDetector
-from services.detector.template_detector import TemplateDetector
-from sim_service.cameras.renderers import RendererName
 from tests.detector.gallery import Gallery, Shot
 from tests.renderers import renderers
 

@@ -10,21 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Diagnostic, Level
-from bus_schema.messages.perception import Detect, Sightings
-from bus_schema.messages.power import EnergyUse
-from bus_schema.messages.sensors import Image, Odometry
 from regraft import CallFailed, Component, Output, every
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.health import Diagnostic, Level
+from regraft.bus_schema.messages.perception import Detect, Sightings
+from regraft.bus_schema.messages.power import EnergyUse
+from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.component.component import describe
+from regraft.services.detector.detector import Detector
+from regraft.services.detector.finder import Found
+from regraft.services.detector.hydrant_detector import HydrantDetector
+from regraft.services.detector.template_detector import TemplateDetector
+from regraft.sim_service.cameras.renderers import RendererName
+from regraft.sim_service.layout.poses import Pose2D
 from regraft.testing import Rig
-from services.detector.detector import Detector
-from services.detector.finder import Found
-from services.detector.hydrant_detector import HydrantDetector
-from services.detector.template_detector import TemplateDetector
-from sim_service.cameras.renderers import RendererName
-from sim_service.layout.poses import Pose2D
 from tests.services.rigs import Studio
 
 HYDRANT = Pose2D(0.8, 0.1, 0.7)

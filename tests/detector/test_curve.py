@@ -8,10 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.detection_curve import Look, by_darkness, by_distance, false_alarms, main, read_looks, write_looks
-from services.detector.detector import Detector
-from services.detector.hydrant_detector import HydrantDetector
-from services.detector.template_detector import TemplateDetector
+from regraft.evaluation.detection_curve import (
+    Look,
+    by_darkness,
+    by_distance,
+    false_alarms,
+    main,
+    read_looks,
+    write_looks,
+)
+from regraft.services.detector.detector import Detector
+from regraft.services.detector.hydrant_detector import HydrantDetector
+from regraft.services.detector.template_detector import TemplateDetector
 
 from .gallery import Gallery, Shot
 from .measuring import looks

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.messages.geometry import Vector3
-from bus_schema.messages.perception import Detection
-from services.detector.location import locate, weighted_median
+from regraft.bus_schema.messages.geometry import Vector3
+from regraft.bus_schema.messages.perception import Detection
+from regraft.services.detector.location import locate, weighted_median
 
 
 def seen(x: float, y: float, confidence: float = 0.9, distance: float = 1.0, frame: str = "map") -> Detection:

@@ -5,9 +5,9 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.messages.geometry import Pose, Twist, Vector3
-from bus_schema.messages.sensors import Odometry
-from services.detector.pose_history import MAX_AHEAD, MAX_GAP, PoseHistory
+from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
+from regraft.bus_schema.messages.sensors import Odometry
+from regraft.services.detector.pose_history import MAX_AHEAD, MAX_GAP, PoseHistory
 
 
 def odometry(stamp: float, x: float = 0.0, yaw: float = 0.0, speed: float = 0.0, turn: float = 0.0) -> Odometry:

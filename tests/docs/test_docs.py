@@ -15,15 +15,15 @@ import pytest
 import typer
 import yaml
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import known_types
-from bus_schema.model.adaptation import AdaptationRequest
-from dashboard_api import app
-from dashboard_api.backend.event_buffer import EventBuffer
-from dashboard_api.backend.manager import Services
-from dashboard_api.http.callers import Callers
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import known_types
+from regraft.bus_schema.model.adaptation import AdaptationRequest
 from regraft.client import Client
+from regraft.dashboard_api import app
+from regraft.dashboard_api.backend.event_buffer import EventBuffer
+from regraft.dashboard_api.backend.manager import Services
+from regraft.dashboard_api.http.callers import Callers
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens
 from regraft.stack import StackError, load

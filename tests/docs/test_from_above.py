@@ -33,7 +33,7 @@ def above(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def _commands(*names: str) -> list[list[str]]:
     """Return the README's commands of these names as they are typed one folder further up."""
     found = [shlex.split(text, comments=True)[1:] for text in dict.fromkeys(commands_in(README))]
-    return [[word.replace("stacks/", "regraft/stacks/") for word in words] for words in found if words[0] in names]
+    return [words for words in found if words[0] in names]
 
 
 def _done(words: list[str], home: Path) -> str:

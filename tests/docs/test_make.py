@@ -113,5 +113,5 @@ def test_frog_imports_nothing_that_only_tests_need(stack: str) -> None:
         if not own & {canonicalize_name(owner) for owner in owners}
     } - TAKEN_IF_THERE
     assert {"pytest", "mypy", "sklearn"} <= foreign
-    command = [sys.executable, "-c", LOAD, str(ROOT / "stacks/frog" / stack), ",".join(foreign)]
+    command = [sys.executable, "-c", LOAD, str(ROOT / "regraft/stacks/frog" / stack), ",".join(foreign)]
     assert run(command, ROOT).strip() == ""

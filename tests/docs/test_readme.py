@@ -11,9 +11,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.sensors import LaserScan
 from regraft import Component
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.testing import Rig
 
 README = (Path(__file__).parents[2] / "README.md").read_text()

@@ -103,7 +103,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Run FROG, with the example's component beside it."""
     made = Place(tmp_path_factory.mktemp("tutorial"))
     try:
-        made.start(made.foreign, "up", str(ROOT / "stacks/frog"), "--headless", "--set", f"gateway.port={free_port()}")
+        made.start(
+            made.foreign, "up", str(ROOT / "regraft/stacks/frog"), "--headless", "--set", f"gateway.port={free_port()}"
+        )
         wait_until(are_active(made.states, "navigator"), "FROG to be up", 4 * PATIENCE)
         made.start(made.author, *commands()[0][0])
         wait_until(are_active(made.states, "watchman"), "the watchman to be active", 4 * PATIENCE)

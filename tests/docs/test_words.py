@@ -14,19 +14,9 @@ import regraft
 
 ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
-FORMER = "bus_schema/encoding/records.py"
+FORMER = "regraft/bus_schema/encoding/records.py"
 """It knows former names of fields, for the errors that name the present ones."""
-PACKAGES = (
-    "adaptation_manager",
-    "behavior_tree",
-    "bus_schema",
-    "dashboard_api",
-    "evaluation",
-    "regraft",
-    "services",
-    "sim_service",
-    "stacks",
-)
+PACKAGES = ("behavior_tree", "regraft")
 
 
 def retired() -> list[str]:

@@ -7,22 +7,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.sensors import LaserScan, Odometry
-from bus_schema.messages.world import GroundTruth
-from evaluation.map_quality import map_quality
+from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.sensors import LaserScan, Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.evaluation.map_quality import map_quality
+from regraft.services.battery import Battery
+from regraft.services.mapper.component import MappingComponent
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.odometry_mapper import OdometryMapper
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.qualities import is_safe
+from regraft.services.power_model import motion_power
+from regraft.sim_service.map_server import MapServer
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from services.battery import Battery
-from services.mapper.component import MappingComponent
-from services.mapper.mapper import Mapper
-from services.mapper.odometry_mapper import OdometryMapper
-from services.navigator.navigator import Navigator
-from services.navigator.qualities import is_safe
-from services.power_model import motion_power
-from sim_service.map_server import MapServer
-from sim_service.world import World
 from tests.services.rigs import FROG, TICK, finish, run, world_on
 
 TRAVEL_NOISE = 0.01

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
-from bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.services.battery import Battery
+from regraft.services.charging.docking import Docking
+from regraft.services.navigator.navigator import Navigator
+from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from services.battery import Battery
-from services.charging.docking import Docking
-from services.navigator.navigator import Navigator
-from sim_service.map_server import MapServer
 from tests.services.rigs import FROG, TICK, finish, run, run_until, world_on
 
 CAPACITY, CHARGE, UNTIL = 2000.0, 0.95, 0.97

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from regraft.services.battery import Battery
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.odometry_mapper import OdometryMapper
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.pursuit_navigator import PursuitNavigator
+from regraft.services.power_model import IDLE_POWER, LIDAR_POWER
 from regraft.testing import Rig
-from services.battery import Battery
-from services.mapper.mapper import Mapper
-from services.mapper.odometry_mapper import OdometryMapper
-from services.navigator.navigator import Navigator
-from services.navigator.pursuit_navigator import PursuitNavigator
-from services.power_model import IDLE_POWER, LIDAR_POWER
 
 from .course import MAPPERS, TRAVEL_NOISE, Course, Truth
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from regraft.services.explorer.explorer import Explorer
+from regraft.services.explorer.strategies import STRATEGIES
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from services.explorer.explorer import Explorer
-from services.explorer.strategies import STRATEGIES
-from sim_service.layout.scene import load_scene
-from sim_service.simulation import Simulation
 from tests.explorer.rooms import frog_room
 from tests.explorer.tour import Tour
 from tests.services.rigs import FROG

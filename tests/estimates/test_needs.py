@@ -9,22 +9,22 @@ import pytest
 from regraft import Component
 from regraft.component.component import declared, describe
 from regraft.component.parameters import ParameterSet
-from services.battery import Battery
-from services.charging.docking import Docking
-from services.detector.detector import Detector
-from services.detector.template_detector import TemplateDetector
-from services.explorer.explorer import Explorer
-from services.lighting import Lighting
-from services.mapper.mapper import Mapper
-from services.mapper.odometry_mapper import OdometryMapper
-from services.navigator.navigator import Navigator
-from services.navigator.pursuit_navigator import PursuitNavigator
-from services.obstacles.obstacles import Obstacles
-from services.sensor_monitor import SensorMonitor
-from services.system_status import SystemStatusReporter
-from sim_service.camera_component import Camera
-from sim_service.map_server import MapServer
-from sim_service.world import World
+from regraft.services.battery import Battery
+from regraft.services.charging.docking import Docking
+from regraft.services.detector.detector import Detector
+from regraft.services.detector.template_detector import TemplateDetector
+from regraft.services.explorer.explorer import Explorer
+from regraft.services.lighting import Lighting
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.odometry_mapper import OdometryMapper
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.pursuit_navigator import PursuitNavigator
+from regraft.services.obstacles.obstacles import Obstacles
+from regraft.services.sensor_monitor import SensorMonitor
+from regraft.services.system_status import SystemStatusReporter
+from regraft.sim_service.camera_component import Camera
+from regraft.sim_service.map_server import MapServer
+from regraft.sim_service.world import World
 
 ESTIMATED: list[type[Component]] = [
     Battery,

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.health import SensorHealth
-from bus_schema.messages.perception import Detect, Sightings
-from bus_schema.messages.sensors import Image, LightLevel
 from regraft import Component
+from regraft.bus_schema.messages.health import SensorHealth
+from regraft.bus_schema.messages.perception import Detect, Sightings
+from regraft.bus_schema.messages.sensors import Image, LightLevel
+from regraft.services.battery import Battery
+from regraft.services.detector.detector import Detector
+from regraft.services.detector.hydrant_detector import HydrantDetector
+from regraft.services.detector.template_detector import TemplateDetector
+from regraft.services.lighting import Lighting
+from regraft.services.power_model import total_power
+from regraft.services.sensor_monitor import SensorMonitor
+from regraft.sim_service.camera_component import Camera
 from regraft.testing import Rig
-from services.battery import Battery
-from services.detector.detector import Detector
-from services.detector.hydrant_detector import HydrantDetector
-from services.detector.template_detector import TemplateDetector
-from services.lighting import Lighting
-from services.power_model import total_power
-from services.sensor_monitor import SensorMonitor
-from sim_service.camera_component import Camera
 from tests.services.rigs import FROG, run, run_until, set_parameters, world_on
 from tests.waiting import PATIENCE
 

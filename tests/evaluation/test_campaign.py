@@ -13,8 +13,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from evaluation.command_line import evaluate
 from regraft.cli.main import build
+from regraft.evaluation.command_line import evaluate
 from tests.waiting import PATIENCE, wait_until
 
 STUDY = "tests.evaluation.tiny:STUDY"

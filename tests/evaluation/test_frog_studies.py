@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 import yaml
 
-from bus_schema.model.consistency import violations
-from evaluation.campaign import Wanted
-from evaluation.finding import find_study, studies
-from evaluation.rows import Rows
-from evaluation.runs.run_directory import AS_RUN, Plan, prepare
-from evaluation.study import Results
+from regraft.bus_schema.model.consistency import violations
+from regraft.evaluation.campaign import Wanted
+from regraft.evaluation.finding import find_study, studies
+from regraft.evaluation.rows import Rows
+from regraft.evaluation.runs.run_directory import AS_RUN, Plan, prepare
+from regraft.evaluation.study import Results
+from regraft.services.bt_executor.checking import check, known_types
 from regraft.stack import load
-from services.bt_executor.checking import check, known_types
-from stacks.frog.studies.exploring_measures import LIMIT, is_kept
-from stacks.frog.studies.exploring_measures import violations as battery_violations
+from regraft.stacks.frog.studies.exploring_measures import LIMIT, is_kept
+from regraft.stacks.frog.studies.exploring_measures import violations as battery_violations
 
 STUDIES = ("frog-architecture", "frog-tasks")
 PLANS = [

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.rows import Rows, written
-from services.power_model import PICTURE_ENERGY, motion_power
-from stacks.frog.studies import rounds_measures as measures
-from stacks.frog.studies.blocking import SECONDS, SHARE, blocked
-from stacks.frog.studies.rounds_reactions import Reactions, blocked_by, to_darkness, to_nearness
+from regraft.evaluation.rows import Rows, written
+from regraft.services.power_model import PICTURE_ENERGY, motion_power
+from regraft.stacks.frog.studies import rounds_measures as measures
+from regraft.stacks.frog.studies.blocking import SECONDS, SHARE, blocked
+from regraft.stacks.frog.studies.rounds_reactions import Reactions, blocked_by, to_darkness, to_nearness
 
 ROW: dict[str, Any] = {
     "leg": 1,

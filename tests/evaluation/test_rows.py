@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.messages.geometry import Twist, Vector3
-from evaluation.rows import Cell, read_rows, written
+from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.evaluation.rows import Cell, read_rows, written
 from regraft.testing import Rig
 from tests.evaluation.tiny_parts import CountRecorder
 

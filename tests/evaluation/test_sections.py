@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.reports.sections import Arms, Claim, comparisons_table
-from evaluation.rows import Rows
-from evaluation.study import Configuration, RunRecord, Timing
+from regraft.evaluation.reports.sections import Arms, Claim, comparisons_table
+from regraft.evaluation.rows import Rows
+from regraft.evaluation.study import Configuration, RunRecord, Timing
 
 
 def _runs(key: str, values: dict[int, float]) -> list[RunRecord]:

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from evaluation.reports.markdown import mean_and_sd, number, table
-from evaluation.reports.statistics import compare, holm, interval, summary, superiority
+from regraft.evaluation.reports.markdown import mean_and_sd, number, table
+from regraft.evaluation.reports.statistics import compare, holm, interval, summary, superiority
 
 VALUES = st.lists(st.floats(-1e3, 1e3).map(lambda x: round(x, 3)), min_size=2, max_size=12)
 

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from evaluation.reports.sections import arms_of, head, measures_table
-from evaluation.study import Configuration, Report, Results, Study
+from regraft.evaluation.reports.sections import arms_of, head, measures_table
+from regraft.evaluation.study import Configuration, Report, Results, Study
 
 
 def stride(seed: int, by: float = 1.0) -> dict[str, Any]:

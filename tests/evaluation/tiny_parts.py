@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.geometry import Twist, Vector3
-from evaluation.rows import Cell, RowRecorder
 from regraft import Input, Output, Parameter
+from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.evaluation.rows import Cell, RowRecorder
 from regraft.lockstep.source import TimeSource
 
 WORK = 150_000

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.detection_curve import by_darkness, false_alarms, groups, percentile_error, report, write_report
+from regraft.evaluation.detection_curve import by_darkness, false_alarms, groups, percentile_error, report, write_report
 from tests.detector.measuring import DETECTORS, measure
 from tests.renderers import renderers
 

@@ -12,17 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bus_schema.messages.maps import Frontier, NextFrontier
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.world import GroundTruth
 from regraft import Component
+from regraft.bus_schema.messages.maps import Frontier, NextFrontier
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.services.battery import Battery
+from regraft.services.explorer.explorer import Explorer
+from regraft.services.explorer.strategies import STRATEGIES
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.testing import Rig
-from services.battery import Battery
-from services.explorer.explorer import Explorer
-from services.explorer.strategies import STRATEGIES
-from services.mapper.mapper import Mapper
-from services.navigator.navigator import Navigator
-from services.navigator.pursuit_navigator import PursuitNavigator
 from tests.estimates.course import TRAVEL_NOISE, Course, Truth
 from tests.estimates.dock import charge
 from tests.host.system import ROOT, System
@@ -183,7 +183,7 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
 
     def run_stack(name: str) -> System:
         options = ["--system", "tests", "--speed", "real", "--set", "gateway.port=0"]
-        system = System(ROOT / "stacks" / "frog" / name, *options, log=tmp_path / "up.log")
+        system = System(ROOT / "regraft" / "stacks" / "frog" / name, *options, log=tmp_path / "up.log")
         started.append(system)
         return system
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from bus_schema.messages.maps import Goals
+from regraft.bus_schema.messages.maps import Goals
+from regraft.services.explorer.strategies import STRATEGIES
+from regraft.services.obstacles.obstacles import Obstacles
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from services.explorer.strategies import STRATEGIES
-from services.obstacles.obstacles import Obstacles
-from sim_service.layout.scene import load_scene
-from sim_service.simulation import Simulation
 from tests.explorer.rooms import frog_room
 from tests.explorer.tour import Tour
 from tests.obstacles.test_obstacles import FROG, ahead_of

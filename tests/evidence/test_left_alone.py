@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, speed_of
 from tests.waiting import wait_until

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from bus_schema.messages.perception import Detections
-from bus_schema.messages.sensors import LightLevel
-from bus_schema.messages.world import GroundTruth
-from sim_service.layout.placement import draw_placement
-from sim_service.layout.scene import load_scene
+from regraft.bus_schema.messages.perception import Detections
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.sim_service.layout.placement import draw_placement
+from regraft.sim_service.layout.scene import load_scene
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK
 

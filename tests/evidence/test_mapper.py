@@ -13,28 +13,28 @@ from time import process_time
 import numpy as np
 import pytest
 
-from evaluation.map_quality import map_quality
-from services.mapper.component import MappingComponent
-from services.mapper.mapper import Mapper
-from services.mapper.mapping import GridSettings, Mapping
-from services.mapper.maps.poses import Pose
-from services.mapper.maps.scan import Scan
-from services.mapper.matching.localizer import Localizer, MatchingLocalizer, TrustingLocalizer
-from services.mapper.odometry_mapper import OdometryMapper
-from services.navigator import geometry
-from services.navigator.driving.robot import Limits
-from services.navigator.follower import Follower
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.planning.planner import GridPlanner
-from services.navigator.sensing import scan
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import load_scene
-from sim_service.robot.odometry import OdometrySettings
-from sim_service.simulation import Simulation, SimulationSettings
+from regraft.evaluation.map_quality import map_quality
+from regraft.services.mapper.component import MappingComponent
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.mapping import GridSettings, Mapping
+from regraft.services.mapper.maps.poses import Pose
+from regraft.services.mapper.maps.scan import Scan
+from regraft.services.mapper.matching.localizer import Localizer, MatchingLocalizer, TrustingLocalizer
+from regraft.services.mapper.odometry_mapper import OdometryMapper
+from regraft.services.navigator import geometry
+from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.follower import Follower
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.sensing import scan
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.robot.odometry import OdometrySettings
+from regraft.sim_service.simulation import Simulation, SimulationSettings
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1200)]
 
-FROG = Path(__file__).parents[2] / "stacks" / "frog" / "world.xml"
+FROG = Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml"
 SEEDS = range(1, 6)
 SECONDS = 300
 TICKS_PER_SCAN = 4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.adaptation import Outcome
 from tests.handover.parts import Ask, Item, Report
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site

@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from services.navigator.driving.control import Controller
-from services.navigator.driving.controller import RolloutController
-from services.navigator.driving.pursuit import PursuitController
-from services.navigator.driving.robot import Limits
-from services.navigator.follower import Follower
-from services.navigator.geometry import Pose, Twist, compose
-from services.navigator.navigator import Navigator
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.planning.planner import GridPlanner
-from services.navigator.pursuit_navigator import PursuitNavigator
-from services.navigator.qualities import NEAR, is_safe
-from services.navigator.sensing.scan import Scan
-from sim_service.layout.scene import load_scene
-from sim_service.layout.visitor import Walk
-from sim_service.simulation import Simulation, SimulationSettings
+from regraft.services.navigator.driving.control import Controller
+from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.pursuit import PursuitController
+from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.follower import Follower
+from regraft.services.navigator.geometry import Pose, Twist, compose
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.pursuit_navigator import PursuitNavigator
+from regraft.services.navigator.qualities import NEAR, is_safe
+from regraft.services.navigator.sensing.scan import Scan
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.layout.visitor import Walk
+from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.services.rigs import FROG
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]

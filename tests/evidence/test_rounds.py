@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import AdaptationReport, Connect, Outcome
-from evaluation.quality_over_time import report
-from evaluation.runs.quality_run import QualityRun, run_mission
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import AdaptationReport, Connect, Outcome
+from regraft.evaluation.quality_over_time import report
+from regraft.evaluation.runs.quality_run import QualityRun, run_mission
 from tests.missions.robot import MISSIONS, STACKS
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.runs.search_run import run_search
-from evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
+from regraft.evaluation.runs.search_run import run_search
+from regraft.evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
 from tests.host.system import ROOT
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]
 
-STACK = ROOT / "stacks" / "frog" / "search.yaml"
+STACK = ROOT / "regraft" / "stacks" / "frog" / "search.yaml"
 FAILURES = {
     "lidar": "world.failures=30 scan silent, 60 scan none, 150 scan dropout, 160 scan none",
     "odometry": "world.failures=30 odometry silent, 45 odometry none, 150 odometry drift, 170 odometry none",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome, Swap
+from regraft.bus_schema.model.adaptation import Outcome, Swap
 from tests.evidence.test_swapping import GOOD, PATIENT
 from tests.frog.frog import Load, run_frog
 from tests.host.system import System

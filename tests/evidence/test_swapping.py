@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters, Swap
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters, Swap
 from regraft.client import ClientGoal
 from tests.handover.parts import Ask, Asked, Item
 from tests.host.moving import Moving

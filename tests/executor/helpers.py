@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-import services
-from bus_schema.messages.mission import (
+from regraft import CallFailed, stacks
+from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     BlackboardEntry,
     BlackboardRequest,
@@ -18,11 +18,10 @@ from bus_schema.messages.mission import (
     MissionStatus,
     NodeStatus,
 )
-from regraft import CallFailed
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 
-FROG = Path(services.__file__).parents[1] / "stacks" / "frog" / "mission.xml"
+FROG = Path(stacks.__file__).parent / "frog" / "mission.xml"
 
 
 def tree(*nodes: str, name: str = "Main") -> str:

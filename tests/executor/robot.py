@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.geometry import FramedPose, Pose, Vector3
-from bus_schema.messages.maps import Goals, NamedGoal
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.perception import Detect, Detection, Sightings
 from regraft import Cancelled, Component, Parameter, RequestRefused, action, service
+from regraft.bus_schema.messages.geometry import FramedPose, Pose, Vector3
+from regraft.bus_schema.messages.maps import Goals, NamedGoal
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.perception import Detect, Detection, Sightings
 
 PLACES = ("north", "east", "south", "west")
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bus_schema.annotations import PlainValue
-from bus_schema.errors import BadMessage
-from bus_schema.messages.mission import (
+from regraft import CallFailed
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     Command,
     MissionState,
@@ -16,9 +17,8 @@ from bus_schema.messages.mission import (
     NodeStatus,
     WriteBlackboard,
 )
-from regraft import CallFailed
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, status, tree
 from tests.executor.robot import Navigator
 

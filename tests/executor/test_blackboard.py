@@ -6,12 +6,18 @@ import pytest
 
 from behavior_tree import Input, Status, SyncAction
 from behavior_tree.status import SUCCESS
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.geometry import Vector3
-from bus_schema.messages.mission import BlackboardEntries, BlackboardRequest, Command, MissionState, WriteBlackboard
 from regraft import CallFailed
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.geometry import Vector3
+from regraft.bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardRequest,
+    Command,
+    MissionState,
+    WriteBlackboard,
+)
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, entry, run, status, tree
 
 WAIT = '<Sleep name="wait" msec="100000"/>'

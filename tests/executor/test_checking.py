@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
 from behavior_tree import NodeSetup, SyncAction
-from bus_schema.messages.mission import Command, MissionState
+from regraft.bus_schema.messages.mission import Command, MissionState
+from regraft.services.bt_executor.checking import check, known_types
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.checking import check, known_types
-from services.bt_executor.executor import Executor
 from tests.cli.app import whole
 from tests.executor.helpers import FROG, command, refusal, run, status, tree
 

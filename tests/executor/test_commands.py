@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.mission import Command, MissionNode, MissionState, MissionStatus, NodeStatus
+from regraft.bus_schema.messages.mission import Command, MissionNode, MissionState, MissionStatus, NodeStatus
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, kinds, node_statuses, refusal, run, status, tree
 from tests.executor.robot import Navigator
 

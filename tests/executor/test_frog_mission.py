@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.mission import MissionState
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.messages.mission import MissionState
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, status
 from tests.executor.robot import PLACES, Detector, Navigator, goals
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.maps import Goals
-from bus_schema.messages.mission import (
+from regraft import Component, Input, Output, every
+from regraft.bus_schema.messages.maps import Goals
+from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     Command,
     MissionCommand,
@@ -11,9 +12,8 @@ from bus_schema.messages.mission import (
     MissionTransitions,
     WriteBlackboard,
 )
-from bus_schema.model.lifecycle import State
-from regraft import Component, Input, Output, every
-from services.bt_executor.executor import Executor
+from regraft.bus_schema.model.lifecycle import State
+from regraft.services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, tree
 from tests.executor.robot import PLACES, Detector, Navigator, goals
 from tests.stepped.parts import TinyWorld

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import pytest
 
-from bus_schema.messages.mission import Command, MissionState, MissionStatus
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.messages.mission import Command, MissionState, MissionStatus
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, refusal, run, status, tree
 from tests.executor.robot import Detector, Navigator, goals
 

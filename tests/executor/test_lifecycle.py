@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from behavior_tree import Status, SyncAction
-from bus_schema.messages.mission import Command, MissionState, MissionStatus
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.messages.mission import Command, MissionState, MissionStatus
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.source import Unloadable
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
-from services.bt_executor.source import Unloadable
 from tests.executor.helpers import command, kinds, run, status, tree
 from tests.executor.robot import Navigator
 

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behavior_tree import Blackboard, ManualClock
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.mission import Command, MissionState, NodeStatus
-from bus_schema.messages.power import BatteryState
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.mission import Command, MissionState, NodeStatus
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.services.bt_executor.boards import carry_over
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.boards import carry_over
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, entry, kinds, node_statuses, refusal, run, status, tree
 from tests.executor.robot import Navigator
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import FROG, run, status, tree
 from tests.executor.robot import PLACES, Detector, Navigator, goals
 

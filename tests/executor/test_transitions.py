@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.mission import Command, MissionTransitions, NodeStatus
+from regraft.bus_schema.messages.mission import Command, MissionTransitions, NodeStatus
+from regraft.services.bt_executor.transitions import MAX_AT_ONCE
 from regraft.testing import Rig
-from services.bt_executor.transitions import MAX_AT_ONCE
 from tests.executor.helpers import command, run, status, tree
 
 WAIT = '<Sleep name="wait" msec="100000"/>'

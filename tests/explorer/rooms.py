@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bus_schema.messages import geometry, maps, sensors
-from services.explorer.ground import Ground, Mask
-from services.navigator.planning.grid import OccupancyGrid
-from sim_service.simulation import Simulation
+from regraft.bus_schema.messages import geometry, maps, sensors
+from regraft.services.explorer.ground import Ground, Mask
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.sim_service.simulation import Simulation
 
 RESOLUTION = 0.05
 RANGE = 3.5

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bus_schema.messages.maps import Frontier, NextFrontier, OccupancyGrid
-from bus_schema.model.lifecycle import Transition
 from regraft import CallFailed, Component, Output, every
+from regraft.bus_schema.messages.maps import Frontier, NextFrontier, OccupancyGrid
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.explorer.explorer import Explorer
 from regraft.testing import Rig
-from services.explorer.explorer import Explorer
 
 from .rooms import RADIUS, Mapped, Room, odometry, room_of
 from .tour import Tour

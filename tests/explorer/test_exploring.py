@@ -5,16 +5,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from regraft.services.explorer.explorer import Explorer
+from regraft.services.explorer.strategies import STRATEGIES
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from services.explorer.explorer import Explorer
-from services.explorer.strategies import STRATEGIES
-from sim_service.layout.scene import load_scene
-from sim_service.simulation import Simulation
 
 from .rooms import Room, frog_room, room_of, standing_places
 from .tour import Tour
 
-FROG = "stacks/frog/world.xml"
+FROG = "regraft/stacks/frog/world.xml"
 every_strategy = pytest.mark.parametrize("strategy", sorted(STRATEGIES))
 
 

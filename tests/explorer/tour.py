@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from bus_schema.messages.maps import Frontier, NextFrontier
+from regraft.bus_schema.messages.maps import Frontier, NextFrontier
+from regraft.services.explorer.explorer import Explorer
 from regraft.testing import Rig
-from services.explorer.explorer import Explorer
 
 from .rooms import Mapped, Room, odometry
 

@@ -14,11 +14,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from adaptation_manager.execution import transaction
-from adaptation_manager.execution.actions import perform
-from adaptation_manager.manager import AdaptationManager
-from adaptation_manager.targets.context import ExecutionContext
 from regraft import Parameter
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.manager import AdaptationManager
+from regraft.adaptation_manager.targets.context import ExecutionContext
 from tests.failures.parts import LATE
 
 SOON = 0.002

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bus_schema.model.adaptation import Add, Change, ChangeState, Connect, EnterMode, Move, Remove, SetParameters, Swap
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.adaptation import (
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    EnterMode,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+)
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import Transition
 
 STACK = """\
 system: tests

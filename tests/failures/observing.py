@@ -6,12 +6,12 @@ import contextlib
 from dataclasses import dataclass
 from typing import Any
 
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from bus_schema.model.lifecycle import State
 from regraft import CallFailed
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.lifecycle import State
 from regraft.client import ClientError
 from tests.host.guests import Guest
 from tests.host.system import System, children_of

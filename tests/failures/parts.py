@@ -7,9 +7,9 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bus_schema.annotations import Count, PlainValue
-from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every
+from regraft.bus_schema.annotations import Count, PlainValue
+from regraft.bus_schema.encoding.registry import message
 
 LATE = 0.7
 """Seconds that somebody is late: more than the manager waits for an answer, less than a host takes for hung."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import Change, Move, Outcome, Swap
+from regraft.bus_schema.model.adaptation import Change, Move, Outcome, Swap
 from tests.failures.injecting import Fault
 from tests.failures.kinds import ELSEWHERE, KINDS, KINDS_OF_TWO_HOSTS
 from tests.failures.place import Place

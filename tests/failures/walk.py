@@ -5,9 +5,17 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 
-from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
-from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Change, Move, Outcome, Swap
 from regraft import CallFailed
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.model.adaptation import (
+    APPLIED,
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Move,
+    Outcome,
+    Swap,
+)
 from tests.failures.injecting import Fault
 from tests.failures.kinds import WITH_A_GAP
 from tests.failures.observing import Standings, architecture, delivered, disagreements, settled

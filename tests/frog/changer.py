@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from bus_schema.encoding import codec
-from bus_schema.messages.perception import Detect, Sightings
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft import Component, Parameter
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.perception import Detect, Sightings
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 
 
 class Changer(Component):

@@ -16,14 +16,14 @@ from typing import Any, TypeVar
 
 import httpx
 
-from bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.clock import ClockTime
 from tests.host.system import ROOT, System
 from tests.ports import free_port
 from tests.waiting import PATIENCE, wait_until
 
 M = TypeVar("M")
 
-STACK = ROOT / "stacks" / "frog"
+STACK = ROOT / "regraft" / "stacks" / "frog"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.perception import Detections
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.perception import Detections
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, Frog, speed_of
 from tests.waiting import wait_until

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.perception import Detect, Detections, Sightings
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.perception import Detect, Detections, Sightings
 from tests.frog.frog import Frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
 from tests.waiting import wait_until
@@ -14,7 +14,7 @@ SECOND_DETECTOR = {
     "change": "add",
     "component": "second_detector",
     "spec": {
-        "class": "services.detector.detector:Detector",
+        "class": "regraft.services.detector.detector:Detector",
         "parameters": {"interval": 1.0},
         "connect": {"image": "corner_camera/image", "detections": "corner_detections", "energy": "corner_energy"},
         "services": {"detect": "corner_detect"},
@@ -33,7 +33,7 @@ CAMERA = {
     "change": "add",
     "component": "camera",
     "spec": {
-        "class": "sim_service.camera_component:Camera",
+        "class": "regraft.sim_service.camera_component:Camera",
         "parameters": {"file": "world.xml", "camera": "camera", "always_lit": True},
         "connect": {"image": "camera/image"},
     },
@@ -43,7 +43,7 @@ DETECTOR = {
     "change": "add",
     "component": "detector",
     "spec": {
-        "class": "services.detector.template_detector:TemplateDetector",
+        "class": "regraft.services.detector.template_detector:TemplateDetector",
         "connect": {"image": "camera/image", "odometry": "localization"},
     },
     "topics": [{"name": "detections", "type": "regraft/Detections"}, {"name": "energy", "type": "regraft/EnergyUse"}],

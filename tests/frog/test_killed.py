@@ -9,10 +9,10 @@ import os
 import signal
 from pathlib import Path
 
-from bus_schema.messages.mission import MissionRequest, MissionState, MissionStatus
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.mission import MissionRequest, MissionState, MissionStatus
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, speed_of
 from tests.host.system import children_of, wait_gone

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.mission import MissionState, MissionStatus
-from bus_schema.messages.perception import Detections
 from regraft import run_directory
+from regraft.bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.bus_schema.messages.perception import Detections
 from tests.frog.frog import Frog, Run, run_frog
 from tests.frog.scripted import told, with_changer
 from tests.host.guests import Guest

@@ -6,7 +6,7 @@ import os
 import signal
 from typing import Any
 
-from bus_schema.messages.quality import Quality
+from regraft.bus_schema.messages.quality import Quality
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import STACK, Frog
 from tests.waiting import wait_until

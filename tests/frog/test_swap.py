@@ -5,19 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.mission import MissionState, MissionStatus
-from bus_schema.messages.perception import Detections
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Swap
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.bus_schema.messages.perception import Detections
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Swap
 from tests.frog.conftest import StartFrog
 from tests.frog.frog import Frog, run_frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
 from tests.waiting import PATIENCE, wait_until
 
-TEMPLATE = "services.detector.template_detector:TemplateDetector"
-FEATURE = "services.detector.detector:Detector"
-PURSUIT = "services.navigator.pursuit_navigator:PursuitNavigator"
-ROLLOUTS = "services.navigator.navigator:Navigator"
+TEMPLATE = "regraft.services.detector.template_detector:TemplateDetector"
+FEATURE = "regraft.services.detector.detector:Detector"
+PURSUIT = "regraft.services.navigator.pursuit_navigator:PursuitNavigator"
+ROLLOUTS = "regraft.services.navigator.navigator:Navigator"
 FAILED = (MissionState.FAILED, MissionState.HALTED)
 
 

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from fastapi.dependencies import models
 
-from bus_schema.messages.protocol.control import ParameterValues
-from dashboard_api.gateway import Gateway
+from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
 from tests.kit.site import Site

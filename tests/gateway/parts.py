@@ -6,12 +6,14 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.keys import Keys
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.manager import (
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft.bus.interface import Bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.manager import (
     ArchitectureRequest,
     CancelAdaptation,
     ConfirmAdaptation,
@@ -19,10 +21,17 @@ from bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
-from bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.host import HostStatus, HostView, LogLines, LogRequest, ProcessState, ProcessStatus
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.host import (
+    HostStatus,
+    HostView,
+    LogLines,
+    LogRequest,
+    ProcessState,
+    ProcessStatus,
+)
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
@@ -34,10 +43,8 @@ from bus_schema.model.adaptation import (
     Swap,
     Violation,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import after
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
-from regraft.bus.interface import Bus
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import after
 from regraft.component.component import class_path, describe
 from tests.waiting import PATIENCE
 

@@ -16,13 +16,13 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI
 
-from bus_schema.model.description import ParameterDescription, ServiceDescription
-from dashboard_api.http import peers
-from dashboard_api.http.callers import Callers, user_name
-from dashboard_api.http.document import ROLE
-from dashboard_api.http.gate import Gate
-from dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft import run_directory
+from regraft.bus_schema.model.description import ParameterDescription, ServiceDescription
+from regraft.dashboard_api.http import peers
+from regraft.dashboard_api.http.callers import Callers, user_name
+from regraft.dashboard_api.http.document import ROLE
+from regraft.dashboard_api.http.gate import Gate
+from regraft.dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft.security.tokens import Role, Tokens
 from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave
 from tests.gateway.conftest import Running

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.model.adaptation import Outcome, Swap
-from dashboard_api.http.callers import user_name
 from regraft import RefusalCode, RequestRefused
+from regraft.bus_schema.model.adaptation import Outcome, Swap
+from regraft.dashboard_api.http.callers import user_name
 from tests.gateway.conftest import Running
 from tests.waiting import PATIENCE, wait_until
 

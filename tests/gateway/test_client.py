@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Event
-from bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest
-from bus_schema.messages.protocol.control import ParameterValues, SetTransition
-from bus_schema.messages.protocol.requests import Answer
-from bus_schema.messages.quality import Quality
-from bus_schema.messages.sensors import Image
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Output, Parameter, RequestRefused, action, service
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest
+from regraft.bus_schema.messages.protocol.control import ParameterValues, SetTransition
+from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.messages.sensors import Image
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import (
     Client,
     ClientGoal,

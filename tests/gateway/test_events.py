@@ -13,9 +13,9 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from bus_schema.messages.health import Event
-from dashboard_api.backend.event_buffer import EventBuffer
-from dashboard_api.gateway import Gateway
+from regraft.bus_schema.messages.health import Event
+from regraft.dashboard_api.backend.event_buffer import EventBuffer
+from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.conftest import Running
 from tests.waiting import PATIENCE, wait_until
 
@@ -181,12 +181,12 @@ def test_a_stalled_reader_costs_bounded_memory() -> None:
 
 
 def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
-    from dashboard_api.app import build
-    from dashboard_api.backend.manager import Services
-    from dashboard_api.http.callers import Callers
-    from dashboard_api.server import HttpServer, bind
     from regraft.bus.memory_bus import MemoryBus, MemoryHub
     from regraft.client import Client
+    from regraft.dashboard_api.app import build
+    from regraft.dashboard_api.backend.manager import Services
+    from regraft.dashboard_api.http.callers import Callers
+    from regraft.dashboard_api.server import HttpServer, bind
     from regraft.security.tokens import Tokens
 
     buffer = EventBuffer()

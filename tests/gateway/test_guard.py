@@ -10,7 +10,7 @@ import httpx
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from dashboard_api.http.guard import Guard
+from regraft.dashboard_api.http.guard import Guard
 from tests.gateway.conftest import Running
 from tests.waiting import PATIENCE
 

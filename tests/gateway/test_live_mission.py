@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import httpx
 import pytest
 
-from services.bt_executor.executor import Executor
+from regraft.services.bt_executor.executor import Executor
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
 from tests.gateway.test_events import Told, parse

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from bus_schema.messages.protocol.control import ParameterValues
+from regraft.bus_schema.messages.protocol.control import ParameterValues
 from tests.gateway.conftest import Running
 from tests.gateway.parts import ScriptedExecutor, spec
 from tests.waiting import wait_until

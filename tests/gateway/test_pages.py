@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 import httpx
 import pytest
 
-from dashboard_api.routes.openapi_page import openapi_page
+from regraft.dashboard_api.routes.openapi_page import openapi_page
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
 from tests.waiting import PATIENCE

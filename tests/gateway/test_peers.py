@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from dashboard_api.http import callers
-from dashboard_api.http.callers import is_own, user_name
-from dashboard_api.http.peers import CONNECTION, user_of
-from dashboard_api.http.sockets import Owner, asked, listed, owner
+from regraft.dashboard_api.http import callers
+from regraft.dashboard_api.http.callers import is_own, user_name
+from regraft.dashboard_api.http.peers import CONNECTION, user_of
+from regraft.dashboard_api.http.sockets import Owner, asked, listed, owner
 
 HEADING = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
 CLIENT, SERVER = ("127.0.0.1", 0xDAC4), ("127.0.0.1", 8000)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.protocol.requests import RefusalCode
 from regraft import RequestRefused
+from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from tests.gateway.conftest import Running
 from tests.gateway.test_adaptations import adaptation
 

@@ -8,9 +8,9 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from bus_schema.model.lifecycle import State, Transition
-from dashboard_api.gateway import Gateway
-from dashboard_api.server import CannotServe, bind
+from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.dashboard_api.gateway import Gateway
+from regraft.dashboard_api.server import CannotServe, bind
 from regraft.runtime.core.assignment import Assignment
 from tests.gateway.conftest import GATEWAY, Running, start_gateway
 from tests.kit.site import Site

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State
 from tests.gateway.conftest import Running
 from tests.waiting import wait_until
 

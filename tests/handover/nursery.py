@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import IO
 
-from bus_schema.encoding import codec
+from regraft.bus_schema.encoding import codec
 from regraft.process.forked import die_with_parent
 from regraft.process.main import run_component
 from regraft.runtime.core.assignment import Assignment

@@ -8,9 +8,9 @@ import threading
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count, PlainValue
-from bus_schema.encoding.registry import message
 from regraft import CallFailed, Component, Input, Output, Parameter, action, every, service
+from regraft.bus_schema.annotations import Count, PlainValue
+from regraft.bus_schema.encoding.registry import message
 from tests.waiting import PATIENCE
 
 

@@ -11,14 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.control import ComponentView, ControlError, Peer, Rewire, RewireStep
-from bus_schema.messages.protocol.handover import Handover, HandoverStep
 from regraft.bus.interface import Bus
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.control import ComponentView, ControlError, Peer, Rewire, RewireStep
+from regraft.bus_schema.messages.protocol.handover import Handover, HandoverStep
 from regraft.client import Client
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.protocol.control import ControlCode, ParameterValues, Rewire, RewireStep, SetTransition
-from bus_schema.messages.protocol.handover import HandoverStep
-from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
-from bus_schema.model.lifecycle import State, Transition
 from regraft import Component
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.protocol.control import ControlCode, ParameterValues, Rewire, RewireStep, SetTransition
+from regraft.bus_schema.messages.protocol.handover import HandoverStep
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client.requests import ClientGoal
 from regraft.client.sending import Sender
 from tests.handover.parts import Ask, Caller, Doubler, Item, Newer, Report, Sink, Source, Stateless, Totaller, Unable

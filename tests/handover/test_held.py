@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.runtime.data import replay_buffer
 from regraft.runtime.data.replay_buffer import ReplayBuffer, envelope_of, is_held
 

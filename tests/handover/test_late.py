@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
 from regraft.runtime.data.writers import Identity, Writer, Writers
 from regraft.testing import Rig
 from tests.handover.parts import Item, Totaller

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope, Kind
-from bus_schema.encoding.registry import type_of
-from bus_schema.messages.protocol.handover import Place
-from bus_schema.model.lifecycle import State
 from regraft import Component
 from regraft.bus.interface import Sample
 from regraft.bus.memory_bus import MemoryBus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.protocol.handover import Place
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment, Succession
 from regraft.runtime.data.replay_buffer import ReplayBuffer, envelope_of

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.protocol.control import ControlCode, ParameterValues
-from bus_schema.messages.protocol.handover import HandoverStep
 from regraft import Component
+from regraft.bus_schema.messages.protocol.control import ControlCode, ParameterValues
+from regraft.bus_schema.messages.protocol.handover import HandoverStep
 from tests.handover.parts import (
     Ask,
     Caller,

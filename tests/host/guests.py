@@ -10,7 +10,7 @@ import sys
 import threading
 from pathlib import Path
 
-from bus_schema.messages.protocol.host import HostState
+from regraft.bus_schema.messages.protocol.host import HostState
 from tests.host.system import ROOT, System
 from tests.ports import free_port
 from tests.waiting import PATIENCE, wait_until

@@ -9,9 +9,10 @@ import threading
 from collections import Counter
 from dataclasses import dataclass, field
 
-from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
-from bus_schema.messages.protocol.control import ComponentView
-from bus_schema.model.adaptation import (
+from regraft import CallFailed
+from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.messages.protocol.control import ComponentView
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Add,
@@ -23,9 +24,8 @@ from bus_schema.model.adaptation import (
     SetParameters,
     Swap,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec
-from bus_schema.model.lifecycle import State, Transition
-from regraft import CallFailed
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import ClientError
 from tests.host.system import System
 from tests.waiting import PATIENCE, wait_until
@@ -35,7 +35,7 @@ STACK = """\
   ticker: {class: 'tests.host.parts:Ticker'}
   twin: {class: 'tests.host.parts:Ticker', connect: {ticks: others}}
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, answer_within: 2.0, undo_within: 5.0, start_within: 10.0}
     restart: {limit: 1000, window: 30, backoff: 0.0}
 """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Move
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Move
 from tests.handover.parts import Ask, Asked, Item, Report
 from tests.host.guests import Guest
 from tests.host.several import Site
@@ -31,7 +31,7 @@ components:
   caller: {class: 'tests.handover.parts:Caller'}
   sleeper: {class: 'tests.host.parts:Sleeper', parameters: {where: activate, seconds: 0.5}, state: inactive}
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 10.0}
 """
 PICTURES = """\

@@ -13,10 +13,10 @@ import tempfile
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count, PlainValue
-from bus_schema.encoding.registry import message
-from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, every, service
+from regraft.bus_schema.annotations import Count, PlainValue
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.model.description import Resources
 from tests.handover.parts import Item, Sink, Totaller
 
 

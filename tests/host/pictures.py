@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.sensors import Image
 from regraft import Component, Input, Output, every, service
+from regraft.bus_schema.messages.geometry import Pose
+from regraft.bus_schema.messages.sensors import Image
 from tests.handover.parts import Ask, Item, Totaller
 
 SHAPE = (240, 320, 3)

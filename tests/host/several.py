@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.messages.manager import JournalPage, JournalRequest
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
+from regraft.bus_schema.model.lifecycle import State
 from tests.host.guests import Guest, Link
 from tests.host.system import System
 from tests.waiting import PATIENCE, wait_until
@@ -22,7 +22,7 @@ topics:
   architecture: {type: regraft/Architecture}
 components:
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 20.0}
 """
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker', host: edge}\n"

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bus_schema.messages.health import Event
-from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft import CallFailed, run_directory
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.client import Client
 from tests.waiting import PATIENCE, wait_until
 

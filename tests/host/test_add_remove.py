@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Change, Outcome, Remove
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State
 from tests.host.conftest import HEAD, Start
 from tests.host.system import System, children_of, exists
 from tests.waiting import PATIENCE, wait_until
@@ -22,7 +22,7 @@ from tests.waiting import PATIENCE, wait_until
 STACK = """\
   ticker: {class: 'tests.host.parts:Ticker'}
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 10.0}
 """
 TOPICS = """\

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.architecture import ComponentSpec
 from regraft import run_directory
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.system import capacity
 from regraft.system.capacity import Room, TooMany, room_here
 from tests.host.system import ROOT

@@ -8,12 +8,12 @@ from typing import Any, cast
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.control import ControlError
-from bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from bus_schema.model.architecture import ComponentSpec
 from regraft.bus.memory_bus import MemoryQuery
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.control import ControlError
+from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.zygote.describe_process import be_describer, describe_component
 from regraft.host.zygote.describer import DESCRIBED_TIMEOUT, MAX_AT_ONCE, Describer
 from regraft.host.zygote.zygote import Zygote
@@ -79,7 +79,7 @@ def test_a_storm_of_questions_is_bounded(tmp_path: Path) -> None:
 
 def test_paths_are_those_of_the_host(tmp_path: Path) -> None:
     parameters = {"file": "world.xml", "folder": "$RUN/maps"}
-    spec = ComponentSpec("m", "services.mapper.mapper:Mapper", parameters={"folder": "$RUN/maps"})
+    spec = ComponentSpec("m", "regraft.services.mapper.mapper:Mapper", parameters={"folder": "$RUN/maps"})
     assert describe_component(spec, tmp_path, "/run").spec.parameters == {"folder": "/run/maps"}
-    world = ComponentSpec("w", "sim_service.map_server:MapServer", parameters={"file": parameters["file"]})
+    world = ComponentSpec("w", "regraft.sim_service.map_server:MapServer", parameters={"file": parameters["file"]})
     assert describe_component(world, tmp_path, "/run").spec.parameters == {"file": str(tmp_path / "world.xml")}

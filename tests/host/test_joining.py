@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.messages.protocol.host import HostState, ProcessState
-from bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.messages.protocol.host import HostState, ProcessState
+from regraft.bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from tests.host.guests import Guest, Link, go_on, state_of, stop, wait_state
 from tests.host.several import MOVE, TICKER, WAIT, Site
 from tests.host.system import ROOT, children_of, exists, wait_gone

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.messages.protocol.host import ProcessState
-from bus_schema.model.adaptation import Add, Outcome, Swap
-from bus_schema.model.architecture import ComponentSpec, Limits, TopicSpec
 from regraft import CallFailed
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.adaptation import Add, Outcome, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec, Limits, TopicSpec
 from regraft.host.watchdog.memory_use import resident_size
 from tests.host.conftest import Start
 from tests.host.parts import Tick

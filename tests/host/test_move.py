@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
-from bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
+from regraft.bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
+from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.host.system import children_of, exists

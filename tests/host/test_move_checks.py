@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.model.adaptation import (
     Add,
     Change,
     ChangeState,
@@ -23,8 +23,8 @@ from bus_schema.model.adaptation import (
     SetParameters,
     Swap,
 )
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.host.system import ROOT

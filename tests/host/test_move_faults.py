@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.protocol.host import HostState
-from bus_schema.model.adaptation import AdaptationReport, ChangeState, Move, Outcome, Swap
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.messages.protocol.host import HostState
+from regraft.bus_schema.model.adaptation import AdaptationReport, ChangeState, Move, Outcome, Swap
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.host.guests import wait_state
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site

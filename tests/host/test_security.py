@@ -99,7 +99,16 @@ def test_what_is_safe_or_wanted_is_taken(endpoint: str, guard: Guard) -> None:
 
 
 def test_up_refuses_to_listen_to_everybody(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "regraft.cli", "up", "stacks/frog", "--headless", "--listen", "tcp/0.0.0.0:7447"]
+    command = [
+        sys.executable,
+        "-m",
+        "regraft.cli",
+        "up",
+        "regraft/stacks/frog",
+        "--headless",
+        "--listen",
+        "tcp/0.0.0.0:7447",
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
     assert "whoever listens in can command the robot" in done.stderr
@@ -139,7 +148,7 @@ def test_a_system_does_not_start_with_a_certificate_that_does_not_hold_now(
     make(tmp_path, ["local"])
     certify(tmp_path, "local", begins, ends)
     options = ["--headless", "--listen", f"tls/127.0.0.1:{free_port()}", "--tls", str(tmp_path)]
-    command = [sys.executable, "-m", "regraft.cli", "up", "stacks/frog", *options]
+    command = [sys.executable, "-m", "regraft.cli", "up", "regraft/stacks/frog", *options]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
     assert text in done.stderr

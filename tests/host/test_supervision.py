@@ -10,9 +10,9 @@ import sys
 
 import pytest
 
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.messages.protocol.host import ProcessState
 from regraft import run_directory
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.process.logs import MAX_LOG_SIZE
 from tests.host.conftest import Start
 from tests.host.parts import Tick

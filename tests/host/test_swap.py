@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
-from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Change,
@@ -20,7 +20,7 @@ from bus_schema.model.adaptation import (
     SetParameters,
     Swap,
 )
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.lifecycle import Transition
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
 from tests.host.system import System, children_of, exists
@@ -42,7 +42,7 @@ STACK = """\
   totaller: {class: 'tests.handover.parts:Totaller', parameters: {offset: 3}}
   sink: {class: 'tests.handover.parts:Sink'}
   adaptation_manager:
-    class: adaptation_manager.manager:AdaptationManager
+    class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite, answer_within: 1.0, undo_within: 3.0, start_within: 10.0}
 """
 PARTS = "tests.handover.parts"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.protocol.joining import JoinHost
-from bus_schema.model.architecture import Architecture
 from regraft import run_directory
+from regraft.bus_schema.messages.protocol.joining import JoinHost
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.host.host_publisher import Refused
 from regraft.host.joining.joined_hosts import JoinedHosts
 from regraft.run_directory import AlreadyRunning, NotRunning, RunInfo

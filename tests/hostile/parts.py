@@ -9,9 +9,9 @@ import threading
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count
-from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
+from regraft.bus_schema.annotations import Count
+from regraft.bus_schema.encoding.registry import message
 
 
 @message("hostile_tests/Number")

@@ -9,10 +9,10 @@ from typing import Any
 
 import zenoh
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
 from regraft.bus.zenoh_config import config
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
 from regraft.run_directory import RunInfo
 from tests.waiting import PATIENCE
 

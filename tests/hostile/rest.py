@@ -12,7 +12,7 @@ from tests.ports import free_port
 from tests.waiting import PATIENCE, wait_until
 
 MANAGER = (
-    "  adaptation_manager: {class: 'adaptation_manager.manager:AdaptationManager',"
+    "  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager',"
     " parameters: {journal: $RUN/journal.sqlite}}\n"
 )
 
@@ -22,7 +22,7 @@ class Rest:
 
     def __init__(self, start: Callable[..., System], components: str) -> None:
         self.port = free_port()
-        gateway = f"  gateway: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {self.port}}}}}\n"
+        gateway = f"  gateway: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {self.port}}}}}\n"
         self.system = start(components + MANAGER + gateway)
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=PATIENCE)
         wait_until(self._ready, "the manager and the gateway")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bus_schema.messages.protocol.host import ProcessState
 from regraft import CallFailed
+from regraft.bus_schema.messages.protocol.host import ProcessState
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.control import ControlCode, ControlError, ParameterValues
-from bus_schema.messages.protocol.host import StopComponent
-from bus_schema.model.adaptation import Outcome, SetParameters
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError, ParameterValues
+from regraft.bus_schema.messages.protocol.host import StopComponent
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import State
 from tests.host.system import System
 from tests.hostile.conftest import SOURCE, Start
 from tests.hostile.parts import Number, Word
@@ -20,7 +20,7 @@ from tests.waiting import wait_until
 PARTS = """\
   ledger: {class: 'tests.hostile.parts:Ledger'}
   adaptation_manager:
-    class: 'adaptation_manager.manager:AdaptationManager'
+    class: 'regraft.adaptation_manager.manager:AdaptationManager'
     parameters: {journal: $RUN/journal.sqlite}
 """
 MANY = 10**9

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.protocol.control import (
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.protocol.control import (
     ControlCode,
     ControlError,
     ParameterValues,
@@ -18,7 +18,7 @@ from bus_schema.messages.protocol.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.messages.protocol.host import (
+from regraft.bus_schema.messages.protocol.host import (
     HostStatus,
     ProcessState,
     ProcessStatus,
@@ -26,7 +26,7 @@ from bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.frog.frog import in_parallel, pause
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
@@ -36,7 +36,7 @@ from tests.waiting import wait_until
 
 HANGING = "  hanging: {class: 'tests.hostile.parts:Hanging'}\n"
 MANAGER = (
-    "  adaptation_manager: {class: 'adaptation_manager.manager:AdaptationManager',"
+    "  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager',"
     " parameters: {journal: $RUN/journal.sqlite}}\n"
 )
 

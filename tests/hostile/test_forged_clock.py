@@ -7,8 +7,17 @@ from collections.abc import Iterator
 
 import pytest
 
-from bus_schema.messages.protocol.clock import Ack, ClockTime, Join, MarkerAck, SlotRequest, Step, StepKind, Wiring
-from bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.messages.protocol.clock import (
+    Ack,
+    ClockTime,
+    Join,
+    MarkerAck,
+    SlotRequest,
+    Step,
+    StepKind,
+    Wiring,
+)
+from regraft.bus_schema.messages.protocol.host import ProcessState
 from tests.host.system import System
 from tests.hostile.conftest import Start
 from tests.hostile.raw import Raw, stranger

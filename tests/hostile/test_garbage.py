@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.keys import CONTROL_VERBS
-from bus_schema.messages.protocol.control import ControlError
-from bus_schema.messages.protocol.requests import Request, Verb
 from regraft import CallFailed
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import CONTROL_VERBS
+from regraft.bus_schema.messages.protocol.control import ControlError
+from regraft.bus_schema.messages.protocol.requests import Request, Verb
 from regraft.client import ClientError
 from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start

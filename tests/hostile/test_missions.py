@@ -9,14 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 from behavior_tree import Blackboard
-from bus_schema.messages.mission import BlackboardEntries, Command, MissionState, MissionStatus, WriteBlackboard
 from regraft import CallFailed
+from regraft.bus_schema.messages.mission import BlackboardEntries, Command, MissionState, MissionStatus, WriteBlackboard
 from regraft.component.component import describe
 from regraft.host.watchdog.watchdog import HUNG_TIMEOUT
+from regraft.services.bt_executor.checking import check, known_types
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.source import Source, Unloadable
 from regraft.testing import Rig
-from services.bt_executor.checking import check, known_types
-from services.bt_executor.executor import Executor
-from services.bt_executor.source import Source, Unloadable
 from tests.cli.app import whole
 from tests.executor.helpers import command, refusal, run, status, tree
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.planners.bandits import planner
-from adaptation_manager.planners.bandits.space import options_of
 from regraft import CallFailed
+from regraft.adaptation_manager.planners.bandits import planner
+from regraft.adaptation_manager.planners.bandits.space import options_of
 from tests.planners.parts import SPEEDS, bench
 
 

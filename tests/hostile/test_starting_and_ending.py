@@ -281,7 +281,9 @@ def test_a_gateway_port_in_use_is_refused_before_anything_runs(stack: Write) -> 
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        done = up(stack(SOURCE + f"  g: {{class: 'dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n"))
+        done = up(
+            stack(SOURCE + f"  g: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {port}}}}}\n")
+        )
     assert done.returncode == 2
     assert f"127.0.0.1:{port}" in done.stderr
     wait_until(lambda: not run_directory.running(), "the lock to be free")

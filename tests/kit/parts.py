@@ -6,9 +6,9 @@ import threading
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count, PlainValue, Ratio
-from bus_schema.encoding.registry import message
 from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
+from regraft.bus_schema.annotations import Count, PlainValue, Ratio
+from regraft.bus_schema.encoding.registry import message
 from tests.waiting import PATIENCE
 
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import threading
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope, Kind
-from bus_schema.encoding.registry import type_of
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus
-from bus_schema.messages.protocol.control import ComponentView, ParameterValues
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Bus
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
+from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
 from regraft.component.component import Component
 from regraft.runtime import loop

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.control import (
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     ControlCode,
     ControlError,
@@ -14,7 +14,7 @@ from bus_schema.messages.protocol.control import (
     StateRequest,
     StateStep,
 )
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client.errors import ControlRefused
 from regraft.component.parameters import ParameterError
 from regraft.runtime.data.stream import Stream

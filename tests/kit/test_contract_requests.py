@@ -6,11 +6,11 @@ import threading
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, RefusalCode
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import Client
 from regraft.runtime.core.clock import RealClock
 from regraft.runtime.data.writers import Identity, Writer, Writers

@@ -6,11 +6,11 @@ import time
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.messages.health import Event
 from regraft.bus.interface import Bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.health import Event
 from regraft.runtime.data.stream import HOLE_TIMEOUT
 from regraft.runtime.data.writers import Identity, Writers
 from tests.kit.parts import Counter, Echo, Fragile, Gated, Latest, Number, Other

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import pytest
 
-from bus_schema.annotations import Count
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import message
-from bus_schema.keys import Keys
-from bus_schema.model.lifecycle import State
 from regraft import Component, Input, Output, every
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.annotations import Count
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
 from regraft.runtime import loop
 from regraft.runtime.core.assignment import Assignment

@@ -11,7 +11,7 @@ from regraft.testing import Rig
 from tests.stack.files import problems
 
 HEAD = """\
-from bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.geometry import Twist
 from regraft import Component, Input, Output, Parameter, every, service
 
 

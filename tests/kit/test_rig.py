@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Output
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Counter, Echo, Number, Oracle, Walker
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.encoding.envelope import Envelope
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.runtime.data.stream import HOLE_TIMEOUT, MAX_HOLE, Stream
 
 

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bus_schema.encoding import codec
-from bus_schema.messages import geometry, maps, sensors
-from bus_schema.messages.health import Diagnostic
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages import geometry, maps, sensors
+from regraft.bus_schema.messages.health import Diagnostic
+from regraft.services.mapper.component import MappingComponent
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.maps.poses import Pose
+from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.testing import Rig
-from services.mapper.component import MappingComponent
-from services.mapper.mapper import Mapper
-from services.mapper.maps.poses import Pose
-from services.mapper.odometry_mapper import OdometryMapper
 
 MAPPERS: list[type[MappingComponent]] = [Mapper, OdometryMapper]
 TICK = 0.05

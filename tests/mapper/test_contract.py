@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import yaml
 
-from bus_schema.encoding import codec
-from bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
-from evaluation.map_quality import MapQuality, map_quality
 from regraft import CallFailed
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from regraft.component.component import describe
+from regraft.evaluation.map_quality import MapQuality, map_quality
+from regraft.services.mapper.component import MappingComponent
+from regraft.services.mapper.maps.poses import Pose
 from regraft.testing import Rig
-from services.mapper.component import MappingComponent
-from services.mapper.maps.poses import Pose
 from tests.services.rigs import set_parameters
 
 from .room import MAPPERS, THINGS, TICK, WALLS, Ride, circle, true_cells

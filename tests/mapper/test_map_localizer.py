@@ -8,15 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages import geometry, maps, sensors
-from bus_schema.messages.health import Diagnostic
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages import geometry, maps, sensors
+from regraft.bus_schema.messages.health import Diagnostic
+from regraft.bus_schema.model.lifecycle import Transition
 from regraft.component.component import describe
+from regraft.services.mapper.map_localizer import MapLocalizer
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.maps.poses import Pose
 from regraft.testing import Rig
-from services.mapper.map_localizer import MapLocalizer
-from services.mapper.mapper import Mapper
-from services.mapper.maps.poses import Pose
 from tests.mapper.room import MOUNT, RANGE, THINGS, TICK, TICKS_PER_SCAN, WALLS, Ride, cast, circle, true_cells
 
 

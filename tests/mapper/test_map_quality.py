@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.map_quality import MapQuality, map_quality
+from regraft.evaluation.map_quality import MapQuality, map_quality
 
 from .room import THINGS, WALLS, true_cells
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from regraft.services.mapper.mapper import Mapper
+from regraft.services.mapper.maps.poses import Pose
+from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.testing import Rig
-from services.mapper.mapper import Mapper
-from services.mapper.maps.poses import Pose
-from services.mapper.odometry_mapper import OdometryMapper
 
 from .room import THINGS, WALLS, Ride, circle
 

@@ -12,15 +12,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from services.mapper.maps import map_files
-from services.mapper.maps.grid import ENOUGH, Grid
-from services.mapper.maps.map_files import FiledMap
-from services.mapper.maps.poses import Pose, wrap_angle
-from services.mapper.maps.rays import insert
-from services.mapper.maps.scan import Scan
-from services.mapper.matching.matcher import match
-from services.mapper.matching.surface import Surface
-from services.mapper.odometry_log import OdometryLog
+from regraft.services.mapper.maps import map_files
+from regraft.services.mapper.maps.grid import ENOUGH, Grid
+from regraft.services.mapper.maps.map_files import FiledMap
+from regraft.services.mapper.maps.poses import Pose, wrap_angle
+from regraft.services.mapper.maps.rays import insert
+from regraft.services.mapper.maps.scan import Scan
+from regraft.services.mapper.matching.matcher import match
+from regraft.services.mapper.matching.surface import Surface
+from regraft.services.mapper.odometry_log import OdometryLog
 
 from .room import MOUNT, THINGS, WALLS, cast
 

@@ -6,13 +6,13 @@ import math
 
 import pytest
 
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.maps import OccupancyGrid
-from bus_schema.messages.sensors import Odometry
-from bus_schema.messages.world import GroundTruth
-from evaluation.map_quality import map_quality
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.maps import OccupancyGrid
+from regraft.bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.evaluation.map_quality import map_quality
+from regraft.services.mapper.component import MappingComponent
 from regraft.testing import Rig
-from services.mapper.component import MappingComponent
 from tests.services.rigs import run, world_on
 
 from .room import MAPPERS

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.protocol.control import Rewire, RewireStep
-from bus_schema.messages.reflection import ReflectedEntry, Reflection
-from bus_schema.messages.sensors import Image
-from bus_schema.model.adaptation import (
+from regraft import Component, Output, Parameter, every, service
+from regraft.bus_schema.messages.geometry import Pose
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep
+from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.sensors import Image
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
@@ -21,10 +22,9 @@ from bus_schema.model.adaptation import (
     SetParameters,
     Violation,
 )
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.consistency import violations
-from bus_schema.model.lifecycle import State, Transition
-from regraft import Component, Output, Parameter, every, service
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.core.pending import Pending
 from regraft.stack import load
 from regraft.testing import Rig

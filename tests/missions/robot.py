@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import services
-from bus_schema.messages.geometry import FramedPose, Pose, Vector3
-from bus_schema.messages.health import SensorFault, SensorHealth
-from bus_schema.messages.maps import Frontier, MapFile, NextFrontier, SaveMap
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.perception import Detect, Detection, Sightings
-from bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress
-from bus_schema.messages.sensors import LightLevel
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
-from regraft import Cancelled, Component, Parameter, RequestRefused, action, service
+from regraft import Cancelled, Component, Parameter, RequestRefused, action, service, stacks
+from regraft.bus_schema.messages.geometry import FramedPose, Pose, Vector3
+from regraft.bus_schema.messages.health import SensorFault, SensorHealth
+from regraft.bus_schema.messages.maps import Frontier, MapFile, NextFrontier, SaveMap
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.perception import Detect, Detection, Sightings
+from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Violation
 from regraft.testing import Rig
 
-STACKS = Path(services.__file__).parents[1] / "stacks" / "frog"
+STACKS = Path(stacks.__file__).parent / "frog"
 MISSIONS = STACKS / "missions"
-NODES = "stacks.frog.quality:REQUIREMENTS stacks.frog.plans:PLANS"
+NODES = "regraft.stacks.frog.quality:REQUIREMENTS regraft.stacks.frog.plans:PLANS"
 
 
 def power(rig: Rig, charge: float) -> None:

@@ -7,17 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from bus_schema.messages.geometry import FramedPose, Pose, Twist
-from bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
-from bus_schema.messages.mission import MissionState, MissionStatus
-from bus_schema.messages.power import BatteryState, ChargerState
-from bus_schema.messages.sensors import Odometry
-from bus_schema.messages.world import GroundTruth
-from evaluation.judge import Judge
-from evaluation.judgement import Judgement, JudgementRequest
-from evaluation.runs.search_run import SearchRun
-from evaluation.search_campaign import is_kept, report, seeds_of
-from evaluation.true_objects import true_objects
+from regraft.bus_schema.messages.geometry import FramedPose, Pose, Twist
+from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
+from regraft.bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.bus_schema.messages.power import BatteryState, ChargerState
+from regraft.bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.evaluation.judge import Judge
+from regraft.evaluation.judgement import Judgement, JudgementRequest
+from regraft.evaluation.runs.search_run import SearchRun
+from regraft.evaluation.search_campaign import is_kept, report, seeds_of
+from regraft.evaluation.true_objects import true_objects
 from regraft.testing import Rig
 
 STILL = Twist()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.mission import Command, MissionState
-from bus_schema.model.adaptation import ChangeState, SetParameters
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.messages.mission import Command, MissionState
+from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, refusal, run, status, tree
 from tests.executor.robot import goals
 from tests.missions.robot import Docking, Explorer, Manager, Mapper, sensors

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bus_schema.messages.mission import MissionState
-from bus_schema.model.adaptation import ChangeState
+from regraft.bus_schema.messages.mission import MissionState
+from regraft.bus_schema.model.adaptation import ChangeState
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import kinds, status
 from tests.executor.robot import goals
 from tests.missions.robot import (

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from adaptation_manager.planners.forecast.planner import ForecastPlanner
-from bus_schema.model.adaptation import SetParameters
+from regraft.adaptation_manager.planners.forecast.planner import ForecastPlanner
+from regraft.bus_schema.model.adaptation import SetParameters
 from regraft.testing import Rig
 from tests.missions.acting import CORNER, OWN
 from tests.missions.test_rounds import FAR, NEAR, Rounds

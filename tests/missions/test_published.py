@@ -13,7 +13,7 @@ from tests.missions.test_rounds import FAR, NEAR, Rounds
 
 @pytest.fixture(autouse=True)
 def published_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(test_rounds, "NODES", f"{NODES} stacks.frog.studies.published_plans:NODES")
+    monkeypatch.setattr(test_rounds, "NODES", f"{NODES} regraft.stacks.frog.studies.published_plans:NODES")
 
 
 def test_the_first_decision_is_down_as_nothing_is_measured_yet_and_then_up_again() -> None:

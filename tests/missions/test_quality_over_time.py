@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
-from evaluation.quality_over_time import Spell, Standing, report, satisfied_share, spells, write_report
-from evaluation.runs.quality_run import QualityRun
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters
+from regraft.evaluation.quality_over_time import Spell, Standing, report, satisfied_share, spells, write_report
+from regraft.evaluation.runs.quality_run import QualityRun
 
 GOOD = Quality(1.0, "MoveSafely", "Safety", node="A/MoveSafely::7", metric=0.5, satisfied=True)
 TOLD = (

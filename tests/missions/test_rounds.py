@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.messages.mission import MissionState
-from bus_schema.messages.perception import Detections
-from bus_schema.messages.quality import Quality
-from bus_schema.model.adaptation import Connect, Outcome, SetParameters
+from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.bus_schema.messages.mission import MissionState
+from regraft.bus_schema.messages.perception import Detections
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.detector.detector import Detector as RealDetector
+from regraft.services.sensor_monitor import SensorMonitor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
-from services.detector.detector import Detector as RealDetector
-from services.sensor_monitor import SensorMonitor
 from tests.executor.helpers import status
 from tests.executor.robot import goals
 from tests.missions.acting import CORNER, OWN, ActingManager, PlainCamera, Senses

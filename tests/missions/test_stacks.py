@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.consistency import violations
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import load
 from tests.missions.robot import MISSIONS, STACKS
 
@@ -68,7 +68,9 @@ def test_after_the_search_s_changes_no_one_but_the_evaluation_reads_what_the_map
         name
         for name, spec in now.components.items()
         for port, topic in spec.connections.items()
-        if topic in {"map", "localization"} and spec.state is State.ACTIVE and not spec.cls.startswith("evaluation.")
+        if topic in {"map", "localization"}
+        and spec.state is State.ACTIVE
+        and not spec.cls.startswith("regraft.evaluation.")
     }
     assert readers == {"localizer"}
 
@@ -77,7 +79,7 @@ def test_after_the_search_s_changes_no_one_but_the_evaluation_reads_what_the_map
 def test_only_the_evaluation_and_the_world_itself_know_the_truth(name: str) -> None:
     for component, spec in architecture(name).components.items():
         if TRUTH & set(spec.connections.values()):
-            assert spec.cls.partition(".")[0] in {"evaluation", "sim_service"}, component
+            assert spec.cls.split(".")[1] in {"evaluation", "sim_service"}, component
 
 
 def test_the_detector_rests_until_it_is_needed() -> None:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.messages.mission import Command, MissionState
-from bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.messages.mission import Command, MissionState
+from regraft.bus_schema.model.adaptation import Outcome
+from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
 from tests.executor.helpers import command, kinds, status
 from tests.executor.robot import goals
 from tests.missions.acting import ActingManager, Senses

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.runs.search_run import run_search
+from regraft.evaluation.runs.search_run import run_search
 from tests.missions.robot import STACKS
 
 

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bus_schema.encoding import codec
-from bus_schema.messages import geometry, maps, sensors
-from bus_schema.messages.geometry import FramedPose, Twist
-from bus_schema.messages.health import Diagnostic
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages import geometry, maps, sensors
+from regraft.bus_schema.messages.geometry import FramedPose, Twist
+from regraft.bus_schema.messages.health import Diagnostic
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.component.goal import Goal
+from regraft.services.navigator.geometry import Pose, compose
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.sensing.scan import Scan
 from regraft.testing import Rig
-from services.navigator.geometry import Pose, compose
-from services.navigator.navigator import Navigator
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.sensing.scan import Scan
 
 from .world import Box, Robot, rasterise
 

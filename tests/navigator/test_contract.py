@@ -8,15 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.health import Level
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.services.navigator.geometry import Pose, wrap_angle
+from regraft.services.navigator.navigator import Navigator
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.testing import Rig
-from services.navigator.geometry import Pose, wrap_angle
-from services.navigator.navigator import Navigator
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.pursuit_navigator import PursuitNavigator
 
 from ..services.rigs import set_parameters
 from .stage import ROOM, Stage, room_map

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.navigator.driving.control import Manoeuvres, Situation
-from services.navigator.driving.controller import RolloutController
-from services.navigator.driving.robot import Footprint, Limits
-from services.navigator.geometry import FloatArray, Pose, Twist, to_fixed_frame
+from regraft.services.navigator.driving.control import Manoeuvres, Situation
+from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.robot import Footprint, Limits
+from regraft.services.navigator.geometry import FloatArray, Pose, Twist, to_fixed_frame
 
 from .world import Box, Robot
 

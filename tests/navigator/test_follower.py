@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from services.navigator.driving.robot import Limits
-from services.navigator.follower import Command, Follower
-from services.navigator.geometry import Pose, Twist, polyline_length, wrap_angle
-from services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.follower import Command, Follower
+from regraft.services.navigator.geometry import Pose, Twist, polyline_length, wrap_angle
+from regraft.services.navigator.planning.planner import GridPlanner
 
 from .world import FROG_BOXES, FROG_GOALS, Box, Robot, frog_map, rasterise
 

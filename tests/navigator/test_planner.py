@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from services.navigator.geometry import FloatArray, polyline_length
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.planning.planner import SPACING, GridPlanner, NoPath
+from regraft.services.navigator.geometry import FloatArray, polyline_length
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.planner import SPACING, GridPlanner, NoPath
 
 from .world import FROG_GOALS, Box, frog_map, rasterise
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from services.navigator.driving.control import Manoeuvres, Situation
-from services.navigator.driving.recovery import MAX_ATTEMPTS, ProgressMonitor, Recovery
-from services.navigator.driving.robot import Limits
-from services.navigator.geometry import FloatArray, Pose, Twist
+from regraft.services.navigator.driving.control import Manoeuvres, Situation
+from regraft.services.navigator.driving.recovery import MAX_ATTEMPTS, ProgressMonitor, Recovery
+from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.geometry import FloatArray, Pose, Twist
 
 from .world import Robot
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from services.navigator.geometry import Pose, Twist, compose, to_base_frame
-from services.navigator.planning.planner import GridPlanner
-from services.navigator.sensing.scan import Scan
-from services.navigator.sensing.sight import Sight
+from regraft.services.navigator.geometry import Pose, Twist, compose, to_base_frame
+from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.sensing.scan import Scan
+from regraft.services.navigator.sensing.sight import Sight
 
 from .world import Box, Robot, rasterise
 

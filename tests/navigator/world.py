@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from services.navigator.driving.robot import Footprint, Limits
-from services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
-from services.navigator.planning.grid import OccupancyGrid
-from services.navigator.sensing.scan import Scan
+from regraft.services.navigator.driving.robot import Footprint, Limits
+from regraft.services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.sensing.scan import Scan
 
 SENSOR = Pose(-0.064, 0.0, 0.0)
 RANGE = 3.5

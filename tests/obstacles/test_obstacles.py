@@ -10,19 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.maps import Goals
+from regraft.bus_schema.messages.geometry import Pose
+from regraft.bus_schema.messages.maps import Goals
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.obstacles.obstacles import Obstacles
+from regraft.services.obstacles.tour import short_tour, tour_length
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from services.navigator.planning.grid import OccupancyGrid
-from services.obstacles.obstacles import Obstacles
-from services.obstacles.tour import short_tour, tour_length
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import load_scene
-from sim_service.simulation import Simulation
 from tests.explorer.rooms import Mapped, Room, frog_room, odometry, room_of
 from tests.explorer.tour import Tour
 
-FROG = "stacks/frog/world.xml"
+FROG = "regraft/stacks/frog/world.xml"
 BOXES = [(20, 20, 6, 4), (60, 20, 3, 3), (40, 60, 5, 5), (66, 64, 10, 6)]
 
 

@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.model.adaptation import (
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     ChangeState,
@@ -20,9 +21,8 @@ from bus_schema.model.adaptation import (
     SetParameters,
     Violation,
 )
-from bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from bus_schema.model.lifecycle import State, Transition, after
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.lifecycle import State, Transition, after
 from regraft.component.component import class_path, describe
 from regraft.testing import Rig
 

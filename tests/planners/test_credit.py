@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from bus_schema.messages.planning import Proposal
-from bus_schema.model.adaptation import Outcome
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.messages.planning import Proposal
+from regraft.bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.lifecycle import State
 from tests.planners.parts import SPEEDS, TOPICS, Bench, bench
 
 SPEED = "navigator.max_velocity"

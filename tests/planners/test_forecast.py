@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
-from adaptation_manager.planners.forecast.planner import ForecastPlanner
-from bus_schema.annotations import PlainValue
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from bus_schema.model.adaptation import Outcome, SetParameters
 from regraft import CallFailed, Component, Output, Parameter
+from regraft.adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
+from regraft.adaptation_manager.planners.forecast.planner import ForecastPlanner
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.client import as_json
 from regraft.testing import Rig
 from tests.planners.parts import SPEEDS, SmallManager, spec

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import as_json
 from tests.planners.parts import SPEEDS, STATES, TOPICS, WAYS, Bench, bench
 from tests.waiting import PATIENCE

@@ -13,10 +13,10 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from bus_schema.encoding import codec
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.messages.protocol.control import Snapshot
 from regraft.bus.zenoh_bus import open_bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.cli.app import whole
 from tests.host.system import System
 from tests.waiting import wait_until

@@ -9,9 +9,9 @@ from random import Random
 
 import pytest
 
-from adaptation_manager.planners.bandits.registry import BadStrategy, Strategies
-from adaptation_manager.planners.bandits.strategy import Decision, Knobs, Offer, Strategy
-from bus_schema.annotations import PlainValue
+from regraft.adaptation_manager.planners.bandits.registry import BadStrategy, Strategies
+from regraft.adaptation_manager.planners.bandits.strategy import Decision, Knobs, Offer, Strategy
+from regraft.bus_schema.annotations import PlainValue
 from tests.planners.parts import bench
 
 HERE = "tests.planners.test_registry"

@@ -10,10 +10,10 @@ from typing import Any
 import httpx
 import pytest
 
-from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.model.adaptation import Outcome
-from dashboard_api.http.callers import user_name
-from dashboard_api.routes.planners import PROPOSAL_EXAMPLE
+from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.bus_schema.model.adaptation import Outcome
+from regraft.dashboard_api.http.callers import user_name
+from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
 from tests.kit.site import Site

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from adaptation_manager.planners.bandits.planner import BanditPlanner
-from bus_schema.messages.planning import Proposal, ProposalRequest
-from bus_schema.model.architecture import Architecture, TopicSpec
 from regraft import Component
+from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
 from regraft.bus.memory_bus import MemoryHub
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.runtime.core.assignment import Assignment
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker

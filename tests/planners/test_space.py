@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adaptation_manager.planners.bandits.dimensions import Dimension, Kind, option_of
-from adaptation_manager.planners.bandits.space import options_of
-from bus_schema.errors import BadMessage
+from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, option_of
+from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft.bus_schema.errors import BadMessage
 
 SIGNS = {
     "<": operator.lt,

@@ -19,8 +19,8 @@ from behavior_tree import (
     Tree,
     load_text,
 )
-from bus_schema.messages.quality import Quality
-from services.bt_executor.quality import PlainSystemQR, PlainTaskQR, QualityBook
+from regraft.bus_schema.messages.quality import Quality
+from regraft.services.bt_executor.quality import PlainSystemQR, PlainTaskQR, QualityBook
 
 RESULTS = {"R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}
 LETTERS = "IRSFK"

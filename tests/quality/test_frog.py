@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.messages.mission import MissionState
+from regraft.bus_schema.messages.mission import MissionState
+from regraft.stacks.frog.quality import REQUIREMENTS
 from regraft.testing import Rig
-from stacks.frog.quality import REQUIREMENTS
 from tests.executor.helpers import run, status, tree
 from tests.quality.helpers import Field
 
@@ -162,7 +162,7 @@ CHARGE_OR_DRIVE = tree(
 
 def test_a_mission_goes_to_charge_when_its_requirement_is_violated() -> None:
     with Rig() as rig:
-        run(rig, CHARGE_OR_DRIVE, nodes="stacks.frog.quality:REQUIREMENTS")
+        run(rig, CHARGE_OR_DRIVE, nodes="regraft.stacks.frog.quality:REQUIREMENTS")
         rig.advance(15.0)
         now = status(rig)
         assert now.state is MissionState.SUCCEEDED

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behavior_tree import LoadError
-from services.bt_executor.quality.requirement_text import parse_requirement
+from regraft.services.bt_executor.quality.requirement_text import parse_requirement
 from tests.quality.helpers import Field, system, task
 
 SAFELY = "{@nearest} at least 0.46 or {@speed} at most 0.18"

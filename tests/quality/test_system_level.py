@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from services.bt_executor.quality import SystemLevelQR
+from regraft.services.bt_executor.quality import SystemLevelQR
 from tests.quality.helpers import Field, system, task
 
 RUNS = "<Spelt/>"

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from bus_schema.encoding import codec
-from bus_schema.messages.mission import Command, MissionState
-from bus_schema.messages.quality import Quality, QualityLevel
-from bus_schema.model.lifecycle import State
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.mission import Command, MissionState
+from regraft.bus_schema.messages.quality import Quality, QualityLevel
+from regraft.bus_schema.model.lifecycle import State
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.bt_executor.quality import QualityPublisher
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
-from services.bt_executor.quality import QualityPublisher
 from tests.executor.helpers import command, run, status, tree
 from tests.quality.helpers import Field, task
 from tests.stepped.parts import TinyWorld

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from behavior_tree import IDLE, ManualClock, Node, NodeError, Registry, Tree, load_text
 from behavior_tree.nav2 import register_nav2
-from services.bt_executor.quality import PlainSystemQR, PlainTaskQR, TaskLevelQR
+from regraft.services.bt_executor.quality import PlainSystemQR, PlainTaskQR, TaskLevelQR
 from tests.quality.helpers import LETTERS, Ear, Field, Spelt, system, task
 
 

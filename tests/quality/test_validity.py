@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from behavior_tree import Input, Status
-from services.bt_executor.quality import TaskLevelQR
+from regraft.services.bt_executor.quality import TaskLevelQR
 from tests.quality.helpers import Field, task
 
 OUTPUTS = {"metric": "{metric}", "mean_metric": "{mean}", "out_status": "{status}"}

@@ -32,17 +32,17 @@ components:
     restart: never
   lamp: {{class: "tests.reflection.parts:Lamp"}}
   system_reflection:
-    class: services.system_reflection:SystemReflection
+    class: regraft.services.system_reflection:SystemReflection
     parameters:
       mapping:
         - {{topic: odometry, field: twist.linear.x, entry: speed, rate: 10}}
         - {{topic: battery, field: charge, entry: charge, rate: 10, stale_after: 0.5}}
   bt_executor:
-    class: services.bt_executor.executor:Executor
+    class: regraft.services.bt_executor.executor:Executor
     parameters: {{mission: mission.xml}}
-  adaptation_manager: {{class: "adaptation_manager.manager:AdaptationManager"}}
+  adaptation_manager: {{class: "regraft.adaptation_manager.manager:AdaptationManager"}}
   gateway:
-    class: dashboard_api.gateway:Gateway
+    class: regraft.dashboard_api.gateway:Gateway
     parameters: {{port: {port}}}
 """
 MISSION = """\

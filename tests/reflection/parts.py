@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from bus_schema.annotations import Bounds
-from bus_schema.messages.geometry import Pose, Twist, Vector3
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.sensors import LightLevel, Odometry
 from regraft import Component, Input, Output, Parameter, Records, every
+from regraft.bus_schema.annotations import Bounds
+from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.sensors import LightLevel, Odometry
 
 
 def battery_state(stamp: float, charge: float) -> BatteryState:

@@ -24,7 +24,7 @@ components:
   wheels: {class: "tests.reflection.parts:Wheels"}
   battery: {class: "tests.reflection.parts:Battery"}
   system_reflection:
-    class: services.system_reflection:SystemReflection
+    class: regraft.services.system_reflection:SystemReflection
     parameters:
       mapping:
         - {topic: odometry, field: twist.linear.x, entry: speed, rate: 10, reduce: abs}

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from behavior_tree import Blackboard, Entry
-from bus_schema.messages.mission import Command, MissionState
-from bus_schema.messages.reflection import ReflectedEntry, Reflection
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.messages.mission import Command, MissionState
+from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.system_reflection import SystemReflection
 from regraft.testing import Rig
-from services.bt_executor.executor import Executor
-from services.system_reflection import SystemReflection
 from tests.executor.helpers import command, run, status, tree
 from tests.reflection.parts import Wheels, battery_state, odometry_of
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.mission import MissionStatus
-from bus_schema.messages.reflection import Reflection
-from bus_schema.model.lifecycle import State
 from regraft import Component, Input
-from services.bt_executor.executor import Executor
-from services.system_reflection import SystemReflection
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.mission import MissionStatus
+from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.model.lifecycle import State
+from regraft.services.bt_executor.executor import Executor
+from regraft.services.system_reflection import SystemReflection
 from tests.executor.helpers import tree
 from tests.reflection.parts import Battery, Wheels
 from tests.stepped.parts import TinyWorld

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.control import ParameterValues
-from bus_schema.messages.sensors import LightLevel
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.component.component import class_path, describe
 from regraft.component.parameters import ParameterError
 from regraft.testing import Rig

@@ -10,18 +10,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.reading import Reading, Reduce, read
-from bus_schema.encoding.reading_checks import reading_problem
-from bus_schema.encoding.records import RecordShape
-from bus_schema.encoding.registry import type_of
-from bus_schema.encoding.shapes import ArrayShape, MapShape, OptionalShape, PlainShape, Shape, TupleShape
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Pose, Twist, Vector3
-from bus_schema.messages.health import Event, SensorFault, SensorHealth, SystemStatus
-from bus_schema.messages.mission import MissionState, MissionStatus
-from bus_schema.messages.power import BatteryState, PowerDraw
-from bus_schema.messages.sensors import Image, LaserScan, Odometry
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.reading import Reading, Reduce, read
+from regraft.bus_schema.encoding.reading_checks import reading_problem
+from regraft.bus_schema.encoding.records import RecordShape
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.encoding.shapes import ArrayShape, MapShape, OptionalShape, PlainShape, Shape, TupleShape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
+from regraft.bus_schema.messages.health import Event, SensorFault, SensorHealth, SystemStatus
+from regraft.bus_schema.messages.mission import MissionState, MissionStatus
+from regraft.bus_schema.messages.power import BatteryState, PowerDraw
+from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
 from tests.schema.strategies import all_types, values
 
 KINDS = all_types()

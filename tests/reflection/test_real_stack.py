@@ -6,10 +6,17 @@ import os
 import signal
 from typing import Any
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.mission import MissionRequest, MissionStatus
-from bus_schema.messages.reflection import Reflection
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Connect, Outcome, SetParameters
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.mission import MissionRequest, MissionStatus
+from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Connect,
+    Outcome,
+    SetParameters,
+)
 from tests.host.system import System
 from tests.waiting import wait_until
 

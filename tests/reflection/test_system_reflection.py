@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import MessageType
-from bus_schema.messages.geometry import Vector3
-from bus_schema.messages.health import Event, SystemStatus
-from bus_schema.messages.perception import Detections
-from bus_schema.messages.reflection import ReflectedEntry, Reflection
-from bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import MessageType
+from regraft.bus_schema.messages.geometry import Vector3
+from regraft.bus_schema.messages.health import Event, SystemStatus
+from regraft.bus_schema.messages.perception import Detections
+from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.services.system_reflection import SystemReflection
 from regraft.testing import Rig
-from services.system_reflection import SystemReflection
 from tests.reflection.parts import Battery, Wheels, battery_state, odometry_of
 
 SPEED = {"topic": "odometry", "field": "twist.linear.x", "entry": "speed", "rate": 10, "stale_after": 1.0}

@@ -11,8 +11,8 @@ import msgpack
 import numpy as np
 from hypothesis import strategies as st
 
-from bus_schema.encoding.records import RecordShape, UnionShape
-from bus_schema.encoding.shapes import (
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.shapes import (
     ArrayShape,
     BoolShape,
     BytesShape,

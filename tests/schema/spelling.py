@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.encoding.records import RecordShape, UnionShape
-from bus_schema.encoding.registry import MessageType, known_types
-from bus_schema.encoding.shapes import (
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.registry import MessageType, known_types
+from regraft.bus_schema.encoding.shapes import (
     ArrayShape,
     BoolShape,
     BytesShape,

@@ -11,12 +11,12 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-import bus_schema
-import bus_schema.messages
+import regraft.bus_schema.messages
 import regraft.runtime.core.assignment
-from bus_schema.encoding.records import RecordShape, UnionShape
-from bus_schema.encoding.registry import MessageType, known_types
-from bus_schema.encoding.shapes import (
+from regraft import bus_schema
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.registry import MessageType, known_types
+from regraft.bus_schema.encoding.shapes import (
     ArrayShape,
     BoolShape,
     BytesShape,
@@ -30,8 +30,8 @@ from bus_schema.encoding.shapes import (
     TextShape,
     TupleShape,
 )
-from bus_schema.messages.protocol.requests import Request
-from bus_schema.messages.sensors import Image
+from regraft.bus_schema.messages.protocol.requests import Request
+from regraft.bus_schema.messages.sensors import Image
 
 Values = SearchStrategy[Any]
 

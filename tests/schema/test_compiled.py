@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.compiled import compile_unpack
-from bus_schema.encoding.registry import MessageType
-from bus_schema.errors import BadMessage
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.compiled import compile_unpack
+from regraft.bus_schema.encoding.registry import MessageType
+from regraft.bus_schema.errors import BadMessage
 
 from .comparing import same
 from .misfits import misfits, places

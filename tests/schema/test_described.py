@@ -13,12 +13,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
-from bus_schema.described import DescribedType, describe_type, described_type
-from bus_schema.encoding import codec
-from bus_schema.encoding.records import RecordShape, UnionShape
-from bus_schema.encoding.registry import MessageType, message, type_of
-from bus_schema.encoding.shapes import (
+from regraft.bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
+from regraft.bus_schema.described import DescribedType, describe_type, described_type
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.registry import MessageType, message, type_of
+from regraft.bus_schema.encoding.shapes import (
     ArrayShape,
     BytesShape,
     FloatShape,
@@ -28,9 +28,9 @@ from bus_schema.encoding.shapes import (
     Shape,
     TupleShape,
 )
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Pose
-from bus_schema.messages.sensors import LaserScan
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Pose
+from regraft.bus_schema.messages.sensors import LaserScan
 
 from .comparing import same
 from .strategies import all_types, values

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.encoding.envelope import LAYOUT, MAX_SOURCE_LENGTH, Envelope, Kind
-from bus_schema.errors import BadMessage
+from regraft.bus_schema.encoding.envelope import LAYOUT, MAX_SOURCE_LENGTH, Envelope, Kind
+from regraft.bus_schema.errors import BadMessage
 
 U32 = st.integers(0, 2**32 - 1)
 names = st.from_regex(r"[A-Za-z0-9_.-]{1,160}", fullmatch=True)

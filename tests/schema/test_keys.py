@@ -9,8 +9,8 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.errors import BadKey
-from bus_schema.keys import (
+from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.keys import (
     CONTROL_VERBS,
     Keys,
     client_name,

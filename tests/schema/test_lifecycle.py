@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.model.lifecycle import PRIMARY, TRANSITIONS, State, Transition, after, legal, route
+from regraft.bus_schema.model.lifecycle import PRIMARY, TRANSITIONS, State, Transition, after, legal, route
 
 ROS_2 = {
     ("unconfigured", "configure"): ("configuring", "inactive"),

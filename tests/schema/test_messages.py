@@ -14,16 +14,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.records import RecordShape, UnionShape, attributes_of
-from bus_schema.encoding.registry import MessageType
-from bus_schema.encoding.shapes import CUT, ArrayShape
-from bus_schema.errors import BadMessage
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Event, SystemStatus
-from bus_schema.messages.maps import OccupancyGrid
-from bus_schema.messages.sensors import Image
-from bus_schema.model.adaptation import Violation
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.records import RecordShape, UnionShape, attributes_of
+from regraft.bus_schema.encoding.registry import MessageType
+from regraft.bus_schema.encoding.shapes import CUT, ArrayShape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.health import Event, SystemStatus
+from regraft.bus_schema.messages.maps import OccupancyGrid
+from regraft.bus_schema.messages.sensors import Image
+from regraft.bus_schema.model.adaptation import Violation
 
 from .comparing import json_view, same
 from .misfits import misfits, places, wrong_arrays

@@ -7,21 +7,23 @@ from typing import Annotated
 
 import pytest
 
-from bus_schema.annotations import Named
-from bus_schema.encoding import codec
-from bus_schema.encoding.records import record_shape
-from bus_schema.errors import BadMessage, BadType
-from bus_schema.model.adaptation import AdaptationRequest, Swap
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.model.description import Description
+from regraft.bus_schema.annotations import Named
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage, BadType
+from regraft.bus_schema.model.adaptation import AdaptationRequest, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.description import Description
 
 SWAP = {"change": "swap", "component": "detector"}
 
 
 def test_a_request_says_class_and_connect_as_a_stack_file_does() -> None:
-    request = AdaptationRequest((Swap("detector", "services.detector:Detector", connections={"image": "corner"}),))
+    request = AdaptationRequest(
+        (Swap("detector", "regraft.services.detector:Detector", connections={"image": "corner"}),)
+    )
     (change,) = codec.to_plain(request)["changes"]
-    assert (change["class"], change["connect"]) == ("services.detector:Detector", {"image": "corner"})
+    assert (change["class"], change["connect"]) == ("regraft.services.detector:Detector", {"image": "corner"})
     assert codec.from_plain({"changes": [change]}, AdaptationRequest) == request
 
 

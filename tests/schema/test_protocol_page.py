@@ -12,18 +12,18 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from bus_schema.encoding import codec, envelope
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_named
-from bus_schema.encoding.shapes import ARRAY_EXTENSION, MAX_PLAIN_DEPTH, TAIL_EXTENSION
-from bus_schema.keys import CONTROL_VERBS, Keys
-from bus_schema.messages.protocol.clock import StepKind
-from bus_schema.messages.protocol.control import ControlCode, RewireStep
-from bus_schema.messages.protocol.handover import HandoverStep
-from bus_schema.messages.protocol.requests import Answer, RefusalCode, Verb
-from bus_schema.model.lifecycle import TRANSITIONS, State, Transition
-from dashboard_api.backend.refusals import KINDS
+from regraft.bus_schema.encoding import codec, envelope
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_named
+from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, MAX_PLAIN_DEPTH, TAIL_EXTENSION
+from regraft.bus_schema.keys import CONTROL_VERBS, Keys
+from regraft.bus_schema.messages.protocol.clock import StepKind
+from regraft.bus_schema.messages.protocol.control import ControlCode, RewireStep
+from regraft.bus_schema.messages.protocol.handover import HandoverStep
+from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Verb
+from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition
 from regraft.client.json_view import as_json
+from regraft.dashboard_api.backend.refusals import KINDS
 from regraft.host import supervisor
 from regraft.host.watchdog import watchdog
 from regraft.lockstep import member, step_dispatch

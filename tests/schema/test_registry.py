@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bus_schema.annotations import Array, Tagged
-from bus_schema.encoding import registry
-from bus_schema.encoding.registry import known_types, message, type_named, type_of
-from bus_schema.errors import BadType
-from bus_schema.messages.geometry import Twist, Vector3
-from bus_schema.messages.sensors import Image
+from regraft.bus_schema.annotations import Array, Tagged
+from regraft.bus_schema.encoding import registry
+from regraft.bus_schema.encoding.registry import known_types, message, type_named, type_of
+from regraft.bus_schema.errors import BadType
+from regraft.bus_schema.messages.geometry import Twist, Vector3
+from regraft.bus_schema.messages.sensors import Image
 
 Tail = Annotated[NDArray[np.uint8], Array("|u1", (None,), tail=True)]
 
@@ -64,7 +64,7 @@ def test_an_ill_formed_name_is_refused(name: str) -> None:
 
 
 def test_a_name_belongs_to_one_class() -> None:
-    with pytest.raises(BadType, match="already bus_schema"):
+    with pytest.raises(BadType, match=r"already regraft\.bus_schema"):
         message("regraft/Twist")(Bare)
     assert type_named("regraft/Twist").cls is Twist
 

@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.control import ParameterValues
-from bus_schema.messages.sensors import Image
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import ParameterValues
+from regraft.bus_schema.messages.sensors import Image
 from regraft.component.goal import Goal
+from regraft.sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
+from regraft.sim_service.cameras.camera_mount import camera_mount
+from regraft.sim_service.cameras.renderers import RendererName, make_camera
+from regraft.sim_service.layout.placement import Placement
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
-from sim_service.cameras.camera_mount import camera_mount
-from sim_service.cameras.renderers import RendererName, make_camera
-from sim_service.layout.placement import Placement
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import load_scene
-from sim_service.world import World
 
-FROG = str(Path(__file__).parents[2] / "stacks" / "frog" / "world.xml")
+FROG = str(Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml")
 TICK = 0.05
 SIZES = {"ray": (160, 120), "egl": (320, 240), "osmesa": (320, 240)}
 

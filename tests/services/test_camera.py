@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.health import Diagnostic, Level
-from bus_schema.messages.sensors import Image, LightLevel
-from bus_schema.messages.world import WorldState
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.health import Diagnostic, Level
+from regraft.bus_schema.messages.sensors import Image, LightLevel
+from regraft.bus_schema.messages.world import WorldState
+from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.sim_service import camera_component
+from regraft.sim_service.camera_component import Camera
+from regraft.sim_service.cameras import renderers
+from regraft.sim_service.cameras.renderers import RendererName
 from regraft.testing import Rig
-from sim_service import camera_component
-from sim_service.camera_component import Camera
-from sim_service.cameras import renderers
-from sim_service.cameras.renderers import RendererName
 
 from .rigs import FROG, run, world_on
 

@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.perception import Detect, Detection, Detections, Sightings
-from bus_schema.messages.power import EnergyUse
-from bus_schema.messages.sensors import Image, Odometry
-from bus_schema.model.lifecycle import Transition
 from regraft import CallFailed, Component, Output, every
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.perception import Detect, Detection, Detections, Sightings
+from regraft.bus_schema.messages.power import EnergyUse
+from regraft.bus_schema.messages.sensors import Image, Odometry
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.services.detector.detector import Detector
+from regraft.sim_service.cameras.renderers import RendererName
+from regraft.sim_service.layout.placement import draw_placement
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from services.detector.detector import Detector
-from sim_service.cameras.renderers import RendererName
-from sim_service.layout.placement import draw_placement
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import load_scene
-from sim_service.simulation import Simulation
 
 from .rigs import FROG, Studio
 

@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.power import BatteryState, ChargerState
-from bus_schema.messages.sensors import Image, LaserScan, Odometry
-from bus_schema.messages.world import GroundTruth
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.power import BatteryState, ChargerState
+from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
+from regraft.sim_service.camera_component import Camera
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from sim_service.camera_component import Camera
-from sim_service.layout.scene import load_scene
-from sim_service.world import World
 
 from .rigs import FROG, run, set_parameters, world_on
 

@@ -2,9 +2,9 @@
 
 import math
 
-from bus_schema.messages.maps import Goals, OccupancyGrid
+from regraft.bus_schema.messages.maps import Goals, OccupancyGrid
+from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from sim_service.map_server import MapServer
 
 from .rigs import FROG, world_on
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import FramedPose, Pose, Twist
-from bus_schema.messages.maps import Goals, OccupancyGrid
-from bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from bus_schema.messages.sensors import Odometry
-from bus_schema.messages.world import GroundTruth
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import FramedPose, Pose, Twist
+from regraft.bus_schema.messages.maps import Goals, OccupancyGrid
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
+from regraft.bus_schema.messages.sensors import Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.goal import Goal
+from regraft.services.navigator.navigator import Navigator
+from regraft.sim_service.map_server import MapServer
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from services.navigator.navigator import Navigator
-from sim_service.map_server import MapServer
-from sim_service.world import World
 
 from .rigs import FROG, finish, run, set_parameters, world_on
 

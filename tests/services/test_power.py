@@ -4,16 +4,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
-from bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
-from bus_schema.messages.sensors import LightLevel, Odometry
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.health import Diagnostic, Level, SensorFault, SensorHealth, SystemStatus
+from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
+from regraft.bus_schema.messages.sensors import LightLevel, Odometry
+from regraft.services.battery import Battery
+from regraft.services.lighting import Lighting, darkness_at
+from regraft.services.power_model import motion_power, total_power
+from regraft.services.system_status import SystemStatusReporter
 from regraft.testing import Rig
-from services.battery import Battery
-from services.lighting import Lighting, darkness_at
-from services.power_model import motion_power, total_power
-from services.system_status import SystemStatusReporter
 
 
 def moving(rig: Rig, speed: float) -> None:

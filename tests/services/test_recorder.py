@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from bus_schema.messages.geometry import FramedPose, Pose, Twist, Vector3
-from bus_schema.messages.maps import Goals, NamedGoal
-from bus_schema.messages.perception import Detection, Detections
-from bus_schema.messages.world import GroundTruth
-from bus_schema.model.adaptation import (
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from regraft.bus_schema.messages.geometry import FramedPose, Pose, Twist, Vector3
+from regraft.bus_schema.messages.maps import Goals, NamedGoal
+from regraft.bus_schema.messages.perception import Detection, Detections
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
     Outcome,
@@ -18,7 +18,7 @@ from bus_schema.model.adaptation import (
     StepReport,
     StepState,
 )
-from evaluation.recorder import Recorder
+from regraft.evaluation.recorder import Recorder
 from regraft.testing import Rig
 
 from .rigs import run, world_on

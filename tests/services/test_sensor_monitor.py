@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Pose, Twist
-from bus_schema.messages.health import Diagnostic, Level, SensorHealth
-from bus_schema.messages.sensors import Image, LightLevel, Odometry
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.health import Diagnostic, Level, SensorHealth
+from regraft.bus_schema.messages.sensors import Image, LightLevel, Odometry
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import describe
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
+from regraft.services.sensor_monitor import SensorMonitor
+from regraft.sim_service.camera_component import Camera
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from services.sensor_monitor import SensorMonitor
-from sim_service.camera_component import Camera
-from sim_service.world import World
 
 from .rigs import FROG, run, set_parameters, world_on
 

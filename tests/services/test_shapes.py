@@ -7,11 +7,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bus_schema.messages.geometry import Pose, Quaternion, Vector3
-from services.detector.detector import NEAR_ENOUGH
-from services.detector.hydrant import Candidate, find_hydrant
-from services.detector.silhouette import FOOT_RADIUS, HEIGHT, half_widths
-from services.detector.view import View
+from regraft.bus_schema.messages.geometry import Pose, Quaternion, Vector3
+from regraft.services.detector.detector import NEAR_ENOUGH
+from regraft.services.detector.hydrant import Candidate, find_hydrant
+from regraft.services.detector.silhouette import FOOT_RADIUS, HEIGHT, half_widths
+from regraft.services.detector.view import View
 
 RED = (160, 10, 10)
 GREY = (150, 150, 145)

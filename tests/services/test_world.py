@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
-from bus_schema.messages.world import GroundTruth, WorldState
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
+from regraft.bus_schema.messages.world import GroundTruth, WorldState
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
+from regraft.sim_service.world import World
 from regraft.testing import Rig
-from sim_service.world import World
 
 from .rigs import run, world_on
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_service.robot.failures import (
+from regraft.sim_service.robot.failures import (
     CAMERA_FAILURES,
     ODOMETRY_FAILURES,
     SCAN_FAILURES,
@@ -15,8 +15,8 @@ from sim_service.robot.failures import (
     drop_rays,
     parse_schedule,
 )
-from sim_service.robot.odometry import Drift, OdometrySettings
-from sim_service.simulation import Simulation, SimulationSettings
+from regraft.sim_service.robot.odometry import Drift, OdometrySettings
+from regraft.sim_service.simulation import Simulation, SimulationSettings
 
 from .worlds import drive, frog_with_robot_at
 

@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim_service.layout.goals import GoalError, viewing_goals
-from sim_service.layout.ground_map import FREE, OCCUPIED, Rasteriser
-from sim_service.layout.placement import Placement
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import SceneError, load_scene
-from sim_service.layout.visibility import sees_body
-from sim_service.simulation import Simulation
+from regraft.sim_service.layout.goals import GoalError, viewing_goals
+from regraft.sim_service.layout.ground_map import FREE, OCCUPIED, Rasteriser
+from regraft.sim_service.layout.placement import Placement
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.layout.visibility import sees_body
+from regraft.sim_service.simulation import Simulation
 
 from .worlds import frog, frog_with_robot_at
 

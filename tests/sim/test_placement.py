@@ -7,11 +7,11 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from sim_service.layout.footprints import distance_to_rectangles, obstacle_rectangles
-from sim_service.layout.placement import Placement, PlacementError, draw_placement
-from sim_service.layout.placement_rules import placement_rules
-from sim_service.layout.scene import SceneError, load_scene
-from sim_service.layout.visibility import sees_body
+from regraft.sim_service.layout.footprints import distance_to_rectangles, obstacle_rectangles
+from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
+from regraft.sim_service.layout.placement_rules import placement_rules
+from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.layout.visibility import sees_body
 
 from .worlds import frog
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from sim_service.layout.placement import draw_placement
-from sim_service.layout.scene import SceneError, load_scene
-from sim_service.simulation import Simulation
+from regraft.sim_service.layout.placement import draw_placement
+from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.simulation import Simulation
 
 from .worlds import frog
 

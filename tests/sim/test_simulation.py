@@ -6,8 +6,8 @@ import msgpack
 import numpy as np
 import pytest
 
-from sim_service.robot.odometry import OdometrySettings
-from sim_service.simulation import Simulation, SimulationSettings, SnapshotError
+from regraft.sim_service.robot.odometry import OdometrySettings
+from regraft.sim_service.simulation import Simulation, SimulationSettings, SnapshotError
 
 from .worlds import drive, frog, frog_with_robot_at
 

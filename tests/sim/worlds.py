@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from sim_service.layout.placement import Placement
-from sim_service.layout.poses import Pose2D
-from sim_service.layout.scene import Scene, load_scene
-from sim_service.simulation import Simulation, SimulationSettings
+from regraft.sim_service.layout.placement import Placement
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import Scene, load_scene
+from regraft.sim_service.simulation import Simulation, SimulationSettings
 
-FROG = Path(__file__).parents[2] / "stacks" / "frog" / "world.xml"
+FROG = Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml"
 
 OUT_OF_THE_WAY = {
     "hydrant": Pose2D(1.6, 1.7, 0.0),

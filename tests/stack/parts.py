@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.encoding.registry import message
-from bus_schema.messages.geometry import Twist
-from bus_schema.messages.navigation import Arrival, NavigateTo
-from bus_schema.messages.sensors import LaserScan, Odometry
-from bus_schema.model.description import Resources
 from regraft import Component, Input, Output, Parameter, action
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.navigation import Arrival, NavigateTo
+from regraft.bus_schema.messages.sensors import LaserScan, Odometry
+from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 
 

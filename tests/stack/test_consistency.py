@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bus_schema.model.adaptation import Violation
-from bus_schema.model.architecture import (
+from regraft import Parameter
+from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.architecture import (
     Architecture,
     ComponentSpec,
     Constraint,
@@ -18,17 +19,16 @@ from bus_schema.model.architecture import (
     TopicSpec,
     Writers,
 )
-from bus_schema.model.consistency import value_violations, violations
-from bus_schema.model.description import (
+from regraft.bus_schema.model.consistency import value_violations, violations
+from regraft.bus_schema.model.description import (
     Description,
     ParameterDescription,
     PortDescription,
     Resources,
     ServiceDescription,
 )
-from bus_schema.model.lifecycle import State
-from bus_schema.model.parameter_values import parameter_problem
-from regraft import Parameter
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.component.parameters import ParameterError
 
 IMAGE = "test/Image"

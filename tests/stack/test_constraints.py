@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.architecture import Architecture, Constraint, ConstraintKind
-from bus_schema.model.consistency import violations
-from bus_schema.model.expressions import BadExpression, references, value_of
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.architecture import Architecture, Constraint, ConstraintKind
+from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.expressions import BadExpression, references, value_of
+from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import load
 from tests.adaptation.system import small_architecture
 from tests.stack.files import changed, line_of, problems, write

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.encoding.codec import decode, encode
-from bus_schema.model.architecture import (
+from regraft.bus_schema.encoding.codec import decode, encode
+from regraft.bus_schema.model.architecture import (
     Architecture,
     Constraint,
     ConstraintKind,
@@ -16,8 +16,8 @@ from bus_schema.model.architecture import (
     TopicSpec,
     Writers,
 )
-from bus_schema.model.consistency import violations
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.consistency import violations
+from regraft.bus_schema.model.lifecycle import State
 from regraft.stack import load, time_source
 from tests.stack.files import GOOD, changed, good, write
 
@@ -125,7 +125,7 @@ def test_hosts_are_the_local_one_and_those_named(tmp_path: Path) -> None:
 def test_imports_make_message_types_known(tmp_path: Path) -> None:
     (tmp_path / "stack_own_types.py").write_text(
         "from dataclasses import dataclass\n"
-        "from bus_schema.encoding.registry import message\n"
+        "from regraft.bus_schema.encoding.registry import message\n"
         "@message('stacktest/Taste')\n"
         "@dataclass(frozen=True, slots=True)\n"
         "class Taste:\n"

@@ -28,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_class_in_a_file_that_the_standard_library_hides(folder: Path, name: str, called: str) -> None:
     file = folder / f"{name}.py"
     file.write_text(COMPONENT)
-    (problem,) = problems(folder, STACK.format(imported="bus_schema", path=f"{name}:{called}"))
+    (problem,) = problems(folder, STACK.format(imported="regraft.bus_schema", path=f"{name}:{called}"))
     assert (problem.line, problem.field) == (4, "components.siren.class")
     assert problem.problem.endswith(f"the module {name!r} of the standard library hides {file}: rename that")
     assert "did you mean" not in problem.problem
@@ -44,7 +44,7 @@ def test_a_module_in_a_package_that_the_standard_library_hides(folder: Path) -> 
 
 def test_an_import_of_a_file_that_the_standard_library_hides(folder: Path) -> None:
     (folder / "queue.py").write_text(COMPONENT)
-    (problem,) = problems(folder, STACK.format(imported="queue", path="services.lighting:Lighting"))[:1]
+    (problem,) = problems(folder, STACK.format(imported="queue", path="regraft.services.lighting:Lighting"))[:1]
     assert (problem.line, problem.field) == (2, "imports.0")
     assert problem.problem == f"the module 'queue' of the standard library hides {folder}/queue.py: rename that"
 
@@ -59,9 +59,16 @@ def test_what_an_authors_module_takes_from_a_hidden_one(folder: Path, line: str)
 
 
 def test_a_file_that_one_of_our_packages_hides(folder: Path) -> None:
-    (folder / "evaluation.py").write_text(COMPONENT)
-    with pytest.raises(NoSuchClass, match=f"the module 'evaluation' hides {folder}/evaluation.py: rename that"):
-        load_class("evaluation:Siren")
+    (folder / "regraft.py").write_text(COMPONENT)
+    with pytest.raises(NoSuchClass, match=f"the module 'regraft' hides {folder}/regraft.py: rename that"):
+        load_class("regraft:Siren")
+
+
+@pytest.mark.parametrize("name", ["services", "evaluation", "stacks", "bus_schema"])
+def test_authors_may_call_their_modules_as_we_call_our_rooms(folder: Path, name: str) -> None:
+    (folder / f"{name}.py").write_text(COMPONENT)
+    assert load_class(f"{name}:Siren").__module__ == name
+    del sys.modules[name]
 
 
 def test_where_nothing_is_hidden_nothing_is_said_of_it(folder: Path) -> None:

@@ -6,19 +6,19 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.architecture import HostRules
+from regraft.bus_schema.model.architecture import HostRules
 from regraft.stack import StackError, load, with_places
 
 STACK = """\
 system: tests
-imports: [bus_schema.messages.geometry, bus_schema.messages.power, bus_schema.messages.sensors]
+imports: [regraft.bus_schema.messages.geometry, regraft.bus_schema.messages.power, regraft.bus_schema.messages.sensors]
 hosts: HOSTS
 topics:
   odometry: regraft/Odometry
   light: regraft/LightLevel
 components:
   wheels: {command: [wheels], outputs: {odometry: regraft/Odometry}}
-  lighting: {class: 'services.lighting:Lighting', host: edge}
+  lighting: {class: 'regraft.services.lighting:Lighting', host: edge}
   manager:
     command: [manager]
     services: {adapt: adaptation_manager/adapt}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.model.architecture import Limits
+from regraft.bus_schema.model.architecture import Limits
 from regraft.stack import StackError, load
 
 STACK = """\

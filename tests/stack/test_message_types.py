@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.encoding.registry import type_named
-from bus_schema.encoding.topic_types import PROTOCOL, know_schema
-from bus_schema.suggestions import near
+from regraft.bus_schema.encoding.registry import type_named
+from regraft.bus_schema.encoding.topic_types import PROTOCOL, know_schema
+from regraft.bus_schema.suggestions import near
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack import load
 from tests.stack.files import problems, write
@@ -16,7 +16,7 @@ from tests.stack.files import problems, write
 STACK = """\
 system: tests
 topics: {{light: regraft/LightLevel, other: '{kind}'}}
-components: {{lighting: {{class: 'services.lighting:Lighting'}}}}
+components: {{lighting: {{class: 'regraft.services.lighting:Lighting'}}}}
 """
 ON_TOPICS = ("AdaptationReport", "Architecture", "LaserScan", "MissionStatus", "Reflection", "SystemStatus", "Twist")
 
@@ -28,8 +28,8 @@ ON_TOPICS = ("AdaptationReport", "Architecture", "LaserScan", "MissionStatus", "
         ("regraft/twist", "regraft/Twist"),
         ("regrft/Twist", "regraft/Twist"),
         ("Twist", "regraft/Twist"),
-        ("bus_schema.messages.geometry:Twist", "regraft/Twist"),
-        ("bus_schema.messages.geometry.Twist", "regraft/Twist"),
+        ("regraft.bus_schema.messages.geometry:Twist", "regraft/Twist"),
+        ("regraft.bus_schema.messages.geometry.Twist", "regraft/Twist"),
     ],
 )
 def test_a_type_that_is_not_known_is_told_with_the_one_that_is_meant(tmp_path: Path, given: str, meant: str) -> None:
@@ -51,7 +51,7 @@ def test_types_that_only_hosts_and_the_clock_exchange_are_not_suggested(tmp_path
 
 
 def test_a_class_is_no_type_of_a_topic(tmp_path: Path) -> None:
-    (problem,) = problems(tmp_path, STACK.format(kind="services.battery:Battery"))
+    (problem,) = problems(tmp_path, STACK.format(kind="regraft.services.battery:Battery"))
     assert problem.problem.endswith("a topic has a message type such as 'regraft/Twist', no class")
 
 
@@ -59,7 +59,7 @@ def test_a_message_type_is_no_class_of_a_component() -> None:
     with pytest.raises(NoSuchClass, match=r"must look like 'package\.module:Class'; message types belong to topics"):
         load_class("regraft/Twist")
     with pytest.raises(NoSuchClass, match="it is the message type 'regraft/Twist', which belongs to topics"):
-        load_class("bus_schema.messages.geometry:Twist")
+        load_class("regraft.bus_schema.messages.geometry:Twist")
 
 
 def test_types_of_the_schema_are_known_whatever_has_been_imported(tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bus_schema.errors import BadKey
-from bus_schema.messages.sensors import Odometry
 from regraft import Component, Output, Parameter
+from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.messages.sensors import Odometry
 from regraft.component.component import describe
 from tests.stack.files import line_of, problems
 
@@ -78,7 +78,7 @@ def test_a_class_has_no_longer_names_either() -> None:
     [
         ("hosts: [edge, arm, edge]\n", "hosts.2"),
         ("hosts: {edge: {devices: [gripper, gripper]}}\n", "hosts.edge.devices.1"),
-        ("imports: [bus_schema, bus_schema]\n", "imports.1"),
+        ("imports: [regraft.bus_schema, regraft.bus_schema]\n", "imports.1"),
         ("constraints: [{at_most_one_active: [siren, siren]}]\n", "constraints.0.at_most_one_active.1"),
     ],
 )

@@ -21,17 +21,17 @@ components:
 @pytest.mark.parametrize(
     ("path", "meant"),
     [
-        ("services.navigatr.navigator:Navigator", "services.navigator.navigator"),
-        ("services.navigator.navigatr:Navigator", "services.navigator.navigator"),
-        ("servces.battery:Battery", "services.battery"),
-        ("services.battery:Batery", "Battery"),
+        ("regraft.services.navigatr.navigator:Navigator", "regraft.services.navigator.navigator"),
+        ("regraft.services.navigator.navigatr:Navigator", "regraft.services.navigator.navigator"),
+        ("services.battery:Battery", "regraft.services.battery"),
+        ("regraft.services.battery:Batery", "Battery"),
     ],
 )
 def test_a_class_that_is_not_there(path: str, meant: str, tmp_path: Path) -> None:
     with pytest.raises(NoSuchClass, match=f"did you mean '{meant}'"):
         load_class(path)
     file = tmp_path / "stack.yaml"
-    file.write_text(STACK.format(imported="bus_schema", path=path))
+    file.write_text(STACK.format(imported="regraft.bus_schema", path=path))
     with pytest.raises(StackError, match=f"stack.yaml:5: components.battery.class: .*did you mean '{meant}'"):
         load(file)
 
@@ -40,7 +40,7 @@ def test_a_module_of_the_stacks_folder_that_is_mistyped(tmp_path: Path, monkeypa
     (tmp_path / "lantern_parts.py").write_text("")
     monkeypatch.syspath_prepend(str(tmp_path))
     file = tmp_path / "stack.yaml"
-    file.write_text(STACK.format(imported="lantern_prts", path="services.battery:Battery"))
+    file.write_text(STACK.format(imported="lantern_prts", path="regraft.services.battery:Battery"))
     with pytest.raises(StackError, match=r"imports.*did you mean 'lantern_parts'"):
         load(file)
 
@@ -56,10 +56,10 @@ def test_a_module_that_lacks_another_is_not_said_to_be_mistyped(
     assert "did you mean" not in str(refused.value)
 
 
-@pytest.mark.parametrize("mistyped", ["stacks/frgo", "stcks/frog", "stacks/frog/serch.yaml"])
+@pytest.mark.parametrize("mistyped", ["regraft/stacks/frgo", "regraft/stcks/frog", "regraft/stacks/frog/serch.yaml"])
 def test_a_stack_that_is_not_there(mistyped: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "stacks/frog").mkdir(parents=True)
-    (tmp_path / "stacks/frog/search.yaml").write_text("")
+    (tmp_path / "regraft/stacks/frog").mkdir(parents=True)
+    (tmp_path / "regraft/stacks/frog/search.yaml").write_text("")
     monkeypatch.chdir(tmp_path)
     meant = mistyped.replace("frgo", "frog").replace("stcks", "stacks").replace("serch", "search")
     with pytest.raises(StackError, match=f"{mistyped}: there is no such file; did you mean '{meant}'"):

@@ -7,9 +7,9 @@ import random
 import time
 from dataclasses import dataclass
 
-from bus_schema.annotations import Count
-from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, every, service
+from regraft.bus_schema.annotations import Count
+from regraft.bus_schema.encoding.registry import message
 from regraft.lockstep.source import TimeSource
 
 

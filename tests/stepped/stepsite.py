@@ -7,14 +7,14 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Bus, Sample
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
 from regraft.component.component import Component
 from regraft.lockstep.member import Member

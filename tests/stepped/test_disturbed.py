@@ -7,11 +7,11 @@ import threading
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.clock import Wiring
-from bus_schema.messages.protocol.control import SetTransition
-from bus_schema.model.lifecycle import State, Transition
 from regraft import CallFailed, Component, Input, service
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.clock import Wiring
+from regraft.bus_schema.messages.protocol.control import SetTransition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.lockstep.membership import MAX_BACKLOG, Membership
 from tests.kit.parts import Follower, Number, Walker
 from tests.stepped.parts import Reading, Text, TinyWorld

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bus_schema.keys import Keys
+from regraft.bus_schema.keys import Keys
 from regraft.lockstep import gathering
 from regraft.patience import Patience
 from tests.waiting import PATIENCE

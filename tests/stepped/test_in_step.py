@@ -7,9 +7,9 @@ from collections import Counter
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.clock import Join
-from bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.clock import Join
+from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep import source
 from tests.stepped.parts import Adviser, Clerk, Pusher, Reading, Text, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite

@@ -9,11 +9,11 @@ from typing import ClassVar
 
 import pytest
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.clock import ClockMember, Membership
-from bus_schema.messages.protocol.control import ControlError, SetTransition
-from bus_schema.model.lifecycle import State, Transition
 from regraft import Component, Input, Output, every
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.clock import ClockMember, Membership
+from regraft.bus_schema.messages.protocol.control import ControlError, SetTransition
+from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness
 from tests.stepped.stepsite import StepSite
 

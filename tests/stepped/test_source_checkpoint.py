@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.control import Snapshot
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.stepped.parts import Reading, TinyWorld
 from tests.stepped.stepsite import StepSite
 from tests.stepped.test_promises import Viewer

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema.keys import system_name
 from regraft import run_directory
+from regraft.bus_schema.keys import system_name
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import find
 from regraft.cli.terminal.options import JsonOption, chosen_system

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.manager import (
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.manager import (
     CancelAdaptation,
     ConfirmAdaptation,
     UndoAdaptation,
 )
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import reached, user

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.keys import topic_name
-from bus_schema.messages.protocol.control import Rewire, RewireStep
-from bus_schema.model.adaptation import Connect
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.keys import topic_name
+from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep
+from regraft.bus_schema.model.adaptation import Connect
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import Reached, reached

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.protocol.control import AskQualities
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.protocol.control import AskQualities
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.reach import reached
 from regraft.cli.system.topology import topology

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema.encoding import codec
-from bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
-from bus_schema.model.adaptation import AdaptationReport
-from bus_schema.model.architecture import Architecture
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo
 from regraft.cli.outcomes import BadInput

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.messages.protocol.control import ComponentView, SetTransition
-from bus_schema.model.adaptation import ChangeState
-from bus_schema.model.lifecycle import Transition, legal
+from regraft.bus_schema.messages.protocol.control import ComponentView, SetTransition
+from regraft.bus_schema.model.adaptation import ChangeState
+from regraft.bus_schema.model.lifecycle import Transition, legal
 from regraft.cli.adaptation import managing
 from regraft.cli.reach import reached
 from regraft.cli.system.topology import topology

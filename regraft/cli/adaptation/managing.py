@@ -6,15 +6,26 @@ from collections.abc import Collection
 
 import typer
 
-from bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Outcome, StepReport, Violation
-from bus_schema.model.estimates import Estimate
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Outcome,
+    StepReport,
+    Violation,
+)
+from regraft.bus_schema.model.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
 from regraft.cli.reach import Reached, user
 from regraft.cli.system.topology import Topology, topology
 from regraft.cli.terminal.output import complain, say, seconds, show_json
 
-ADAPT, UNDO, JOURNAL = "adaptation_manager/adapt", "adaptation_manager/undo", "adaptation_manager/journal"
+ADAPT, UNDO, JOURNAL = (
+    "adaptation_manager/adapt",
+    "adaptation_manager/undo",
+    "adaptation_manager/journal",
+)
 CONFIRM, CANCEL = "adaptation_manager/confirm", "adaptation_manager/cancel"
 ADAPTATION_TIMEOUT = 60.0
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
@@ -25,7 +36,7 @@ def require_manager(known: Topology) -> None:
     if ADAPT not in known.offers():
         raise Unreachable(
             "this system has no adaptation manager, which carries out adaptations and keeps their journal: add a "
-            "component of the class adaptation_manager.manager:AdaptationManager to its stack"
+            "component of the class regraft.adaptation_manager.manager:AdaptationManager to its stack"
         )
 
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Remove, SetParameters, Swap
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.description import Description
-from bus_schema.model.parameter_values import effective_parameter, parameter_problem
-from bus_schema.model.wiring import connection_problem
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
+from regraft.bus_schema.model.adaptation import Add, Change, Connect, EnterMode, Move, Remove, SetParameters, Swap
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
+from regraft.bus_schema.model.wiring import connection_problem
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import Reached
 from regraft.cli.system.topology import Topology, no_component

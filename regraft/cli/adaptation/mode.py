@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.messages.manager import ArchitectureRequest
-from bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.modes import as_needed, is_in_force
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.modes import as_needed, is_in_force
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import Reached, reached, user

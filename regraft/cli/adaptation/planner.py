@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.reach import Reached, reached, user

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.keys import component_name
-from bus_schema.model.adaptation import Change, Move, Swap
+from regraft.bus_schema.keys import component_name
+from regraft.bus_schema.model.adaptation import Change, Move, Swap
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import reached

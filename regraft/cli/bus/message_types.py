@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bus_schema.annotations import PlainValue
-from bus_schema.described import DescribedType, describe_type, described_type
-from bus_schema.encoding.registry import known_types, type_named
-from bus_schema.encoding.topic_types import know_schema
-from bus_schema.errors import BadMessage, BadType
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.described import DescribedType, describe_type, described_type
+from regraft.bus_schema.encoding.registry import known_types, type_named
+from regraft.bus_schema.encoding.topic_types import know_schema
+from regraft.bus_schema.errors import BadMessage, BadType
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import Reached
 from regraft.cli.system.topology import Topology

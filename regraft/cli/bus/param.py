@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema.annotations import PlainValue
-from bus_schema.messages.protocol.control import ComponentView, ParameterValues
-from bus_schema.model.adaptation import SetParameters
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
+from regraft.bus_schema.model.adaptation import SetParameters
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput

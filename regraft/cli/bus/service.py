@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.annotations import PlainValue
+from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import INTERRUPTED
 from regraft.cli.reach import Reached, reached

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.keys import topic_name
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.keys import topic_name
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.bus import message_types
 from regraft.cli.bus.rates import Rates
 from regraft.cli.outcomes import BadInput, Failed

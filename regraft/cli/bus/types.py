@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.encoding.registry import known_types
-from bus_schema.encoding.shapes import JsonSchema
-from bus_schema.encoding.topic_types import know_schema
 from regraft import run_directory
+from regraft.bus_schema.encoding.registry import known_types
+from regraft.bus_schema.encoding.shapes import JsonSchema
+from regraft.bus_schema.encoding.topic_types import know_schema
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import reached

@@ -6,10 +6,10 @@ import threading
 from dataclasses import dataclass, field
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from bus_schema.model.architecture import Architecture
 from regraft.bus.interface import BusError
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.client import Client, ClientError
 from regraft.component.errors import CallFailed
 from regraft.system.launch import Running

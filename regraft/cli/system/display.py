@@ -11,10 +11,10 @@ from typing import Protocol
 from rich.live import Live
 from rich.text import Text
 
-from bus_schema.messages.health import Event
-from bus_schema.messages.mission import MissionStatus
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.mission import MissionStatus
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.cli.terminal.output import complain, console, harmless, say
 from regraft.cli.terminal.standard_streams import CannotWrite, give_up_output
 

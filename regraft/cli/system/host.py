@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from bus_schema.encoding import codec
 from regraft import run_directory
 from regraft.bus.zenoh_config import Endpoints
+from regraft.bus_schema.encoding import codec
 from regraft.cli.outcomes import NOT_REACHABLE, BadInput
 from regraft.cli.reach import Reached, reached
 from regraft.cli.system.host_log import log_to_file

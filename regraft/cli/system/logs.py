@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.keys import component_name, system_name
-from bus_schema.messages.health import Event
-from bus_schema.model.hosts import LOCAL
-from bus_schema.suggestions import instead_of
 from regraft import run_directory
 from regraft.bus.interface import BusError
+from regraft.bus_schema.keys import component_name, system_name
+from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.reach import reached
 from regraft.cli.system.display import event_line

@@ -5,9 +5,9 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterator
 
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.hosts import LOCAL
-from bus_schema.model.parameter_values import effective_parameter
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.parameter_values import effective_parameter
 from regraft.cli.outcomes import BadInput
 
 

@@ -17,10 +17,10 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.annotations import PlainValue
-from bus_schema.keys import component_name, system_name, topic_name
-from bus_schema.suggestions import instead_of
 from regraft import run_directory
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.keys import component_name, system_name, topic_name
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import joined
 from regraft.cli.terminal.options import JsonOption, chosen_system

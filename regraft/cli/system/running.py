@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from bus_schema.messages.protocol.clock import ClockTime
 from regraft import run_directory
+from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, summary_service
 from regraft.cli.system.display import Display, event_line, status_line
 from regraft.cli.system.watch import Watch

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.description import ANY_TYPE, PortDescription, ServiceDescription
-from bus_schema.model.hosts import LOCAL
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.description import ANY_TYPE, PortDescription, ServiceDescription
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.reach import Reached
 from regraft.client import NoAnswer, NoSuchComponent

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from bus_schema.model.hosts import LOCAL
 from regraft import run_directory
 from regraft.bus.interface import BusError
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.system.display import display
 from regraft.cli.system.host_log import log_to_file
@@ -24,9 +24,8 @@ from regraft.process.descendants import nothing_left_behind
 from regraft.security import system_secret
 from regraft.security.access import Guard
 from regraft.stack import Stack, apply_overrides, load, with_places, with_seed, with_speed, with_system
+from regraft.stack.installed import stack_file
 from regraft.system.launch import run_system
-
-STACK_FILE = "stack.yaml"
 
 
 class Speed(Enum):
@@ -39,7 +38,12 @@ class Speed(Enum):
 @nothing_left_behind()
 def up(
     ctx: typer.Context,
-    stack: Annotated[Path, typer.Argument(metavar="STACK", help="A stack file, or a folder with a stack.yaml.")],
+    stack: Annotated[
+        Path,
+        typer.Argument(
+            metavar="STACK", help="A stack file, a folder with a stack.yaml, or an installed stack such as frog."
+        ),
+    ],
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
@@ -117,7 +121,7 @@ def _wanted(
     path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None, *, silent: bool
 ) -> Stack:
     """Return the stack as file and options want it; raises StackError."""
-    file = path / STACK_FILE if path.is_dir() else path
+    file = stack_file(path)
     wanted = load(file) if silent else load(file, complain)
     if system is not None:
         wanted = with_system(wanted, system)

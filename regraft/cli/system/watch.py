@@ -7,18 +7,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus, Event
-from bus_schema.messages.mission import MissionStatus
-from bus_schema.messages.power import BatteryState
-from bus_schema.messages.protocol.clock import ClockTime
-from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Bus
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.mission import MissionStatus
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import State
 from regraft.system.launch import Running
 
 M = TypeVar("M")

@@ -8,7 +8,7 @@ from typing import TypeGuard
 
 import typer
 
-from bus_schema.model.parameter_values import INT64
+from regraft.bus_schema.model.parameter_values import INT64
 from regraft.component.handlers import LONGEST
 from regraft.stack.yaml.nodes import NumberTooLarge, Scalar, scalar
 

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import typer
 
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import instead_of
 
 E = TypeVar("E", bound=Enum)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
+from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.outcomes import BadInput
 from regraft.stack import StackError
 from regraft.stack.yaml.document import parse

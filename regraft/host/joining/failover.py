@@ -7,10 +7,10 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from bus_schema.errors import SchemaError
-from bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
-from bus_schema.model.hosts import ADAPT
 from regraft.bus.interface import Bus, BusError
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
+from regraft.bus_schema.model.hosts import ADAPT
 from regraft.client import Client
 from regraft.component.errors import CallFailed
 

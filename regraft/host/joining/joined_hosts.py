@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bus_schema.keys import host_name
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessState, ProcessStatus
-from bus_schema.messages.protocol.joining import PROTOCOL, JoinHost, Lease, RenewLease
-from bus_schema.model.architecture import Architecture
-from bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.keys import host_name
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessState, ProcessStatus
+from regraft.bus_schema.messages.protocol.joining import PROTOCOL, JoinHost, Lease, RenewLease
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.hosts import LOCAL
 from regraft.host.host_publisher import Refused
 from regraft.runtime.core.lease import now
 

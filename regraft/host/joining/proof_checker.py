@@ -6,12 +6,12 @@ import hmac
 import ssl
 from dataclasses import dataclass, field
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.keys import system_name
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
 from regraft.bus.zenoh_config import Tls
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import system_name
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
 from regraft.host.host_publisher import Refused
 from regraft.security.host_proof import ACCEPTED, KEY_LENGTH, seal_of, why
 from regraft.security.tls import Exchange, common_name, context

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.plan import HostPlan
 from regraft.host.runs.restarts import RestartHistory
 from regraft.runtime.core.assignment import Assignment, Succession

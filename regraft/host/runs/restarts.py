@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
-from bus_schema.model.architecture import Restart, RestartPolicy
+from regraft.bus_schema.model.architecture import Restart, RestartPolicy
 
 MAX_BACKOFF = 10.0
 

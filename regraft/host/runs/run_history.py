@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.messages.protocol.joining import PastRun
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.messages.protocol.joining import PastRun
 
 MAX_NAMES = 1000
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from bus_schema.messages.protocol.host import LetSpeak, ProcessState, StartSuccessor
+from regraft.bus_schema.messages.protocol.host import LetSpeak, ProcessState, StartSuccessor
 from regraft.host.host_publisher import UnknownComponent
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.runs.restarts import RestartHistory

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Sequence
 
-from bus_schema.model.architecture import ComponentSpec, Limits
+from regraft.bus_schema.model.architecture import ComponentSpec, Limits
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.watchdog.memory_use import MemoryUse

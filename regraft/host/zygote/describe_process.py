@@ -10,11 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.host import DescribedComponent
-from bus_schema.model.adaptation import Violation
-from bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.host import DescribedComponent
+from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.classes import describe_class

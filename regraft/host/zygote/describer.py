@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage, SchemaError
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from bus_schema.model.architecture import ComponentSpec
 from regraft.bus.interface import Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage, SchemaError
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.host_publisher import refuse
 from regraft.host.zygote.zygote import Zygote
 

@@ -29,18 +29,7 @@ IMPORT_TIMEOUT = 20.0
 TELL_TIMEOUT = 2.0
 """Seconds after which the person who waits is told which module is imported."""
 
-OURS = frozenset(
-    {
-        "adaptation_manager",
-        "behavior_tree",
-        "bus_schema",
-        "dashboard_api",
-        "evaluation",
-        "regraft",
-        "services",
-        "sim_service",
-    }
-)
+OURS = frozenset({"behavior_tree", "regraft"})
 """The project's own packages, whose imports are known to leave a process as it is."""
 
 Notice = Callable[[str], object]

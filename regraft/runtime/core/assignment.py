@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bus_schema.annotations import ClassPath, Connections, Count, PlainValue, Seconds
-from bus_schema.encoding.registry import message
-from bus_schema.messages.protocol.control import Snapshot
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.annotations import ClassPath, Connections, Count, PlainValue, Seconds
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.protocol.control import Snapshot
+from regraft.bus_schema.model.lifecycle import State
 
 
 @message("regraft/Succession")

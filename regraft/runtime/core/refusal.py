@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.control import ControlCode
 
 
 class ControlRefused(Exception):

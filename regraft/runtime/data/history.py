@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.envelope import Envelope
 
 MAX_KEPT = 2048
 """Samples that are kept: two seconds at 1 kHz."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter, deque
 from typing import Protocol
 
-from bus_schema.encoding.envelope import Envelope
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.runtime.data.replay_buffer import MAX_HELD, MAX_HELD_BYTES
 
 

@@ -6,10 +6,10 @@ from collections import deque
 from collections.abc import Callable, Container
 from typing import Protocol
 
-from bus_schema.encoding.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
-from bus_schema.errors import BadMessage
-from bus_schema.keys import matches
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import PLACE, PLACE_ENDS, RUN_ENDS, Envelope, Kind
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import matches
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.repair import Repair
 from regraft.runtime.data.run_check import RunCheck

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_encoded, type_of
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.handover import HeldSample
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_encoded, type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.handover import HeldSample
 from regraft.component.future import Future
 from regraft.component.ports import Input
 from regraft.runtime.data.hold_buffer import HoldBuffer

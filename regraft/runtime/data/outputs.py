@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.model.lifecycle import State
 from regraft.component.errors import NotActive
 from regraft.component.ports import Output
 from regraft.runtime.data.status_reporter import StatusReporter

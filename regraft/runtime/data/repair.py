@@ -13,12 +13,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.errors import BadMessage, SchemaError
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.control import Resend, Resent
 from regraft.bus.interface import Answer, Bus, BusError, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.errors import BadMessage, SchemaError
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.control import Resend, Resent
 from regraft.patience import Patience
 from regraft.runtime.data.stream import Stream
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 
-from bus_schema.encoding.envelope import Envelope, Kind
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.handover import Place
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.handover import Place
 
 MAX_HELD = 20_000
 MAX_HELD_BYTES = 64 * 1024 * 1024

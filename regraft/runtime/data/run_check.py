@@ -11,10 +11,10 @@ import threading
 import time
 from collections.abc import Callable
 
-from bus_schema.errors import SchemaError
-from bus_schema.keys import Keys, component_name
 from regraft.bus.interface import Bus, BusError
 from regraft.bus.known_runs import ask_hosts, newest_run, runs_shown
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.keys import Keys, component_name
 
 ANSWER_TIMEOUT = 1.0
 CHECK_INTERVAL = 1.0

@@ -7,13 +7,13 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import MessageType, type_of
-from bus_schema.keys import Keys
-from bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
-from bus_schema.messages.quality import Quality
-from bus_schema.model.lifecycle import State
 from regraft.bus.interface import Bus, BusError
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import MessageType, type_of
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.writers import Identity, Writers
 

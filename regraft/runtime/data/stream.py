@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass, field, replace
 
-from bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding.envelope import Envelope, Kind
 
 HOLE_TIMEOUT = 50_000_000
 """Nanoseconds that an early arrival is held for the ones before it."""

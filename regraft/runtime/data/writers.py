@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from threading import get_ident
 
-from bus_schema.encoding.envelope import PLACE, Kind, run_part
-from bus_schema.messages.protocol.control import Resend, Resent, ResentSample
 from regraft.bus.interface import Bus, BusError, Publisher
+from regraft.bus_schema.encoding.envelope import PLACE, Kind, run_part
+from regraft.bus_schema.messages.protocol.control import Resend, Resent, ResentSample
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.lease import HeldLease
 from regraft.runtime.data.history import History

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, Role
-from bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, Role
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.data.replay_buffer import First

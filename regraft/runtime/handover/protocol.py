@@ -44,8 +44,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.messages.protocol.handover import Handover, HandoverStep, Role
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.handover import Handover, HandoverStep, Role
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.handover.incumbent import Incumbent
 from regraft.runtime.handover.standby import Standby

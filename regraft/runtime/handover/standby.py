@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from bus_schema.messages.protocol.handover import Role
-from bus_schema.model.lifecycle import State, Transition
 from regraft.bus.interface import Closable, Sample
+from regraft.bus_schema.messages.protocol.handover import Role
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.runtime.data.replay_buffer import ReplayBuffer, envelope_of
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.data.writers import Identity

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.errors import SchemaError
-from bus_schema.messages.protocol.control import ControlCode, ControlError
-from bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
-from bus_schema.model.lifecycle import State, Transition
 from regraft.bus.interface import Answer
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
+from regraft.bus_schema.messages.protocol.handover import HandedOver, Handover, HandoverOffer, HandoverStep, Role
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched
 from regraft.runtime.core.assignment import Succession

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.messages.protocol.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
-from bus_schema.model.lifecycle import State, Transition
 from regraft.bus.interface import Sample
+from regraft.bus_schema.messages.protocol.handover import HandedOver, HandoverOffer, HeldSample, StreamPlace
+from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component, class_path, restore_state
 from regraft.component.parameters import ParameterError
 from regraft.runtime.core.clock import SteppedClock

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.errors import SchemaError
-from bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
 from regraft.bus.interface import Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.control import ControlCode, Snapshot
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.control import ControlCode, Snapshot
 from regraft.component.component import Component
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.lifecycle.state_size import check_size

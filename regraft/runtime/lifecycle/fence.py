@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.messages.protocol.control import ControlCode
-from bus_schema.messages.protocol.host import HostStatus
 from regraft.bus.interface import BusError
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.runtime.core.fencing import Fenced, in_force
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts

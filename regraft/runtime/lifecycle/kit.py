@@ -6,9 +6,9 @@ import logging
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
-from bus_schema.messages.health import Level
-from bus_schema.messages.quality import Quality
 from regraft.bus.interface import Answer, Bus
+from regraft.bus_schema.messages.health import Level
+from regraft.bus_schema.messages.quality import Quality
 from regraft.component.future import Future
 from regraft.component.goal import Goal
 from regraft.component.kit import ExclusiveSlot, Kit, Task

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
+from regraft.bus_schema.model.lifecycle import TRANSITIONS, State, Transition, legal, route
 from regraft.component.component import restore_state
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from bus_schema.keys import topic_name
-from bus_schema.messages.protocol.control import Peer, Rewire, RewireStep
+from regraft.bus_schema.keys import topic_name
+from regraft.bus_schema.messages.protocol.control import Peer, Rewire, RewireStep
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.data.inbound import Frontier
 from regraft.runtime.data.inputs import LiveInput, Move

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bus_schema.annotations import PlainValue
-from bus_schema.errors import BadMessage
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.errors import BadMessage
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_VALUES = 250_000

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys, service_name
-from bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys, service_name
+from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
 from regraft.component.errors import CallFailed
 from regraft.component.future import Future
 from regraft.component.goal import Goal

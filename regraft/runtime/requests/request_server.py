@@ -8,14 +8,14 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bus_schema.encoding import codec
-from bus_schema.encoding.envelope import Envelope
-from bus_schema.encoding.registry import type_of
-from bus_schema.errors import BadMessage
-from bus_schema.keys import Keys
-from bus_schema.messages.protocol.handover import ServedClient
-from bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
 from regraft.bus.interface import Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.envelope import Envelope
+from regraft.bus_schema.encoding.registry import type_of
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.handover import ServedClient
+from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode, Reply, Request, Verb
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled
 from regraft.component.handlers import Service

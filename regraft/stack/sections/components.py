@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.model.architecture import ComponentSpec, TopicSpec
-from bus_schema.model.description import Description
-from bus_schema.model.lifecycle import State
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.lifecycle import State
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.sections.limits import read_limits

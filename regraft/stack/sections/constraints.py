@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bus_schema.model.architecture import Constraint, ConstraintKind
-from bus_schema.model.constraints import split_parameter
-from bus_schema.model.expressions import BadExpression, references
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.model.architecture import Constraint, ConstraintKind
+from regraft.bus_schema.model.constraints import split_parameter
+from regraft.bus_schema.model.expressions import BadExpression, references
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.section import Section
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bus_schema import keys
-from bus_schema.encoding.codec import from_plain, to_plain
-from bus_schema.errors import BadKey, BadMessage
-from bus_schema.model.architecture import HostRules
+from regraft.bus_schema import keys
+from regraft.bus_schema.encoding.codec import from_plain, to_plain
+from regraft.bus_schema.errors import BadKey, BadMessage
+from regraft.bus_schema.model.architecture import HostRules
 from regraft.stack.sections.limits import read_memory
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section

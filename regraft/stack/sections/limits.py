@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from bus_schema.encoding.codec import from_plain, to_plain
-from bus_schema.errors import BadMessage
-from bus_schema.model.architecture import Limits
+from regraft.bus_schema.encoding.codec import from_plain, to_plain
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.architecture import Limits
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section
 

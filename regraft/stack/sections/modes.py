@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding import codec
-from bus_schema.errors import BadMessage
-from bus_schema.model.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
-from bus_schema.model.architecture import ComponentSpec
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.sections.components import with_absolute_paths
 from regraft.stack.sections.system_modes import read_system_modes
 from regraft.stack.yaml.nodes import plain

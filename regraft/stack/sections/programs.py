@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.annotations import PlainValue
-from bus_schema.encoding.registry import type_named
-from bus_schema.model.description import Description, ParameterDescription, PortDescription
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding.registry import type_named
+from regraft.bus_schema.model.description import Description, ParameterDescription, PortDescription
 from regraft.stack.sections.topics import check_type
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section

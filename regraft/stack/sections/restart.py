@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding.codec import from_plain, to_plain
-from bus_schema.errors import BadMessage
-from bus_schema.model.architecture import Restart, RestartPolicy
+from regraft.bus_schema.encoding.codec import from_plain, to_plain
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.architecture import Restart, RestartPolicy
 from regraft.stack.yaml.section import Section
 
 

@@ -12,8 +12,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bus_schema.annotations import PlainValue
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.nodes import Node, plain
 from regraft.stack.yaml.problems import Report

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bus_schema.encoding.topic_types import instead_of_type, is_type
-from bus_schema.model.architecture import TopicSpec, Writers
+from regraft.bus_schema.encoding.topic_types import instead_of_type, is_type
+from regraft.bus_schema.model.architecture import TopicSpec, Writers
 from regraft.stack.yaml.section import Section
 
 

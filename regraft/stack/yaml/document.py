@@ -7,8 +7,9 @@ from pathlib import Path
 
 import yaml
 
-from regraft.path_hints import instead_of_path
+from regraft.stack.installed import instead_of_stack
 from regraft.stack.yaml.nodes import Node, NumberTooLarge, Scalar, lines_of, scalar
+from regraft.stack.yaml.path_hints import instead_of_path
 from regraft.stack.yaml.problems import Problem, Report, fail
 
 MAX_FILE_SIZE = 256 * 1024
@@ -65,7 +66,7 @@ def _text(file: Path) -> str:
         with file.open("rb") as stream:
             data = stream.read(MAX_FILE_SIZE + 1)
     except FileNotFoundError:
-        fail(shown, None, f"there is no such file{instead_of_path(file)}")
+        fail(shown, None, f"there is no such file{instead_of_path(file) or instead_of_stack(file)}")
     except (OSError, ValueError) as error:
         fail(shown, None, f"cannot be read: {getattr(error, 'strerror', None) or error}")
     if len(data) > MAX_FILE_SIZE:

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bus_schema.annotations import PlainValue
+from regraft.bus_schema.annotations import PlainValue
 
 Scalar: TypeAlias = bool | int | float | str | None
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import Any, TypeVar
 
-from bus_schema.annotations import PlainValue
-from bus_schema.suggestions import instead_of
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Node, plain
 from regraft.stack.yaml.problems import Report
 

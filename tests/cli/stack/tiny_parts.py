@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bus_schema.encoding.registry import message
 from regraft import Component, Input, Output, Parameter, RequestRefused, action, every, service
+from regraft.bus_schema.encoding.registry import message
 
 
 @message("clitest/Number")

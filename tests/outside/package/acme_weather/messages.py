@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from bus_schema.annotations import Bounds, Seconds, Unit
-from bus_schema.encoding.registry import message
+from regraft.bus_schema.annotations import Bounds, Seconds, Unit
+from regraft.bus_schema.encoding.registry import message
 
 
 @message("acme/Weather")

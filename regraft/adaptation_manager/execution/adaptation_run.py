@@ -1,0 +1,169 @@
+"""One adaptation being carried out: from its plan to its end, watched over for a while if it is to be confirmed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from regraft.adaptation_manager.execution.conclusion import conclude
+from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.execution.transaction import Transaction
+from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
+from regraft.adaptation_manager.planning.plan import Plan
+from regraft.adaptation_manager.queue.adaptation_queue import Entry
+from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.bus_schema.model.adaptation import (
+    AdaptationReport,
+    Outcome,
+    Phase,
+    PhaseReport,
+    StepReport,
+    StepState,
+    Violation,
+)
+
+LOOK_INTERVAL = 0.1
+"""Seconds of the component's clock between two looks at an adaptation that is being confirmed."""
+NEARLY = 1e-6
+
+
+@dataclass(slots=True)
+class AdaptationRun:
+    """``report`` is how the adaptation stands; ``all_ended`` whether nothing is left that should have ended with it.
+
+    It is worked on in exclusive slots only.
+    """
+
+    entry: Entry
+    report: AdaptationReport
+    plan: Plan
+    site: ExecutionContext
+    books: ArchitectureStore
+    watch: Watch | None = None
+    all_ended: bool = True
+    transaction: Transaction = field(init=False)
+    _since: float = field(init=False, default=0.0)
+
+    def __post_init__(self) -> None:
+        self.transaction = Transaction(
+            self.plan,
+            self.site,
+            lambda states: self._note(states),
+            self._hold if self.watch is not None else self._commit,
+            lambda: self.entry.cancelled,
+            self.entry.phases,
+            final=self.watch is None,
+        )
+
+    async def begin(self) -> AdaptationReport:
+        """Carry it out; returns how it ended, or that it is to be confirmed. Raises JournalError before it begins."""
+        revision = self.plan.after.revision
+        self.books.ready().begin(replace(self.report, revision_after=revision), self.plan)
+        if not self.plan.only_gives_values or self.watch is not None:
+            self.entry.phases.speak(self._tell_phase)
+        return await self._after(await self.transaction.run())
+
+    # --- what becomes durable ---
+
+    def _note(self, states: dict[int, StepState]) -> None:
+        self.books.ready().progress(self.entry.number, states)
+
+    def _commit(self, steps: list[StepReport]) -> None:
+        applied = replace(self._reported(self.site.outcome, steps), error=self.site.loss)
+        self.books.applied(applied, self.plan)
+        self.report = applied
+
+    def _hold(self, steps: list[StepReport]) -> None:
+        held = self._reported(Outcome.CONFIRMING, steps)
+        self.books.confirming(held, self.plan.after)
+        self.report = self.entry.shown = held
+
+    def _reported(self, outcome: Outcome, steps: list[StepReport]) -> AdaptationReport:
+        return replace(
+            self.report,
+            outcome=outcome,
+            revision_after=self.plan.after.revision,
+            steps=tuple(steps),
+            duration=self.entry.lasted(),
+            phases=tuple(self.entry.phases.ended),
+        )
+
+    # --- the end, or the time until it is confirmed ---
+
+    async def _after(self, outcome: Outcome) -> AdaptationReport:
+        self._since = self.site.kit.now()
+        if outcome is Outcome.CONFIRMING:
+            self.entry.phases.enter(Phase.CONFIRM)
+            if self.watch is not None:
+                self.watch.start()
+            self._tell_confirming()
+            return self.report
+        if outcome is self.site.outcome:
+            self.all_ended = await conclude(self.site, self.plan, self.site.kit.event)
+            return self.report
+        found = (Violation(None, "", "", self.transaction.error),) if outcome is Outcome.REJECTED else ()
+        self.report = replace(
+            self._reported(outcome, self.transaction.steps),
+            revision_after=self.plan.before.revision,
+            violations=found,
+            error=self.transaction.error,
+        )
+        self.all_ended = not self.site.unfinished
+        self.books.ended(self.report)
+        return self.report
+
+    async def look(self, last: bool) -> AdaptationReport | None:
+        """Look at it once more; returns how it ended, None if it goes on. ``last`` if its time is over."""
+        assert self.watch is not None
+        if self.entry.confirmed and not self.entry.cancelled:
+            return await self._settle()
+        try:
+            wrong = "" if self.entry.cancelled else await self.watch.look(last)
+        except Exception as error:
+            self.site.kit.log.exception("an adaptation could not be watched")
+            wrong = f"it could not be watched: {type(error).__name__}: {error}"
+        if self.entry.cancelled:
+            return await self._withdraw(Outcome.CANCELLED, "cancelled before it was confirmed")
+        if wrong:
+            return await self._withdraw(Outcome.ROLLED_BACK, f"not confirmed: {wrong}")
+        return await self._settle() if last else None
+
+    async def _settle(self) -> AdaptationReport:
+        self._leave()
+        self.transaction.commit = self._commit
+        return await self._after(await self.transaction.settle())
+
+    async def _withdraw(self, outcome: Outcome, why: str) -> AdaptationReport:
+        self._leave()
+        return await self._after(await self.transaction.withdraw(outcome, why))
+
+    def _leave(self) -> None:
+        self.entry.phases.leave(max(0.0, self.site.kit.now() - self._since))
+
+    # --- telling ---
+
+    def _tell_phase(self, phase: PhaseReport) -> None:
+        text = f"adaptation {self.report.id}: {phase.phase.value} took {phase.duration:.3f} s"
+        details = {"id": self.report.id, "phase": phase.phase.value, "duration": phase.duration}
+        self.site.kit.event("adaptation.phase", text, **details)
+
+    def _tell_confirming(self) -> None:
+        window = self.report.request.confirm
+        text = f"adaptation {self.report.id} is done, and is watched for {window:g} s before it is final"
+        revision = self.report.revision_after
+        self.site.kit.event("adaptation.confirming", text, id=self.report.id, revision=revision, confirm=window)
+        self.site.kit.set_status_text(f"revision {revision}, not final yet; {text}")
+
+
+async def confirm(carrying: AdaptationRun, finish: Callable[[AdaptationReport], object]) -> None:
+    """Look at an adaptation again and again until it ends, and call ``finish`` with its report in the slot of that."""
+    kit = carrying.site.kit
+    until = kit.now() + carrying.report.request.confirm
+    while True:
+        await kit.sleep(min(LOOK_INTERVAL, max(0.0, until - kit.now())))
+        async with kit.exclusive() as slot:
+            carrying.site.touch = slot.touch
+            report = await carrying.look(last=kit.now() >= until - NEARLY)
+            if report is not None:
+                finish(report)
+                return

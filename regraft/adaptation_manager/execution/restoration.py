@@ -1,0 +1,92 @@
+"""After an undo the components that it was about are read back: they must be as they were before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from regraft.adaptation_manager.execution.verify import differences
+from regraft.adaptation_manager.planning.additions import PATH
+from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, TakeOver
+from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
+from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import State
+from regraft.patience import Patience
+
+RETRY_INTERVAL = 0.05
+"""Seconds between two looks at components that are on their way back."""
+
+Wanted = dict[str, dict[str, object]]
+"""By component, and by where it is found: what is to be there again."""
+
+
+def wanted_again(site: ExecutionContext, undone: Sequence[PlannedStep]) -> Wanted:
+    """Return how the components of undone steps are to be again: all their values and connections, and their states.
+
+    A state is given only where a step has changed it: a component may have failed long before.
+    """
+    found: Wanted = {}
+    for step in reversed(undone):
+        spec = site.before.components.get(step.component)
+        if spec is not None and spec.managed:
+            found.setdefault(spec.name, values_of(spec)).update(_state(step))
+    return found
+
+
+def values_of(spec: ComponentSpec) -> dict[str, object]:
+    """Return the values and connections that a component should have, by where they are found; without paths."""
+    described = spec.description
+    if described is None:
+        return {}
+    values = {p.name: spec.parameters.get(p.name, p.default) for p in described.parameters}
+    paths = {p.name for p in described.parameters if p.unit == PATH or _is_absolute(values[p.name])}
+    found: dict[str, object] = {f"parameters.{name}": values[name] for name in values.keys() - paths}
+    return found | {f"connect.{p.name}": spec.connections.get(p.name, p.topic) for p in described.ports}
+
+
+def _is_absolute(value: object) -> bool:
+    """Tell whether a value is a path that another host may have put into a folder of its own."""
+    return isinstance(value, str) and value.startswith("/")
+
+
+def _state(step: PlannedStep) -> dict[str, object]:
+    """Return the state that undoing a step leads back to, if it is about one."""
+    state: State | None = None
+    if isinstance(step.undo, ReachState):
+        state = step.undo.state
+    elif isinstance(step.do, TakeOver):
+        state = step.do.state
+    return {} if state is None else {"state": state.value}
+
+
+async def not_restored(site: ExecutionContext, wanted: Wanted) -> dict[str, str]:
+    """Return what is not as it is ``wanted``, in words by component; looks again while that may still come.
+
+    A component that does not run, or does not answer, is left out: its host starts it as it was before.
+    """
+    patience = Patience(site.bounds.undo)
+    while True:
+        try:
+            await site.refresh()
+        except ControlFailed:
+            return {}  # nobody knows who runs: who does is told of the former specs when its host answers
+        found = await _compared(site, wanted)
+        if not found or patience.is_over():
+            return found
+        wanted = {name: wanted[name] for name in found}
+        await site.pause(RETRY_INTERVAL)
+
+
+async def _compared(site: ExecutionContext, wanted: Wanted) -> dict[str, str]:
+    found = {}
+    asked = {name: site.controls.read(name) for name in sorted(wanted) if site.controls.living(name)}
+    for name, reading in asked.items():
+        try:
+            wrong = differences(await reading.view(), wanted[name])
+        except NoAnswer:
+            continue
+        except ControlFailed as error:
+            wrong = [str(error)]
+        if wrong:
+            found[name] = "; ".join(wrong)
+    return found

@@ -1,0 +1,235 @@
+"""Carries out a plan step by step, and undoes it in reverse if anything fails: all of it or nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.execution.restoration import not_restored, wanted_again
+from regraft.adaptation_manager.execution.verify import verify
+from regraft.adaptation_manager.journal.journal import JournalError
+from regraft.adaptation_manager.phases import Phases
+from regraft.adaptation_manager.planning.plan import Plan
+from regraft.adaptation_manager.steps.actions import (
+    ApplyParameters,
+    EndProcess,
+    EndSuccessor,
+    LeaveStopped,
+    PlannedStep,
+    Restore,
+    StartAgain,
+)
+from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
+from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.adaptation_manager.targets.host_client import Update
+from regraft.bus_schema.messages.protocol.control import ControlCode
+from regraft.bus_schema.messages.protocol.host import UpdateSpecs
+from regraft.bus_schema.model.adaptation import Outcome, Phase, StepReport, StepState
+from regraft.patience import Patience
+
+UNDO_INTERVAL = 0.05
+"""Seconds between two attempts at undoing a step whose component does not answer."""
+
+MAY_PASS = (None, ControlCode.TIMED_OUT)
+"""Codes of failures that trying again may overcome: no answer, or a process that is just ending."""
+
+
+OF_PROCESSES = (EndProcess, EndSuccessor, Restore, LeaveStopped, StartAgain)
+"""Actions for which a component need not run."""
+
+
+class CancelWanted(Exception):
+    """Somebody cancelled the adaptation between two steps."""
+
+
+@dataclass(slots=True)
+class Transaction:
+    """One adaptation under way.
+
+    ``note`` makes the states of steps (by number) durable; ``commit`` makes the end durable, or, unless it is
+    ``final``, that it only has to be confirmed. Either raises if it cannot, which undoes everything.
+    """
+
+    plan: Plan
+    site: ExecutionContext
+    note: Callable[[dict[int, StepState]], None]
+    commit: Callable[[list[StepReport]], None]
+    cancelled: Callable[[], bool]
+    phases: Phases
+    final: bool = True
+    steps: list[StepReport] = field(default_factory=list)
+    error: str = ""
+    update: Update | None = None
+
+    async def run(self) -> Outcome:
+        """Do it; never raises. The first step is noted as started already."""
+        self.steps = self.plan.reports()
+        try:
+            for index in range(len(self.steps)):
+                self._check_cancelled()
+                self.phases.enter(Phase.PREPARE if index < self.plan.preparing else Phase.COMMIT)
+                await self._do(index)
+            self._check_cancelled()
+            self.phases.enter(Phase.VERIFY)
+            await verify(self.plan, self.site, self.update or self._give_specs())
+            self.phases.leave()
+            self.commit(self.steps)
+            return self.site.outcome if self.final else Outcome.CONFIRMING
+        except CancelWanted:
+            self.error = "cancelled"
+            return await self._undo(Outcome.CANCELLED)
+        except Exception as error:
+            self.error = (
+                str(error) if isinstance(error, ControlFailed | JournalError) else f"{type(error).__name__}: {error}"
+            )
+            if await self._was_never_ours(error):
+                return Outcome.REJECTED
+            return await self._undo(Outcome.ROLLED_BACK)
+
+    async def settle(self) -> Outcome:
+        """Make what only had to be confirmed final; undoes it if that cannot be written."""
+        try:
+            self.commit(self.steps)
+            return self.site.outcome
+        except JournalError as error:
+            self.error = str(error)
+            return await self._undo(Outcome.ROLLED_BACK)
+
+    async def withdraw(self, outcome: Outcome, why: str) -> Outcome:
+        """Undo what only had to be confirmed; ``outcome`` is what it ends as if that succeeds."""
+        self.error = why
+        return await self._undo(outcome)
+
+    async def _was_never_ours(self, error: Exception) -> bool:
+        """Tell whether a later term held from the start: everybody refused, and would refuse undoing too."""
+        if not _is_fenced(error) or any(step.state is StepState.DONE for step in self.steps):
+            return False
+        if self.update is None:
+            return True
+        processes, failures = await self.update.answers()
+        return not processes and all(map(_is_fenced, failures.values()))
+
+    def _check_cancelled(self) -> None:
+        if self.cancelled():
+            raise CancelWanted
+
+    async def _do(self, index: int) -> None:
+        number = index + 1
+        if index > 0:
+            self.note({number - 1: StepState.DONE, number: StepState.STARTED})
+        began = time.monotonic()
+        self._mark(index, StepState.STARTED)
+        # Setting values is all or nothing, so after the last of them there is nothing that the hosts could wait for.
+        overlapping = self.plan.only_gives_values and number == len(self.steps)
+        try:
+            await perform(self.site, self.plan.steps[index].do, self._give_specs if overlapping else None)
+        except Exception as error:
+            self._mark(index, StepState.FAILED, str(error), time.monotonic() - began)
+            raise
+        self._mark(index, StepState.DONE, "", time.monotonic() - began)
+
+    def _give_specs(self) -> Update:
+        self.update = self.site.hosts.begin_giving(self.plan.changes)
+        return self.update
+
+    def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:
+        step = self.steps[index]
+        taken = step.duration if duration is None else duration
+        self.steps[index] = replace(step, state=state, error=error or step.error, duration=taken)
+
+    async def _undo(self, outcome: Outcome) -> Outcome:
+        self.phases.leave()
+        problems = await undo(self.site, self.plan.way_back(), self.plan.steps, self.steps)
+        if problems:
+            self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
+            return Outcome.STUCK
+        return outcome
+
+
+def _is_fenced(error: Exception) -> bool:
+    return isinstance(error, ControlFailed) and error.code is ControlCode.FENCED
+
+
+async def undo(
+    site: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
+) -> list[str]:
+    """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
+
+    Hosts get the former specs first: whatever restarts from here on is as before, and what was added does not. In the
+    end the components are read back: what is not as before was not undone, whatever they have answered.
+    """
+    problems = []
+    site.revision = site.before.revision
+    try:
+        await _give(site, former)
+        await site.refresh()
+    except ControlFailed as error:
+        names = sorted({*(spec.name for spec in former.specs), *former.removed})
+        problems.append(f"the former specs of {', '.join(names)}: {error}")
+    for index in range(len(planned) - 1, -1, -1):
+        step = steps[index]
+        if step.state not in (StepState.STARTED, StepState.DONE, StepState.FAILED):
+            continue
+        problem = await _undo_step(site, planned[index], step.state)
+        state = StepState.UNDO_FAILED if problem else StepState.UNDONE
+        steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
+        if problem:
+            problems.append(f"{step.component}: {step.action}: {problem}")
+    return problems + await _read_back(site, planned, steps)
+
+
+async def _read_back(site: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
+    """Return where components are not as they were before; a step that was undone for nothing is marked as such."""
+    undone = [step for step, report in zip(planned, steps, strict=True) if report.state is StepState.UNDONE]
+    wrong = await not_restored(site, wanted_again(site, undone))
+    for index, step in enumerate(steps):
+        if step.state is StepState.UNDONE and step.component in wrong:
+            error = "; ".join(filter(None, (step.error, f"read back: {wrong[step.component]}")))
+            steps[index] = replace(step, state=StepState.UNDO_FAILED, error=error)
+    return [f"read back: {difference}" for difference in wrong.values()]
+
+
+async def _give(site: ExecutionContext, former: UpdateSpecs) -> None:
+    """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
+    patience = Patience(site.bounds.undo)
+    while True:
+        try:
+            await site.hosts.give(former)
+            return
+        except ControlFailed as error:
+            if error.code is not None or patience.is_over():
+                raise
+        await site.pause(UNDO_INTERVAL)
+        await site.refresh()
+
+
+async def _undo_step(site: ExecutionContext, step: PlannedStep, state: StepState) -> str:
+    """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
+    patience = Patience(site.bounds.undo)
+    while True:
+        if site.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
+            # Nothing of the step is left: if the process starts again, it does so from the former specs.
+            return ""
+        try:
+            await perform(site, step.undo)
+            return ""
+        except ControlFailed as error:
+            if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
+                return ""
+            if error.code not in MAY_PASS or patience.is_over():
+                return str(error)
+        except Exception as error:
+            return f"{type(error).__name__}: {error}"
+        await site.pause(UNDO_INTERVAL)
+        try:
+            await site.refresh()
+        except ControlFailed as error:
+            if patience.is_over():
+                return str(error)
+
+
+def _is_queued(step: PlannedStep, state: StepState) -> bool:
+    """Tell whether a hung component has both the step and its inverse before it, and needs no more."""
+    return isinstance(step.do, ApplyParameters) and state is not StepState.DONE

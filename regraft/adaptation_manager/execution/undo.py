@@ -1,0 +1,183 @@
+"""Undoing an applied adaptation: the changes that lead back, and what stands in their way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from regraft.adaptation_manager.planning.modes import unfolded
+from regraft.bus_schema.model.adaptation import (
+    APPLIED,
+    AdaptationReport,
+    AdaptationRequest,
+    Add,
+    Change,
+    ChangeState,
+    Connect,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.lifecycle import State, after, route
+
+if TYPE_CHECKING:
+    from regraft.adaptation_manager.journal.journal import Journal
+
+PRESENCE = "component"
+"""The field of a component that says whether it is there."""
+HOST = "host"
+"""The field of a component that a move decides on."""
+CLASS = "class"
+"""The field of a component that a swap decides on, with all that its class has."""
+
+
+def undo_of(
+    undone: AdaptationReport, request: AdaptationRequest, journal: Journal, now: Architecture
+) -> tuple[AdaptationRequest, tuple[Violation, ...]]:
+    """Return the request that undoes an ended adaptation, and what stands in its way; raises JournalError."""
+    if undone.outcome not in APPLIED:
+        problem = f"adaptation {undone.id} is {undone.outcome.value}: only an applied one can be undone"
+        return request, (Violation(None, "", "undoes", problem),)
+    before, behind = journal.architecture(undone.revision_before), journal.architecture(undone.revision_after)
+    if before is None or behind is None:
+        problem = f"what was before adaptation {undone.id} cannot be read any more: the journal was damaged"
+        return request, (Violation(None, "", "undoes", problem),)
+    undone = unfolded(undone, before)
+    complete = replace(request, changes=inverse(undone.request.changes, before))
+    later = [unfolded(line, before) for line in journal.applied_after(int(undone.id))]
+    return complete, tuple(conflicts(undone, behind, now, later))
+
+
+def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:
+    """Return the changes that lead from behind ``changes`` back to the architecture ``before`` them."""
+    states: dict[str, State] = {}
+    back: list[tuple[Change, ...]] = []
+    come_or_gone = {change.component for change in changes if isinstance(change, Add | Remove)}
+    swapped = {change.component for change in changes if isinstance(change, Swap)}
+    for change in changes:
+        if isinstance(change, Add):
+            new = tuple(topic.name for topic in change.topics if topic.name not in before.topics)
+            back.append((Remove(change.component, new),))
+        elif isinstance(change, Remove):
+            topics = tuple(before.topics[name] for name in change.topics if name in before.topics)
+            back.append((Add(change.component, before.components[change.component], topics, resume=True),))
+        if change.component in come_or_gone:
+            continue  # it comes back, or goes, as a whole
+        spec = before.components[change.component]
+        if isinstance(change, Swap):
+            back.append((_swap_back(spec, with_state=change.with_state),))
+        elif isinstance(change, Move):
+            back.append((Move(spec.name, spec.host, change.with_state),))
+        elif isinstance(change, SetParameters | Connect) and change.component in swapped:
+            continue  # the swap back gives all values and connections
+        elif isinstance(change, SetParameters):
+            values = {name: _parameter(spec, name) for name in change.parameters}
+            back.append((SetParameters(spec.name, values),))
+        elif isinstance(change, Connect):
+            back.append((Connect(spec.name, change.port, _topic(spec, change.port)),))
+        elif isinstance(change, ChangeState):
+            start = states.get(spec.name, spec.state)
+            end = after(start, change.transition) or start
+            states[spec.name] = end
+            back.append(tuple(ChangeState(spec.name, transition) for transition in route(end, start) or ()))
+    return tuple(change for changes_back in reversed(back) for change in changes_back)
+
+
+def _swap_back(spec: ComponentSpec, *, with_state: bool) -> Swap:
+    """Return the swap that leads back to a spec, with all that it says: what is left out would be kept."""
+    parameters = spec.description.parameters if spec.description else ()
+    values = {parameter.name: _parameter(spec, parameter.name) for parameter in parameters}
+    return Swap(spec.name, spec.cls, values, dict(spec.connections), dict(spec.services), with_state)
+
+
+def touched(changes: Sequence[Change]) -> set[tuple[str, str]]:
+    """Return the (component, field) pairs that ``changes`` decide on."""
+    pairs: set[tuple[str, str]] = set()
+    for change in changes:
+        if isinstance(change, SetParameters):
+            pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
+        elif isinstance(change, Connect):
+            pairs.add((change.component, f"connect.{change.port}"))
+        elif isinstance(change, Add | Remove):
+            pairs.add((change.component, PRESENCE))
+        elif isinstance(change, Swap):
+            pairs.add((change.component, CLASS))
+            pairs |= {(change.component, f"parameters.{name}") for name in change.parameters}
+            pairs |= {(change.component, f"connect.{port}") for port in change.connections}
+        elif isinstance(change, Move):
+            pairs.add((change.component, HOST))
+        else:
+            pairs.add((change.component, "state"))
+    return pairs
+
+
+def conflicts(
+    report: AdaptationReport, behind: Architecture, now: Architecture, later: Sequence[AdaptationReport]
+) -> list[Violation]:
+    """Return what later adaptations decided otherwise, naming each.
+
+    A value that is still, or again, as it was given is no conflict.
+
+    ``behind`` is the architecture that the adaptation to be undone gave, ``now`` the current one.
+    """
+    found = []
+    decided = touched(report.request.changes)
+    come_or_gone = {component for component, where in decided if where == PRESENCE}
+    for component, where in sorted(decided):
+        if where == CLASS:
+            decided = decided | _all_of(behind.components[component])
+    for component, where in sorted(decided):
+        if where != PRESENCE and component in come_or_gone:
+            continue
+        given, current = _value(behind, component, where), _value(now, component, where)
+        if given == current:
+            continue
+        others = [
+            other.id
+            for other in later
+            if touched(other.request.changes) & {(component, what) for what in (where, PRESENCE, CLASS)}
+        ]
+        problem = (
+            f"was changed again by adaptation {', '.join(others)}: it is {current!r}, "
+            f"adaptation {report.id} gave {given!r}; undo the later one first"
+        )
+        found.append(Violation(None, component, where, problem))
+    return found
+
+
+def _all_of(spec: ComponentSpec) -> set[tuple[str, str]]:
+    """Return all that a swap back decides on."""
+    fields = {f"connect.{port}" for port in spec.connections}
+    if spec.description:
+        fields |= {f"parameters.{parameter.name}" for parameter in spec.description.parameters}
+    return {(spec.name, where) for where in fields}
+
+
+def _value(architecture: Architecture, component: str, where: str) -> object:
+    spec = architecture.components.get(component)
+    if spec is None:
+        return "removed"
+    if where == PRESENCE:
+        return "there"
+    if where == CLASS:
+        return spec.cls
+    if where == HOST:
+        return spec.host
+    kind, _, name = where.partition(".")
+    if kind == "parameters":
+        return _parameter(spec, name)
+    return _topic(spec, name) if kind == "connect" else spec.state.value
+
+
+def _parameter(spec: ComponentSpec, name: str) -> object:
+    described = spec.description.parameter(name) if spec.description else None
+    return spec.parameters.get(name, described.default if described else None)
+
+
+def _topic(spec: ComponentSpec, port: str) -> str:
+    described = spec.description.port(port) if spec.description else None
+    return spec.connections.get(port, described.topic if described else "")

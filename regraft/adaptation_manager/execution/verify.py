@@ -1,0 +1,111 @@
+"""Phase 4: the hosts get the new specs, and the components are read back: they must be as the plan says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from regraft.adaptation_manager.planning.additions import PATH
+from regraft.adaptation_manager.planning.plan import Plan
+from regraft.adaptation_manager.steps.actions import (
+    Action,
+    Activate,
+    ApplyParameters,
+    ConnectPort,
+    LeaveStopped,
+    ReachState,
+    RunProcess,
+    RunSuccessor,
+    TakeOver,
+)
+from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer, PendingQuery
+from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.adaptation_manager.targets.host_client import Update
+from regraft.bus_schema.messages.protocol.control import ComponentView
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import State
+
+
+async def verify(plan: Plan, site: ExecutionContext, update: Update) -> None:
+    """Wait until the hosts have the new specs, and read every component of the plan back.
+
+    A component that was restarted meanwhile is as good as any other, if it came back with what it should
+    have. It is read while its host is told: a host that names the run that was read has the new specs for all
+    later ones. Where only values were given, the answers to that are the reading back.
+
+    Raises:
+        ControlFailed: with everything that is not as it should be, or a host that did not take the specs.
+    """
+    staying = {name for name, spec in plan.after.components.items() if spec.managed}
+    names = sorted({step.component for step in plan.steps} & staying)
+    reading = {} if plan.only_gives_values else {name: site.controls.read(name) for name in names}
+    site.controls.processes |= await update.processes()
+    wrong = []
+    for name in names:
+        wrong += differences(await _newest_view(site, name, reading.get(name)), _wanted_of(plan, name))
+    if wrong:
+        raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
+
+
+async def _newest_view(site: ExecutionContext, name: str, asked: PendingQuery | None) -> ComponentView:
+    if asked is None:
+        view = site.controls.last_answer(name, site.after.components[name].host)
+        if view is not None:
+            return view
+        await site.refresh()
+    elif site.controls.is_living(asked):
+        try:
+            return await asked.view()
+        except NoAnswer as error:
+            if not error.gone:
+                raise
+            await site.refresh()
+    return await site.controls.read(name).view()
+
+
+def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
+    """Return where a component is not as it is ``wanted``: its ``state``, ``parameters.NAME``, ``connections.PORT``.
+
+    Whatever it does not have, or has no connection for, is left out.
+    """
+    found: dict[str, object] = {"state": view.state.value}
+    found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
+    found |= {f"connect.{name}": topic for name, topic in view.connections.items() if topic}
+    return [
+        f"{view.component}: {where} is {found[where]!r}, should be {_plain(value)!r}"
+        for where, value in wanted.items()
+        if where in found and found[where] != _plain(value)
+    ]
+
+
+def _wanted_of(plan: Plan, name: str) -> dict[str, object]:
+    wanted: dict[str, object] = {}
+    for step in plan.steps:
+        if step.component == name:
+            wanted |= _wanted(step.do)
+    return wanted
+
+
+def _wanted(action: Action) -> dict[str, object]:
+    if isinstance(action, ApplyParameters):
+        return {f"parameters.{name}": value for name, value in action.values.items()}
+    if isinstance(action, ConnectPort):
+        return {f"connect.{action.port}": action.topic}
+    if isinstance(action, Activate):
+        return {"state": State.ACTIVE.value}
+    if isinstance(action, LeaveStopped):
+        return {}  # something is started in its place
+    if isinstance(action, RunSuccessor):
+        values = {f"parameters.{name}": value for name, value in _same_anywhere(action.spec)}
+        return values | {f"connect.{port}": topic for port, topic in action.spec.connections.items()}
+    assert isinstance(action, ReachState | RunProcess | TakeOver)
+    return {"state": action.state.value}
+
+
+def _same_anywhere(spec: ComponentSpec) -> list[tuple[str, object]]:
+    """Return the parameters of a spec, without paths: each host has folders of its own."""
+    paths = {p.name for p in spec.description.parameters if p.unit == PATH} if spec.description else set()
+    return [(name, value) for name, value in spec.parameters.items() if name not in paths]
+
+
+def _plain(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value

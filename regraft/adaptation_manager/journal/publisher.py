@@ -1,0 +1,61 @@
+"""Tells everybody what became of adaptations: outputs, events, the manager's own status."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from regraft.adaptation_manager.journal.reports import EVENTS, summary
+from regraft.bus_schema.model.adaptation import AdaptationReport, Phase
+from regraft.bus_schema.model.architecture import Architecture
+
+SOON = 0.005
+"""Seconds until others are told, by the wall clock: until then the processor is theirs who wait for the answer."""
+
+if TYPE_CHECKING:
+    from regraft import Kit, OutputPort
+
+
+class JournalPublisher:
+    """Messages that one manager publishes; ``current`` is the architecture as it should be now."""
+
+    def __init__(
+        self,
+        kit: Kit,
+        adaptations: OutputPort[AdaptationReport],
+        architecture: OutputPort[Architecture],
+        current: Callable[[], Architecture],
+    ) -> None:
+        self._kit = kit
+        self._adaptations = adaptations
+        self._architecture = architecture
+        self._current = current
+
+    def soon(self, report: AdaptationReport) -> None:
+        """Tell of an adaptation that has ended, after whoever waits for it has been answered."""
+        self._kit.spawn(self._all(report), "telling")
+
+    async def _all(self, report: AdaptationReport) -> None:
+        if self._kit.tick is None:
+            await self._kit.sleep(SOON)
+        self.ended(report)
+        if report.revision_after != report.revision_before or Phase.CONFIRM in (phase.phase for phase in report.phases):
+            self.architecture()
+
+    def begin(self) -> None:
+        """Tell the architecture for the first time."""
+        self._architecture.publish(self._current())
+
+    def architecture(self) -> None:
+        """Tell the architecture as it should be now."""
+        if self._architecture.wanted:
+            self._architecture.publish(self._current())
+
+    def ended(self, report: AdaptationReport) -> None:
+        """Tell of an adaptation that has ended."""
+        if self._adaptations.wanted:
+            self._adaptations.publish(report)
+        phases = {phase.phase.value: phase.duration for phase in report.phases}
+        details = {"id": report.id, "revision": report.revision_after, "phases": phases}
+        self._kit.event(EVENTS[report.outcome], summary(report), **details)
+        self._kit.set_status_text(f"revision {self._current().revision}; last: {summary(report)}")

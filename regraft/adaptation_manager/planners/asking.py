@@ -1,0 +1,144 @@
+"""How a planner has its changes carried out: by the adaptation manager, within bounds, on what it has just seen."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from regraft import CallFailed, Future, Kit, RefusalCode, RequestRefused
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.protocol.requests import Answer
+from regraft.bus_schema.model.adaptation import (
+    MAX_CONTEXT_SIZE,
+    AdaptationReport,
+    AdaptationRequest,
+    Change,
+    Outcome,
+    plain_size,
+)
+from regraft.bus_schema.model.architecture import Architecture
+
+ATTEMPTS: Final = 3
+"""How often an adaptation is worked out when somebody else was faster each time."""
+MAX_WAITING: Final = 16
+MAX_ACTOR_LENGTH: Final = 200
+MAX_REASON_LENGTH: Final = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptationOrder:
+    """On whose behalf an adaptation is asked for, why, and what was so; texts that are too long are cut."""
+
+    actor: str
+    reason: str
+    context: dict[str, PlainValue] = field(default_factory=dict)
+
+    def request(self, changes: tuple[Change, ...], revision: int) -> AdaptationRequest:
+        """Return the request; a context that is too large is left out."""
+        context = self.context if plain_size(self.context, MAX_CONTEXT_SIZE) <= MAX_CONTEXT_SIZE else {}
+        who, reason = self.actor[:MAX_ACTOR_LENGTH], self.reason[:MAX_REASON_LENGTH]
+        return AdaptationRequest(changes, reason, who, revision, context=context)
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedOut:
+    """The result of a plan. ``outcome`` is the report's, or ``unchanged``, ``refused`` or ``no_answer``."""
+
+    changes: tuple[Change, ...]
+    outcome: str
+    report: AdaptationReport | None = None
+    error: str = ""
+
+    @property
+    def stands(self) -> bool:
+        """Whether what was planned is so now."""
+        return self.outcome in ("unchanged", Outcome.APPLIED.value, Outcome.APPLIED_STATE_LOST.value)
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether something else may stand, or has stood for a while, than before."""
+        return self.outcome not in ("unchanged", "refused", Outcome.REJECTED.value)
+
+
+class Manager:
+    """The adaptation manager, as a planner asks it."""
+
+    def __init__(self, kit: Kit) -> None:
+        self._kit = kit
+
+    async def architecture(self, within: float) -> Architecture:
+        """Return what should be now; raises RequestRefused if it is not to be had within so many seconds."""
+        try:
+            return await self._kit.call(
+                "adaptation_manager/architecture", ArchitectureRequest(), Architecture, timeout=within
+            )
+        except CallFailed as error:
+            why = f"the adaptation manager cannot be asked: {error}"
+            raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
+
+    async def carry_out(
+        self,
+        plan: Callable[[Architecture], tuple[Change, ...]],
+        seen: Architecture,
+        errand: AdaptationOrder,
+        within: float,
+    ) -> CarriedOut:
+        """Have what ``plan`` returns for an architecture carried out, unless there is nothing to do.
+
+        A plan for an architecture that is no longer current is made again.
+        """
+        for attempt in range(ATTEMPTS):
+            changes = plan(seen)
+            if not changes:
+                break
+            try:
+                request = errand.request(changes, seen.revision)
+                report = await self._kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=within)
+            except CallFailed as error:
+                refused = error.answer is Answer.REFUSED
+                return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))
+            if attempt == ATTEMPTS - 1 or not _is_stale(report):
+                return CarriedOut(changes, report.outcome.value, report)
+            try:
+                seen = await self.architecture(within)
+            except RequestRefused:
+                return CarriedOut(changes, report.outcome.value, report)
+        return CarriedOut((), "unchanged")
+
+
+def _is_stale(report: AdaptationReport) -> bool:
+    fields = {(violation.component, violation.field) for violation in report.violations}
+    return report.outcome is Outcome.REJECTED and fields == {("", "revision")}
+
+
+class Turns:
+    """One at a time for each name, in the order of asking: ``await take(name)``, and ``give(name)`` at the end."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[str, deque[Future[None]]] = {}
+
+    async def take(self, name: str) -> None:
+        """Wait for one's turn; raises RequestRefused if too many wait."""
+        line = self._waiting.get(name)
+        if line is None:
+            self._waiting[name] = deque()
+            return
+        if len(line) >= MAX_WAITING:
+            why = f"the queue is full: {MAX_WAITING} proposals for {name!r} wait already"
+            raise RequestRefused(why, RefusalCode.QUEUE_FULL)
+        waiting: Future[None] = Future()
+        line.append(waiting)
+        await waiting
+
+    def give(self, name: str) -> None:
+        """End one's turn; the next who still waits has it."""
+        line = self._waiting[name]
+        while line:
+            waiting = line.popleft()
+            if not waiting.abandoned:
+                waiting.resolve(None)
+                return
+        del self._waiting[name]

@@ -1,0 +1,155 @@
+"""The forecast's component: proposes the option that is expected to be worth most."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from regraft import Component, Parameter, RefusalCode, RequestRefused, service
+from regraft.adaptation_manager.planners.asking import AdaptationOrder, CarriedOut, Manager, Turns
+from regraft.adaptation_manager.planners.bandits.context import numbers_of
+from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft.adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
+from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.planning import (
+    PlannerDescription,
+    PlannerQuery,
+    Proposal,
+    ProposalRequest,
+    StrategyDescription,
+)
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.description import Resources
+
+STRATEGY: Final = "expected_utility"
+MAX_OPTIONS: Final = 1000
+MAX_TOLD: Final = 10
+"""Options whose expected utility an explanation names."""
+
+
+class ForecastPlanner(Component):
+    """Chooses the option with the highest expected utility, by what the components' classes say they would give.
+
+    It learns nothing and needs no trials: an option's qualities are the classes' own estimates under its parameters, in
+    the context that the request tells of.
+    """
+
+    resources = Resources(cpu=0.02, memory=60.0)
+    handler_timeout = 2.0  # a class is loaded when it is first asked for
+
+    answer_within = Parameter(
+        5.0, "time that the adaptation manager may take to show the architecture", minimum=0.1, maximum=60.0, unit="s"
+    )
+    adapt_within = Parameter(30.0, "time that an adaptation may take", minimum=0.1, maximum=600.0, unit="s")
+
+    def on_activate(self) -> None:
+        """Begin with nothing under way."""
+        self._manager = Manager(self.kit)
+        self._turns = Turns()
+
+    @service("planners/forecast/describe")
+    def describe(self, query: PlannerQuery) -> PlannerDescription:
+        """Say what can be asked for."""
+        text = (type(self).__doc__ or "").split("\n\n")[0]
+        knobs = record_shape(ForecastKnobs).json_schema()
+        strategy = StrategyDescription(STRATEGY, "Takes what is expected to be worth most.", knobs)
+        return PlannerDescription("forecast", self.kit.name, text, inputs_schema((STRATEGY,)), (strategy,))
+
+    @service("planners/forecast/propose")
+    async def propose(self, request: ProposalRequest) -> Proposal:
+        """Choose an option, and have it applied if that is wanted."""
+        if not request.task:
+            why = "is empty: name the task for which is chosen"
+            raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
+        try:
+            asked, model = _read(request.inputs)
+        except BadMessage as error:
+            raise RequestRefused.malformed(error.inside("inputs")) from None
+        await self._turns.take(request.task)
+        try:
+            return await self._propose(request, asked, model)
+        finally:
+            self._turns.give(request.task)
+
+    async def _propose(self, request: ProposalRequest, asked: Asked, model: Model) -> Proposal:
+        architecture = await self._manager.architecture(self.answer_within)
+        try:
+            check_dimensions(asked.dimensions, architecture)
+            options = options_of(asked.dimensions, asked.constraints, MAX_OPTIONS)
+        except BadMessage as error:
+            raise RequestRefused.malformed(error.inside("inputs")) from None
+        context = numbers_of(request.context)
+        outlooks = [outlook(model, asked.dimensions, option, architecture, context) for option in options]
+        chosen = _best(asked, model, outlooks, architecture)
+        choice = _shown(asked, chosen, outlooks)
+        if chosen is None:
+            return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
+        values = chosen.option.values
+        if not request.apply:
+            changes = changes_for(asked.dimensions, values, architecture)
+            return Proposal(request.task, changes, {**choice, "outcome": "dry"})
+        done: CarriedOut = await self._manager.carry_out(
+            lambda seen: changes_for(asked.dimensions, values, seen),
+            architecture,
+            _errand(request, str(choice["why"])),
+            self.adapt_within,
+        )
+        notes: list[PlainValue] = [done.error] if done.error else []
+        return Proposal(
+            request.task, done.changes, {**choice, "outcome": done.outcome, "notes": notes}, "", done.report
+        )
+
+
+def _read(plain: dict[str, PlainValue]) -> tuple[Asked, Model]:
+    asked = read_inputs(plain)
+    if asked.strategy != STRATEGY:
+        raise BadMessage(f"there is no strategy {asked.strategy!r}; there is: {STRATEGY}", ("strategy",))
+    try:
+        return asked, model_of(asked.knobs)
+    except BadMessage as error:
+        raise error.inside("knobs") from None
+
+
+def _best(asked: Asked, model: Model, outlooks: list[Forecast], architecture: Architecture) -> Forecast | None:
+    """Return the best of those of which something is known; what stands, unless something is better by the margin."""
+    known = [each for each in outlooks if each.utility is not None]
+    if not known:
+        return None
+    best = max(known, key=_utility)
+    stands = next((e for e in known if not changes_for(asked.dimensions, e.option.values, architecture)), None)
+    return stands if stands is not None and _utility(best) <= _utility(stands) + model.margin else best
+
+
+def _utility(each: Forecast) -> float:
+    assert each.utility is not None
+    return each.utility
+
+
+def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> dict[str, PlainValue]:
+    """Return what people and trees are told of a choice."""
+    names = [dimension.name for dimension in asked.dimensions]
+    told: dict[str, PlainValue] = {"strategy": STRATEGY, "options": len(outlooks), "notes": []}
+    if chosen is None:
+        return told | {
+            "option": None,
+            "why": f"nothing can be expected: {outlooks[0].why if outlooks else 'no option'}",
+        }
+    expected = ", ".join(
+        f"{'/'.join(str(value) for value in each.option.values)}: {each.utility:.4g}"
+        for each in outlooks[:MAX_TOLD]
+        if each.utility is not None
+    )
+    return told | {
+        "option": dict(zip(names, chosen.option.values, strict=True)),
+        "utility": chosen.utility,
+        "why": f"expected {chosen.utility:.4g} ({expected})",
+    }
+
+
+def _errand(request: ProposalRequest, why: str) -> AdaptationOrder:
+    who = f"{request.actor}, by the forecast" if request.actor else "forecast"
+    reason = f"{request.reason}; {why}" if request.reason else why
+    return AdaptationOrder(who, reason, request.context)

@@ -1,0 +1,234 @@
+"""Phase 1: everything that is wrong with a request, found before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+from regraft.adaptation_manager.planning.additions import described_additions
+from regraft.adaptation_manager.planning.modes import expanded
+from regraft.adaptation_manager.planning.plan import Plan
+from regraft.adaptation_manager.steps import OF_PROCESSES, PLANNERS
+from regraft.adaptation_manager.steps.draft import Draft
+from regraft.adaptation_manager.targets.component_client import ComponentClient, ControlFailed, NoAnswer, PendingQuery
+from regraft.adaptation_manager.targets.host_client import Hosts
+from regraft.adaptation_manager.targets.processes import NOT_RUNNING
+from regraft.bus_schema.messages.protocol.control import ComponentView
+from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.model.adaptation import (
+    AdaptationRequest,
+    Add,
+    Change,
+    Connect,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.consistency import value_violations, violations
+from regraft.bus_schema.suggestions import instead_of
+
+COMING = (ProcessState.WAITING, ProcessState.STARTING)
+"""States of a process that is about to run."""
+
+
+async def check(
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
+) -> tuple[tuple[Violation, ...], Plan]:
+    """Judge all changes together against the architecture and the living components, which are only read.
+
+    Returns every violation, and the plan, to be used only if there is none. Raises ControlFailed if a host
+    refuses to say what it runs.
+    """
+    controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
+    architecture = hosts.with_joined(architecture)
+    changes, wrong = expanded(request.changes, architecture)
+    found = [*_of_request(request, architecture), *wrong]
+    request = replace(request, changes=tuple(change for _, change in changes))
+    of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager)
+    found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
+    return tuple(found), plan
+
+
+async def _check_changes(
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
+) -> tuple[list[Violation], Plan]:
+    found = _contradictions(request.changes)
+    live, silent = await _read(request, architecture, controls, hosts)
+    described, unclear = await described_additions(request, architecture, hosts)
+    found += [*silent, *unclear]
+    started_as = {name: process.started_as for name, process in controls.processes.items()}
+    draft = Draft(
+        architecture,
+        live,
+        manager,
+        described,
+        started_as=started_as,
+        lost=hosts.lost,
+        absent=hosts.absent(),
+        restarting=frozenset(n for n, p in controls.processes.items() if n not in live and _keeps_ending(p)),
+        changes=request.changes,
+    )
+    for index, change in enumerate(request.changes):
+        draft.index = index
+        _plan(draft, change)
+    found += draft.violations
+    of_result = _of_result(request, architecture, draft.architecture)
+    # A part that cannot be judged might feed others: most findings on connections would be wrong.
+    found += [one for one in of_result if not draft.unclear or not one.field.startswith(("connect.", "constraints."))]
+    after = replace(draft.architecture, revision=architecture.revision + 1)
+    # A value that a swapped component had before its swap may be wrong then, and still be wrong in the result.
+    found = list(dict.fromkeys(found))
+    return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
+
+
+def _estimated(draft: Draft) -> dict[str, dict[str, float]]:
+    return {described.spec.name: described.estimated for described in draft.described.values() if described.estimated}
+
+
+def _plan(draft: Draft, change: Change) -> None:
+    """Have a change planned that concerns a component which is there by then."""
+    spec = draft.architecture.components.get(change.component)
+    if spec is None and change.change != "add":
+        hint = instead_of(change.component, draft.architecture.components)
+        if change.component in draft.removed:
+            draft.refuse(change.component, "component", "is removed earlier in the same request")
+        elif change.component not in draft.unclear:
+            draft.refuse(change.component, "component", f"there is no component of this name; {hint}")
+    elif spec is not None and not spec.managed and change.change not in OF_PROCESSES:
+        draft.refuse(change.component, "component", "is unmanaged: it does not speak the lifecycle")
+    else:
+        PLANNERS[change.change](draft, change)
+
+
+def _of_request(request: AdaptationRequest, architecture: Architecture) -> list[Violation]:
+    found = []
+    if request.revision is not None and request.revision != architecture.revision:
+        problem = f"revision {request.revision} is stale: the architecture is at revision {architecture.revision}"
+        found.append(Violation(None, "", "revision", problem))
+    if request.watch and not request.confirm:
+        found.append(Violation(None, "", "watch", "is of no use without 'confirm', the seconds to watch for"))
+    if not request.changes:
+        found.append(Violation(None, "", "changes", "is empty: an adaptation needs at least one change"))
+    return found
+
+
+def _hosts_named(request: AdaptationRequest) -> list[str]:
+    """Return the hosts that changes name: one may have joined that nobody has heard of yet."""
+    added = [change.spec.host for change in request.changes if isinstance(change, Add)]
+    return added + [change.host for change in request.changes if isinstance(change, Move)]
+
+
+def _contradictions(changes: Sequence[Change]) -> list[Violation]:
+    """Return what one request wants to be two things at once."""
+    wanted: dict[tuple[str, str], object] = {}
+    found = []
+    for index, change in enumerate(changes):
+        values: dict[str, object] = {}
+        if isinstance(change, SetParameters):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+        elif isinstance(change, Connect):
+            values = {f"connect.{change.port}": change.topic}
+        elif isinstance(change, Swap):
+            values = {f"parameters.{name}": value for name, value in change.parameters.items()}
+            values |= {f"connect.{port}": topic for port, topic in change.connections.items()}
+        for where, value in values.items():
+            first = wanted.setdefault((change.component, where), value)
+            if first != value:
+                problem = f"is to be {value!r} here, but {first!r} earlier in the same request"
+                found.append(Violation(index, change.component, where, problem))
+    return found
+
+
+async def _read(
+    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts
+) -> tuple[dict[str, ComponentView], list[Violation]]:
+    """Read every component that is to be changed; returns their views, and those that are not well.
+
+    Where only parameters are set, nothing that a component does by itself matters: its last answer will do.
+    """
+    first_use: dict[str, int] = {}
+    for index, change in enumerate(request.changes):
+        spec = architecture.components.get(change.component)
+        if spec is not None and spec.managed:
+            first_use.setdefault(change.component, index)
+    if not request.dry_run and all(isinstance(change, SetParameters) for change in request.changes):
+        last = [controls.last_answer(name, architecture.components[name].host) for name in first_use]
+        if all(last):
+            return {view.component: view for view in last if view}, []
+    # Components are asked where they ran last while hosts say where they run now: few have been restarted.
+    guessed: dict[str, PendingQuery] = {name: controls.read(name) for name in first_use}
+    controls.processes = await hosts.processes(architecture.revision)
+    asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
+    live, silent = {}, []
+    removed = {change.component for change in request.changes if isinstance(change, Remove)}
+    moved = {change.component for change in request.changes if isinstance(change, Move)}
+    swapped = {change.component for change in request.changes if isinstance(change, Swap)} - moved
+    for name, index in first_use.items():
+        try:
+            live[name] = await asked[name].view()
+        except ControlFailed as error:
+            host, process = architecture.components[name].host, controls.processes.get(name)
+            if name in removed or (name in moved and host in hosts.lost):
+                continue  # what does not answer, or is not there, can go as it is, and start elsewhere
+            if name in swapped and host not in hosts.silent and process is not None and _is_broken(process, error):
+                continue  # what is broken can be replaced
+            why = f"its {hosts.why_not_there(host)}" if host in hosts.silent else _why_silent(controls, name, error)
+            silent.append(Violation(index, name, "status", why))
+    return live, silent
+
+
+def _is_broken(process: ProcessStatus, error: ControlFailed) -> bool:
+    """Tell whether a component that did not answer does not run, or will have ended again in a moment."""
+    gone = isinstance(error, NoAnswer) and error.gone
+    return process.state in NOT_RUNNING or (_keeps_ending(process) and (gone or process.state in COMING))
+
+
+def _keeps_ending(process: ProcessStatus) -> bool:
+    return process.restarts > 0 and process.state not in NOT_RUNNING
+
+
+def _why_silent(controls: ComponentClient, name: str, error: ControlFailed) -> str:
+    process = controls.processes.get(name)
+    if process is None:
+        return "is not running: no host has a process for it"
+    if process.state is ProcessState.QUARANTINED:
+        return f"is quarantined after {process.restarts} restarts: start or swap it first ({process.exit_reason})"
+    if controls.living(name) is None:
+        return f"is not running: its process is {process.state.value} ({process.exit_reason or 'never started'})"
+    return str(error)
+
+
+def _of_result(request: AdaptationRequest, before: Architecture, after: Architecture) -> list[Violation]:
+    """Return what the changes would break; what is broken already is not held against them."""
+    judge = violations
+    if all(isinstance(change, SetParameters) for change in request.changes):
+        judge = partial(value_violations, components={c.component for c in request.changes} & after.components.keys())
+    broken = judge(after)
+    already = {(v.component, v.field, v.problem) for v in judge(before)} if broken else set()
+    return [
+        replace(violation, change=_culprit(request.changes, violation))
+        for violation in broken
+        if (violation.component, violation.field, violation.problem) not in already
+    ]
+
+
+def _culprit(changes: Sequence[Change], violation: Violation) -> int | None:
+    """Return the change that a violation likely comes from: of its field, its component, or who comes or goes."""
+    kind, _, name = violation.field.partition(".")
+    same = [index for index, change in enumerate(changes) if change.component == violation.component]
+    for index in same:
+        change = changes[index]
+        if isinstance(change, SetParameters | Swap) and kind == "parameters" and name in change.parameters:
+            return index
+        if isinstance(change, Swap) and kind in ("parameters", "connect", "services"):
+            return index
+        if isinstance(change, Connect) and kind == "connect" and name == change.port:
+            return index
+    if same:
+        return same[-1]
+    elsewhere = [index for index, change in enumerate(changes) if isinstance(change, Add | Remove | Move)]
+    return elsewhere[0] if len(elsewhere) == 1 else None

@@ -1,0 +1,55 @@
+"""``transition``: the spec's state and the running component's go through one lifecycle transition."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState
+from regraft.adaptation_manager.steps.draft import Draft
+from regraft.bus_schema.model.adaptation import ChangeState
+from regraft.bus_schema.model.lifecycle import State, Transition, after, legal
+
+
+def plan(draft: Draft, change: ChangeState) -> None:
+    """Add the change to the draft; it must be legal from the state that the component is in by then."""
+    name, transition = change.component, change.transition
+    if name == draft.manager:
+        draft.refuse(name, "transition", "the adaptation manager cannot change its own state")
+        return
+    if transition is Transition.SHUTDOWN:
+        draft.refuse(
+            name,
+            "transition",
+            "shutdown ends the process and cannot be undone, so it is not supported yet by this version; "
+            "deactivate and cleanup leave the component unconfigured, remove ends it",
+        )
+        return
+    live = draft.live.get(name)
+    spec = draft.spec(name)
+    state = live.state if live else spec.state
+    following = after(state, transition)
+    if following is None:
+        possible = ", ".join(t.value for t in legal(state)) or "none"
+        draft.refuse(
+            name,
+            "transition",
+            f"{transition.value} is not possible while {state.value}; possible: {possible}",
+        )
+        return
+    draft.update(replace(spec, state=following))
+    if live is None:
+        return
+    draft.steps.append(
+        PlannedStep(
+            name,
+            f"{transition.value} (from {state.value})",
+            ReachState(name, following, dict(spec.connections), transition),
+            ReachState(name, state, dict(live.connections if live.connections else spec.connections)),
+        )
+    )
+    draft.live[name] = replace(live, state=following, connections=_connections(draft, name, following))
+
+
+def _connections(draft: Draft, name: str, state: State) -> dict[str, str]:
+    live = draft.live[name].connections
+    return dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}

@@ -1,0 +1,160 @@
+"""Messages to bytes and back: MessagePack maps, arrays as extension values, a large array as the payload's tail.
+
+A payload with a tail is ``header length (u32 LE) | MessagePack map | raw array``; the array is read in place.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, TypeVar
+
+import msgpack
+import numpy as np
+
+from regraft.bus_schema.encoding.registry import MessageType, type_of
+from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
+from regraft.bus_schema.errors import BadMessage
+
+MAX_MESSAGE_SIZE = 64 * 1024 * 1024
+MAX_MAP_SIZE = 1_000_000
+HEADER_LENGTH = struct.Struct("<I")
+KNOWN_DTYPES = frozenset(
+    {b"|u1", b"|i1", b"|b1", b"<u2", b"<i2", b"<u4", b"<i4", b"<u8", b"<i8", b"<f2", b"<f4", b"<f8"}
+)
+
+T = TypeVar("T")
+
+MALFORMED = (ValueError, TypeError, RecursionError, msgpack.exceptions.UnpackException)
+
+_pack = msgpack.Packer().pack
+"""One packer for all: a new one for every message would cost more than the packing."""
+_unpack = msgpack.unpackb
+
+
+def encode(message: object) -> bytes:
+    """Return the payload of a message; raises BadMessage if a field does not fit its type."""
+    return encode_as(type_of(type(message)), message)
+
+
+def encode_as(kind: MessageType, message: object) -> bytes:
+    """Return the payload of a message of a known kind; raises BadMessage if a field does not fit its type."""
+    packed: bytes = _pack(kind.pack(message))
+    return packed if kind.tail is None else with_tail(packed, getattr(message, kind.tail))
+
+
+def with_tail(packed: bytes, array: np.ndarray[Any, Any]) -> bytes:
+    """Return a payload of a packed map and the array that it describes as its tail."""
+    tail = np.ascontiguousarray(array)
+    return b"".join((HEADER_LENGTH.pack(len(packed)), packed, tail.reshape(-1).view(np.uint8).data))
+
+
+def decode(payload: bytes, cls: type[T]) -> T:
+    """Return the message of class ``cls`` that ``payload`` holds; raises BadMessage if it does not fit."""
+    message: T = decode_as(type_of(cls), payload)
+    return message
+
+
+def decode_as(kind: MessageType, payload: bytes) -> Any:
+    """Return the message of a known kind that ``payload`` holds; raises BadMessage if it does not fit."""
+    if len(payload) > MAX_MESSAGE_SIZE:
+        raise BadMessage(f"is {len(payload)} bytes long, must be at most {MAX_MESSAGE_SIZE}")
+    if kind.tail:
+        return kind.unpack(_plain_with_tail(payload))
+    # The same as _unpacked, without its frame: every small message comes this way.
+    try:
+        plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
+    except MALFORMED as error:
+        raise _malformed(error) from None
+    return kind.unpack(plain)
+
+
+def pack_plain(plain: Any) -> bytes:
+    """Return plain data as MessagePack."""
+    packed: bytes = _pack(plain)
+    return packed
+
+
+def unpack_plain(payload: bytes) -> Any:
+    """Return the plain data in ``payload``; raises BadMessage for anything but one well-formed MessagePack value."""
+    return _unpacked(payload, _array)
+
+
+def to_plain(message: object) -> dict[str, Any]:
+    """Return a message as a map of plain data, without its arrays' contents turned to lists."""
+    plain: dict[str, Any] = type_of(type(message)).pack(message)
+    return plain
+
+
+def from_plain(plain: Any, cls: type[T]) -> T:
+    """Return the message of class ``cls`` that a map of plain data stands for; raises BadMessage."""
+    message: T = type_of(cls).unpack(plain)
+    return message
+
+
+def encoding_fits(encoding: str, kind: MessageType) -> bool:
+    """Tell whether a payload's Zenoh encoding names this type and version."""
+    return encoding == kind.encoding
+
+
+def _unpacked(payload: bytes, extension: Any) -> Any:
+    try:
+        return _unpack(payload, ext_hook=extension, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
+    except MALFORMED as error:
+        raise _malformed(error) from None
+
+
+def _malformed(error: Exception) -> BadMessage:
+    """Say that a payload is no MessagePack; what is wrong with an array in it was said already."""
+    if isinstance(error, BadMessage):
+        return error
+    return BadMessage(f"is not one well-formed MessagePack value ({type(error).__name__})")
+
+
+def _plain_with_tail(payload: bytes) -> Any:
+    if len(payload) < HEADER_LENGTH.size:
+        raise BadMessage("is too short for a header length")
+    (length,) = HEADER_LENGTH.unpack_from(payload)
+    start = HEADER_LENGTH.size + length
+    if start > len(payload):
+        raise BadMessage(f"announces a header of {length} bytes, but ends before")
+
+    layouts = []
+
+    def tail(code: int, data: bytes) -> Any:
+        if code != TAIL_EXTENSION:
+            return _array(code, data)
+        dtype, dimensions, end = _layout(data)
+        if end != len(data):
+            raise BadMessage("has stray bytes behind an array's layout")
+        layouts.append(dimensions)
+        return _shaped(np.frombuffer(payload, np.uint8, offset=start), dtype, dimensions)
+
+    plain = _unpacked(memoryview(payload)[HEADER_LENGTH.size : start].tobytes(), tail)
+    if len(layouts) != 1:
+        raise BadMessage(f"describes its tail {len(layouts)} times, must once")
+    return plain
+
+
+def _array(code: int, data: bytes) -> Any:
+    if code != ARRAY_EXTENSION:
+        raise BadMessage(f"holds the unknown MessagePack extension {code}")
+    dtype, dimensions, end = _layout(data)
+    return _shaped(np.frombuffer(data, np.uint8, offset=end), dtype, dimensions)
+
+
+def _layout(data: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
+    if len(data) < 4 or data[:3] not in KNOWN_DTYPES:
+        raise BadMessage(f"holds an array of the unknown dtype {data[:3]!r}")
+    end = 4 + 4 * data[3]
+    if len(data) < end:
+        raise BadMessage("holds an array whose shape is cut short")
+    return np.dtype(data[:3].decode()), struct.unpack_from(f"<{data[3]}I", data, 4), end
+
+
+def _shaped(raw: np.ndarray[Any, Any], dtype: np.dtype[Any], dimensions: tuple[int, ...]) -> np.ndarray[Any, Any]:
+    count = 1
+    for length in dimensions:
+        count *= length
+    if count * dtype.itemsize != raw.size:
+        raise BadMessage(f"holds an array of {raw.size} bytes, its shape {dimensions} needs {count * dtype.itemsize}")
+    return raw.view(dtype).reshape(dimensions) if raw.size else np.empty(dimensions, dtype)

@@ -1,0 +1,265 @@
+"""Shapes of dataclasses: built once per class from its type hints, then used for every message."""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cache
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, Tagged, Text, Unit
+from regraft.bus_schema.encoding import shapes
+from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
+from regraft.bus_schema.errors import BadMessage, BadType
+
+FORMER_NAMES = {
+    "cls": "class",
+    "connections": "connect",
+    "who": "actor",
+    "text": "description",
+    "longest_handler": "handler_timeout",
+    "indispensable": "removal_forbidden",
+    "makes_time": "is_time_source",
+    "in_step": "lockstep",
+    "begun": "started_as",
+    "last_end": "exit_reason",
+    "highest": "max_incarnation",
+}
+"""Names of fields in version 1 of the protocol, and what they are called since."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordShape:
+    """A dataclass: a map from field name to value. Unknown fields are refused, absent ones take their default.
+
+    ``attributes`` are the attributes of the ``fields``, in their order.
+    """
+
+    cls: type
+    fields: tuple[tuple[str, Shape], ...]
+    attributes: tuple[str, ...]
+    optional: frozenset[str]
+    tag: tuple[str, str] | None = None
+    names: frozenset[str] = field(default=frozenset())
+
+    def pack(self, value: Any) -> dict[str, Any]:
+        """Return a map of the packed fields, led by the tag where the record is a member of a union."""
+        if type(value) is not self.cls:
+            raise BadMessage(f"is {type(value).__name__}, must be {self.cls.__name__}")
+        plain: dict[str, Any] = {self.tag[0]: self.tag[1]} if self.tag else {}
+        name = ""
+        try:
+            for (name, shape), attribute in zip(self.fields, self.attributes, strict=True):
+                plain[name] = shape.pack(getattr(value, attribute))
+        except BadMessage as error:
+            raise error.inside(name) from None
+        return plain
+
+    def unpack(self, plain: Any) -> Any:
+        """Return an instance of the dataclass."""
+        if type(plain) is not dict:
+            raise BadMessage(f"is {type(plain).__name__}, must be a map with the fields of {self.cls.__name__}")
+        values = {}
+        name = ""
+        try:
+            for (name, shape), attribute in zip(self.fields, self.attributes, strict=True):
+                if name in plain:
+                    values[attribute] = shape.unpack(plain[name])
+                elif name not in self.optional:
+                    self._refuse_former_names(plain)
+                    raise BadMessage("is missing")
+        except BadMessage as error:
+            raise error.inside(name) from None
+        if len(values) != len(plain):
+            self._refuse_unknown(plain)
+        try:
+            return self.cls(**values)
+        except BadMessage:
+            raise
+        except ValueError as error:
+            raise BadMessage(str(error)) from None
+
+    def _refuse_former_names(self, plain: dict[str, Any]) -> None:
+        for name, present in FORMER_NAMES.items():
+            if name in plain and name not in self.names and present in self.names:
+                raise BadMessage(f"has no field {name!r}: it is called {present!r}")
+
+    def _refuse_unknown(self, plain: dict[str, Any]) -> None:
+        self._refuse_former_names(plain)
+        unknown = sorted(str(key) for key in plain if key not in self.names)
+        if unknown:
+            known = ", ".join(sorted(self.names))
+            raise BadMessage(f"has no field {', '.join(map(repr, unknown))}; {self.cls.__name__} has: {known}")
+
+    def json_schema(self) -> JsonSchema:
+        """Return an ``object`` with the docstring as its description."""
+        properties: JsonSchema = {}
+        if self.tag:
+            properties[self.tag[0]] = {"const": self.tag[1]}
+        properties |= {name: shape.json_schema() for name, shape in self.fields}
+        required = [name for name in properties if name not in self.optional]
+        schema: JsonSchema = {
+            "title": self.cls.__name__,
+            "type": "object",
+            "properties": properties,
+            "additionalProperties": False,
+        }
+        if required:
+            schema["required"] = required
+        if self.cls.__doc__:
+            schema["description"] = self.cls.__doc__.strip().split("\n\n")[0]
+        return schema
+
+
+@dataclass(frozen=True, slots=True)
+class UnionShape:
+    """One of several dataclasses, told apart by a tag."""
+
+    key: str
+    members: dict[str, RecordShape]
+
+    def pack(self, value: Any) -> Any:
+        """Return the member's map, with its tag."""
+        tag = getattr(type(value), self.key, None)
+        if tag not in self.members:
+            raise BadMessage(f"is {type(value).__name__}, must be one of: {', '.join(sorted(self.members))}")
+        return self.members[tag].pack(value)
+
+    def unpack(self, plain: Any) -> Any:
+        """Return the member that the tag names."""
+        if type(plain) is not dict:
+            raise BadMessage(f"is {type(plain).__name__}, must be a map with a {self.key!r}")
+        tag = plain.get(self.key)
+        if not isinstance(tag, str) or tag not in self.members:
+            raise BadMessage(f"is {tag!r}, must be one of: {', '.join(sorted(self.members))}", (self.key,))
+        return self.members[tag].unpack(plain)
+
+    def json_schema(self) -> JsonSchema:
+        """Return ``oneOf`` the members."""
+        return {"oneOf": [member.json_schema() for member in self.members.values()]}
+
+
+@cache
+def record_shape(cls: type, tag: tuple[str, str] | None = None) -> RecordShape:
+    """Return the shape of a dataclass.
+
+    Raises:
+        BadType: the class is no dataclass, or a field has a type that cannot travel.
+    """
+    if not dataclasses.is_dataclass(cls):
+        raise BadType(f"{cls.__qualname__} must be a dataclass")
+    hints = get_type_hints(cls, include_extras=True)
+    fields = []
+    attributes = []
+    optional = set()
+    for spec in dataclasses.fields(cls):
+        name = _name_of(spec.name, hints[spec.name])
+        try:
+            fields.append((name, shape_of(hints[spec.name])))
+        except BadType as error:
+            raise BadType(f"{cls.__qualname__}.{spec.name}: {error}") from None
+        attributes.append(spec.name)
+        if spec.default is not dataclasses.MISSING or spec.default_factory is not dataclasses.MISSING:
+            optional.add(name)
+    names = frozenset(name for name, _ in fields) | ({tag[0]} if tag else frozenset())
+    if len(names) < len(fields):
+        raise BadType(f"{cls.__qualname__} has two fields of one name")
+    return _accepting_tag(RecordShape(cls, tuple(fields), tuple(attributes), frozenset(optional), tag, names))
+
+
+@cache
+def attributes_of(cls: type) -> dict[str, str]:
+    """Return the attributes of a dataclass by the names under which they travel; raises BadType."""
+    shape = record_shape(cls)
+    return {name: attribute for (name, _), attribute in zip(shape.fields, shape.attributes, strict=True)}
+
+
+def _name_of(attribute: str, hint: Any) -> str:
+    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    return next((note.name for note in notes if isinstance(note, Named)), attribute)
+
+
+def _accepting_tag(shape: RecordShape) -> RecordShape:
+    if shape.tag and any(name == shape.tag[0] for name, _ in shape.fields):
+        raise BadType(f"{shape.cls.__qualname__} has a field named like the tag {shape.tag[0]!r}")
+    return shape
+
+
+def shape_of(hint: Any) -> Shape:
+    """Return the shape of a type hint; raises BadType for one that cannot travel."""
+    notes: tuple[Any, ...] = ()
+    if get_origin(hint) is Annotated:
+        hint, *extras = get_args(hint)
+        notes = tuple(extras)
+    origin, arguments = get_origin(hint), get_args(hint)
+    for note in notes:
+        if isinstance(note, Array):
+            return shapes.ArrayShape(note)
+        if isinstance(note, Tagged):
+            return _union(note.key, arguments)
+    if hint is Any:
+        return shapes.PlainShape()
+    if origin in (Union, types.UnionType):
+        return _optional(arguments, notes)
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return shapes.TupleShape(shape_of(arguments[0]))
+    if origin is dict and arguments[0] is str:
+        return shapes.MapShape(shape_of(arguments[1]))
+    if origin is np.ndarray or hint is np.ndarray:
+        raise BadType("an array needs Annotated[..., Array(dtype, shape)]")
+    return _scalar(hint, notes)
+
+
+def holds_tail(shape: Shape) -> bool:
+    """Tell whether a value of this shape is, or contains, an array that travels as the payload's tail."""
+    if isinstance(shape, shapes.ArrayShape):
+        return shape.layout.tail
+    if isinstance(shape, shapes.TupleShape | shapes.MapShape | shapes.OptionalShape):
+        return holds_tail(shape.item)
+    if isinstance(shape, RecordShape):
+        return any(holds_tail(inner) for _, inner in shape.fields)
+    return isinstance(shape, UnionShape) and any(holds_tail(member) for member in shape.members.values())
+
+
+def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
+    bounds = next((note for note in notes if isinstance(note, Bounds)), Bounds())
+    unit = next((note.symbol for note in notes if isinstance(note, Unit)), None)
+    if hint is float:
+        infinite = any(isinstance(note, MayBeInfinite) for note in notes)
+        return shapes.FloatShape(bounds.minimum, bounds.maximum, infinite, unit)
+    if hint is int:
+        return shapes.IntShape(bounds.minimum, bounds.maximum, unit)
+    if hint is bool:
+        return shapes.BoolShape()
+    if hint is str:
+        text = next((note for note in notes if isinstance(note, Text)), None)
+        return shapes.TextShape() if text is None else shapes.TextShape(text.longest, text.cut)
+    if hint is bytes:
+        return shapes.BytesShape()
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return shapes.EnumShape(hint)
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        return record_shape(hint)
+    raise BadType(f"{hint!r} cannot travel in a message")
+
+
+def _optional(arguments: tuple[Any, ...], notes: tuple[Any, ...]) -> Shape:
+    others = [argument for argument in arguments if argument is not type(None)]
+    if len(others) != 1 or len(others) == len(arguments):
+        raise BadType("a union needs Annotated[..., Tagged(key)] unless it is 'T | None'")
+    inner = Annotated[(others[0], *notes)] if notes else others[0]
+    return shapes.OptionalShape(shape_of(inner))
+
+
+def _union(key: str, classes: tuple[Any, ...]) -> UnionShape:
+    members = {}
+    for cls in classes:
+        tag = getattr(cls, key, None)
+        if not isinstance(tag, str):
+            raise BadType(f"{cls!r} is a member of a union tagged {key!r}, but has no ClassVar of that name")
+        members[tag] = record_shape(cls, (key, tag))
+    return UnionShape(key, members)

@@ -1,0 +1,35 @@
+"""The result of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from regraft.bus_schema.annotations import Count, Metres, Seconds
+from regraft.bus_schema.encoding.registry import message
+
+
+@message("regraft/RunSummaryRequest")
+@dataclass(frozen=True, slots=True)
+class RunSummaryRequest:
+    """Request: sum the run up to now."""
+
+
+@message("regraft/RunSummary")
+@dataclass(frozen=True, slots=True)
+class RunSummary:
+    """Reply: a run up to ``stamp``. Equal runs have equal digests.
+
+    ``contacts`` counts how often the robot began to touch something, ``visits`` how often it stood at each
+    goal, ``pictures`` and ``hits`` the pictures looked at and those with something found in them, by camera,
+    ``adaptations`` those that ended, by outcome.
+    """
+
+    stamp: Seconds
+    digest: str
+    ticks: Count
+    contacts: Count
+    distance: Metres
+    visits: dict[str, Count]
+    pictures: dict[str, Count]
+    hits: dict[str, Count]
+    adaptations: dict[str, Count]

@@ -1,0 +1,64 @@
+"""Requests to the adaptation manager, beside ``AdaptationRequest`` itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from regraft.bus_schema.annotations import Bounds, Count, Text
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.model.adaptation import AdaptationReport
+
+
+@message("regraft/UndoAdaptation")
+@dataclass(frozen=True, slots=True)
+class UndoAdaptation:
+    """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing."""
+
+    id: str
+    actor: Annotated[str, Text(200)] = ""
+    reason: Annotated[str, Text(1000)] = ""
+    dry_run: bool = False
+
+
+@message("regraft/CancelAdaptation")
+@dataclass(frozen=True, slots=True)
+class CancelAdaptation:
+    """Cancel an adaptation that waits, is under way, or is being confirmed."""
+
+    id: str
+
+
+@message("regraft/ConfirmAdaptation")
+@dataclass(frozen=True, slots=True)
+class ConfirmAdaptation:
+    """Confirm an adaptation before its time is over: it is final then."""
+
+    id: str
+
+
+@message("regraft/JournalRequest")
+@dataclass(frozen=True, slots=True)
+class JournalRequest:
+    """Lines of the journal, newest first: one by ``id``, or those older than the one with id ``before``."""
+
+    id: str = ""
+    before: str = ""
+    limit: Annotated[int, Bounds(1, 500)] = 50
+
+
+@message("regraft/JournalPage")
+@dataclass(frozen=True, slots=True)
+class JournalPage:
+    """Lines of the journal, newest first; ``more`` if there are older ones."""
+
+    entries: tuple[AdaptationReport, ...]
+    more: bool = False
+
+
+@message("regraft/ArchitectureRequest")
+@dataclass(frozen=True, slots=True)
+class ArchitectureRequest:
+    """The architecture at a revision of this run; None for the current one."""
+
+    revision: Count | None = None

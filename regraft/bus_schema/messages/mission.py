@@ -1,0 +1,171 @@
+"""Missions: a behaviour tree, its nodes' statuses, its blackboard, and what the executor is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Annotated
+
+from regraft.bus_schema.annotations import Bounds, Count, PlainValue, Seconds, Text, Unit
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.quality import Quality
+
+
+class NodeStatus(Enum):
+    """The stored status of a node, as BehaviorTree.CPP has it."""
+
+    IDLE = "idle"
+    RUNNING = "running"
+    SUCCESS = "success"
+    FAILURE = "failure"
+    SKIPPED = "skipped"
+
+
+class MissionState(Enum):
+    """The state of the executor's tree."""
+
+    EMPTY = "empty"
+    LOADED = "loaded"
+    RUNNING = "running"
+    PAUSED = "paused"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    HALTED = "halted"
+
+
+@message("regraft/MissionNode")
+@dataclass(frozen=True, slots=True)
+class MissionNode:
+    """One node of the tree: uid and path as in BehaviorTree.CPP; ``parent`` is a uid, 0 for the root."""
+
+    uid: Count
+    parent: Count
+    name: str
+    type: str
+    path: str
+    status: NodeStatus
+    ports: dict[str, str] = field(default_factory=dict)
+
+
+@message("regraft/MissionStatus")
+@dataclass(frozen=True, slots=True)
+class MissionStatus:
+    """The mission as it is: the tree in pre-order, the root blackboard, ticks so far, and why it failed.
+
+    ``qualities`` holds the latest of each quality requirement in the tree's order, also of those not active any more.
+    ``structure`` is equal for equal trees: when it changes, another tree has been loaded or swapped in, and uids
+    mean other nodes.
+    """
+
+    stamp: Seconds
+    state: MissionState
+    tree: str
+    ticks: Count
+    nodes: tuple[MissionNode, ...] = ()
+    blackboard: dict[str, PlainValue] = field(default_factory=dict)
+    running: tuple[str, ...] = ()
+    error: str = ""
+    structure: str = ""
+    qualities: tuple[Quality, ...] = ()
+
+
+@message("regraft/MissionRequest")
+@dataclass(frozen=True, slots=True)
+class MissionRequest:
+    """Ask for the mission's status."""
+
+
+@message("regraft/MissionTransition")
+@dataclass(frozen=True, slots=True)
+class MissionTransition:
+    """A node's stored status changed; ``stamp`` is the tree's time."""
+
+    uid: Count
+    before: NodeStatus
+    after: NodeStatus
+    stamp: Seconds
+
+
+@message("regraft/MissionTransitions")
+@dataclass(frozen=True, slots=True)
+class MissionTransitions:
+    """All changes of one tick, or of a halt, in their order; ``structure`` says which tree the uids belong to.
+
+    ``missed`` counts the changes behind those that are told: a batch is bounded.
+    """
+
+    stamp: Seconds
+    structure: str
+    tick: Count
+    changes: tuple[MissionTransition, ...]
+    missed: Count = 0
+
+
+@message("regraft/BlackboardRequest")
+@dataclass(frozen=True, slots=True)
+class BlackboardRequest:
+    """Ask for one entry, or all of a board: the root's, or that of the sub-tree with this path."""
+
+    key: str = ""
+    board: str = ""
+
+
+@message("regraft/BlackboardEntry")
+@dataclass(frozen=True, slots=True)
+class BlackboardEntry:
+    """An entry: what is no plain data is shown as text. ``age`` is None and ``value`` too before the first write.
+
+    ``sequence`` counts the writes, ``type`` is what the entry takes: ``any`` as long as nothing has fixed it.
+    """
+
+    key: str
+    value: PlainValue
+    type: str
+    sequence: Count
+    age: Annotated[float, Unit("s"), Bounds(minimum=0.0)] | None
+
+
+@message("regraft/BlackboardEntries")
+@dataclass(frozen=True, slots=True)
+class BlackboardEntries:
+    """Entries of one board in order of creation, and the paths of the other boards that there are."""
+
+    stamp: Seconds
+    board: str
+    entries: tuple[BlackboardEntry, ...]
+    boards: tuple[str, ...] = ()
+
+
+@message("regraft/WriteBlackboard")
+@dataclass(frozen=True, slots=True)
+class WriteBlackboard:
+    """Write entries, all or none; None removes one. The reply is ``regraft/BlackboardEntries`` with those written."""
+
+    values: dict[str, PlainValue]
+    board: str = ""
+
+
+class Command(Enum):
+    """A command for the executor.
+
+    ``step`` ticks the paused tree once. ``swap`` has another tree take over from the one that is under way, which is
+    halted; the entries of the root blackboard are carried over. ``check`` only says what is wrong with a tree.
+    """
+
+    LOAD = "load"
+    START = "start"
+    PAUSE = "pause"
+    STEP = "step"
+    HALT = "halt"
+    SWAP = "swap"
+    CHECK = "check"
+
+
+@message("regraft/MissionCommand")
+@dataclass(frozen=True, slots=True)
+class MissionCommand:
+    """Command the executor; ``tree`` is the XML text to load or swap in, ``main`` the tree's ID in it."""
+
+    command: Command
+    tree: Annotated[str, Text(1_000_000)] = ""
+    main: str = ""

@@ -1,0 +1,152 @@
+"""The protocol of simulated time in step (docs/protocol.md, "Simulated time"). Times are simulated nanoseconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from regraft.bus_schema.annotations import Count, Seconds
+from regraft.bus_schema.encoding.registry import message
+
+Frontier = dict[str, dict[str, Count]]
+"""Per key and source, the sequence up to which data is to be handled."""
+
+
+class StepKind(Enum):
+    """The work that a member is to do."""
+
+    WELCOME = "welcome"
+    MARK = "mark"
+    STEP = "step"
+    SLOT = "slot"
+    REPORT = "report"
+
+
+@message("regraft/Step")
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Work for one member. ``frontier`` holds what advanced on its inputs; beyond it nothing may be handled.
+
+    ``gone`` names sources that left: what they sent beyond the last frontier is dropped. ``ended`` names members whose
+    run has ended, also if another is there by now: what was done for it ends. ``wanted`` (None: unchanged)
+    lists the member's output keys that other members read. ``outside`` names sources that are no members, whose
+    messages enter in this slot. ``marks`` lists the output keys on which a marker is to be put.
+    """
+
+    incarnation: Count
+    number: Count
+    kind: StepKind
+    tick: Count
+    round: Count
+    time: Count
+    frontier: Frontier = field(default_factory=dict)
+    gone: tuple[str, ...] = ()
+    wanted: tuple[str, ...] | None = None
+    outside: tuple[str, ...] = ()
+    marks: tuple[str, ...] = ()
+    ended: tuple[str, ...] = ()
+
+
+@message("regraft/Wiring")
+@dataclass(frozen=True, slots=True)
+class Wiring:
+    """The keys that a member reads (true where new data wakes it) and those it writes, with their last sequence.
+
+    ``anew`` names keys that it had stopped reading, and reads again, since it last told its wiring.
+    """
+
+    inputs: dict[str, bool]
+    outputs: dict[str, Count]
+    anew: tuple[str, ...] = ()
+
+
+@message("regraft/Ack")
+@dataclass(frozen=True, slots=True)
+class Ack:
+    """The end of a step: what was published, when the member wants to be woken, and whether it wants a slot.
+
+    ``wiring`` is sent when it changed. ``touched`` (slots only) names members whose wiring or timing was changed.
+    """
+
+    member: str
+    incarnation: Count
+    number: Count
+    published: dict[str, Count]
+    next_wake: Count | None = None
+    wants_slot: bool = False
+    wiring: Wiring | None = None
+    touched: tuple[str, ...] = ()
+    error: str = ""
+
+
+@message("regraft/Join")
+@dataclass(frozen=True, slots=True)
+class Join:
+    """A component asks to be stepped from now on. ``time`` is the latest simulated time that it has seen."""
+
+    member: str
+    incarnation: Count
+    epoch: Count
+    wiring: Wiring
+    next_wake: Count | None
+    time: Count
+    wants_slot: bool = False
+
+
+@message("regraft/MarkerAck")
+@dataclass(frozen=True, slots=True)
+class MarkerAck:
+    """A member has received a marker: it is wired to that source on that key, and has handled up to ``sequence``."""
+
+    member: str
+    incarnation: Count
+    key: str
+    source: str
+    sequence: Count
+
+
+@message("regraft/SlotRequest")
+@dataclass(frozen=True, slots=True)
+class SlotRequest:
+    """A member has received something from sources that are no members, and asks for a slot to handle it in."""
+
+    member: str
+    incarnation: Count
+    outside: tuple[str, ...]
+
+
+@message("regraft/ClockMember")
+@dataclass(frozen=True, slots=True)
+class ClockMember:
+    """One run of a component, that the holder of a slot wants to be a member, or no longer to be one."""
+
+    member: str
+    incarnation: Count
+    term: Count | None = None
+
+
+@message("regraft/Membership")
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """Whether a run is a member by now: one that has been started has to ask to join first."""
+
+    member: bool
+
+
+@message("regraft/ClockTime")
+@dataclass(frozen=True, slots=True)
+class ClockTime:
+    """Simulated time for onlookers: tick, time, members, speed against the wall clock, whether the run is repeatable.
+
+    ``wall`` is the wall-clock time since the first tick, also after the source has died and was restarted.
+    """
+
+    tick: Count
+    time: Count
+    speed: float
+    members: tuple[str, ...]
+    waiting_for: tuple[str, ...] = ()
+    reproducible: bool = True
+    dropped: tuple[str, ...] = ()
+    finished: bool = False
+    wall: Seconds = 0.0

@@ -1,0 +1,48 @@
+"""Quality requirements: how well each is met, as the mission's quality decorators measure it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Annotated
+
+from regraft.bus_schema.annotations import Bounds, Ratio, Seconds
+from regraft.bus_schema.encoding.registry import message
+
+
+class QualityLevel(Enum):
+    """The scope of a requirement (ReBeT, section III-B): one task, or the whole system."""
+
+    TASK = "task"
+    SYSTEM = "system"
+
+
+@message("regraft/Quality")
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How well a quality requirement is met.
+
+    ``requirement`` is its name on the bus (``SYSTEM/quality/REQUIREMENT``), unique in the tree; ``node`` the path of
+    its decorator; ``attribute`` such as Safety or Power. ``metric`` is the measure, in the requirement's own unit,
+    ``measured`` when the data behind it were true, and ``mean`` its mean over the seconds for which it was known.
+    ``degree`` says how far the requirement is satisfied, ``satisfied`` the same as yes or no. An unknown value is
+    None: a metric without data, or with stale ones; whether it is satisfied also where nothing is required. ``status``
+    is a word for people and trees, ``reason`` says why the metric is unknown. Only while ``active`` does the decorated
+    task run; what is said of one that is not active is the last that was known.
+    """
+
+    stamp: Seconds
+    requirement: str
+    attribute: str
+    node: str = ""
+    level: QualityLevel = QualityLevel.TASK
+    metric: float | None = None
+    measured: Seconds | None = None
+    mean: float | None = None
+    satisfied: bool | None = None
+    degree: Ratio | None = None
+    status: str = ""
+    reason: str = ""
+    weight: Annotated[float, Bounds(minimum=0.0)] = 1.0
+    higher_is_better: bool = True
+    active: bool = True

@@ -1,0 +1,73 @@
+"""Measurements of sensors. ``stamp`` is when the measurement was taken, on the stack's clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from regraft.bus_schema.annotations import Array, ByteArray, FloatArray, Metres, Radians, Ratio, Seconds
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.geometry import Pose, Twist
+
+
+@message("regraft/Odometry")
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Pose of ``child_frame`` in ``frame`` (REP 105: odom drifts, never jumps) and its velocity in ``child_frame``."""
+
+    stamp: Seconds
+    frame: str
+    child_frame: str
+    pose: Pose
+    twist: Twist
+
+
+@message("regraft/LaserScan")
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """One turn of a planar lidar: beam i looks along ``angle_min + i * angle_increment`` about z of ``frame``.
+
+    ``ranges`` in metres, +inf where nothing was hit within ``range_max``. ``pose`` is where the lidar sits on
+    ``base_frame``.
+    """
+
+    stamp: Seconds
+    frame: str
+    base_frame: str
+    pose: Pose
+    angle_min: Radians
+    angle_increment: Radians
+    range_min: Metres
+    range_max: Metres
+    ranges: Annotated[FloatArray, Array("<f4", (None,))]
+
+
+@message("regraft/Image")
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A colour image, 8 bits a channel, rows from the top, channels red, green, blue; shape (height, width, 3).
+
+    ``frame`` is the camera's optical frame (REP 103: x right, y down, z forward), ``pose`` is where the camera's body
+    frame (x forward, y left) sits in ``pose_frame``, ``horizontal_field_of_view`` its opening angle.
+    """
+
+    stamp: Seconds
+    frame: str
+    pose_frame: str
+    pose: Pose
+    horizontal_field_of_view: Radians
+    pixels: Annotated[ByteArray, Array("|u1", (None, None, 3), tail=True)]
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.horizontal_field_of_view < 3.1:
+            raise BadMessage("must lie between 0 and 3.1 rad", ("horizontal_field_of_view",))
+
+
+@message("regraft/LightLevel")
+@dataclass(frozen=True, slots=True)
+class LightLevel:
+    """How dark it is for the on-board camera: 0 is full light, 1 is black."""
+
+    stamp: Seconds
+    darkness: Ratio

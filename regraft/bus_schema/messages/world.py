@@ -1,0 +1,43 @@
+"""Messages of a simulated world: the truth for evaluation, and its state for the cameras that look at it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.bus_schema.annotations import Array, Count, Ratio, Seconds
+from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.geometry import Pose, Twist
+
+
+@message("regraft/GroundTruth")
+@dataclass(frozen=True, slots=True)
+class GroundTruth:
+    """The robot's true pose in ``map``, its true velocity, what it touches now, and contacts begun since the start."""
+
+    stamp: Seconds
+    tick: Count
+    pose: Pose
+    twist: Twist
+    touching: tuple[str, ...] = ()
+    contacts: Count = 0
+
+
+@message("regraft/WorldState")
+@dataclass(frozen=True, slots=True)
+class WorldState:
+    """All that a camera needs to render a tick: joint positions (MuJoCo ``qpos``), base pose, and light level (1 full).
+
+    ``model_hash`` tells the compiled world apart from others; ``seed`` fixes placements and image noise.
+    """
+
+    stamp: Seconds
+    tick: Count
+    seed: Count
+    model_hash: str
+    positions: Annotated[NDArray[np.float64], Array("<f8", (None,))]
+    light: Ratio
+    base: Pose

@@ -1,0 +1,118 @@
+"""A component's description of itself: tools, checks and docs build on nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from regraft.bus_schema.annotations import ClassPath, Count, PlainValue, Ratio, Seconds
+from regraft.bus_schema.encoding.reading import Reading
+from regraft.bus_schema.encoding.registry import message
+
+ANY_TYPE = "*"
+"""The type of an input that takes whatever its topic carries."""
+
+
+@message("regraft/PortDescription")
+@dataclass(frozen=True, slots=True)
+class PortDescription:
+    """A port: its direction (``input`` or ``output``), its message type, and the topic it has by default.
+
+    ``required`` inputs must be fed by somebody, the topics of ``required`` outputs be in the stack's table;
+    ``latest_only`` inputs see only the newest message. An input of type ``*`` takes any message that ``reads`` can
+    be read from. ``origin`` is the part of a parameter's value that asks for the port, such as ``mapping.0``; empty
+    for the ports that every component of the class has.
+    """
+
+    name: str
+    direction: str
+    type: str
+    version: Count
+    topic: str
+    required: bool = True
+    latest_only: bool = False
+    description: str = ""
+    reads: tuple[Reading, ...] = ()
+    origin: str = ""
+
+
+@message("regraft/ParameterDescription")
+@dataclass(frozen=True, slots=True)
+class ParameterDescription:
+    """A parameter: its default, its JSON Schema (type, bounds, choices), its unit, and whether it is only read.
+
+    One that ``exists`` is a path to a file that has to be there before the component starts.
+    """
+
+    name: str
+    default: PlainValue
+    schema: dict[str, PlainValue]
+    unit: str = ""
+    read_only: bool = False
+    description: str = ""
+    exists: bool = False
+
+
+@message("regraft/ServiceDescription")
+@dataclass(frozen=True, slots=True)
+class ServiceDescription:
+    """A service (``feedback`` None) or an action that a component offers, by the types of its parts."""
+
+    name: str
+    kind: str
+    request: str
+    reply: str
+    feedback: str | None = None
+    description: str = ""
+
+
+@message("regraft/Resources")
+@dataclass(frozen=True, slots=True)
+class Resources:
+    """A component's demand on its host: share of one core, memory in MiB, and devices that only one may hold."""
+
+    cpu: Ratio = 0.0
+    memory: float = 0.0
+    devices: tuple[str, ...] = ()
+
+
+@message("regraft/Description")
+@dataclass(frozen=True, slots=True)
+class Description:
+    """A component: what its class says of itself, given the read-only parameters.
+
+    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` says whether
+    it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
+    can. ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
+    versions that it goes on from itself. ``is_time_source`` is true of the source of simulated time. One that is
+    ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
+    """
+
+    cls: ClassPath
+    description: str
+    ports: tuple[PortDescription, ...] = ()
+    parameters: tuple[ParameterDescription, ...] = ()
+    services: tuple[ServiceDescription, ...] = ()
+    state_version: Count = 0
+    handler_timeout: Seconds = 0.0
+    resources: Resources = field(default_factory=Resources)
+    lockstep: bool = True
+    removal_forbidden: str = ""
+    stateful: bool = False
+    restores: tuple[Count, ...] = ()
+    is_time_source: bool = False
+    exclusive: bool = False
+
+    def port(self, name: str) -> PortDescription | None:
+        """Return the port of that name."""
+        return next((port for port in self.ports if port.name == name), None)
+
+    def parameter(self, name: str) -> ParameterDescription | None:
+        """Return the parameter of that name."""
+        return next((parameter for parameter in self.parameters if parameter.name == name), None)
+
+
+def types_in(description: Description) -> tuple[str, ...]:
+    """Return the names of the message types that a component's ports, services and actions use, each once."""
+    ports = [port.type for port in description.ports if port.type != ANY_TYPE]
+    parts = [part for offered in description.services for part in (offered.request, offered.reply, offered.feedback)]
+    return tuple(sorted({name for name in (*ports, *parts) if name}))

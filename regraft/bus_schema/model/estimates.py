@@ -1,0 +1,63 @@
+"""The estimate of an adaptation, made before anything is touched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from regraft.bus_schema.annotations import Count, Seconds, ToldBriefly
+from regraft.bus_schema.encoding.registry import message
+
+
+class Basis(Enum):
+    """The source of a duration: the same kind of step with the same class, the same kind of step, or nothing."""
+
+    CLASS = "class"
+    KIND = "kind"
+    ASSUMED = "assumed"
+
+
+@message("regraft/StepEstimate")
+@dataclass(frozen=True, slots=True)
+class StepEstimate:
+    """How long a step of the plan is expected to take: half of its like took at most ``median``, 95 % at most ``p95``.
+
+    ``samples`` is how many there were; with none, both are assumed.
+    """
+
+    number: Count
+    component: str
+    action: ToldBriefly
+    median: Seconds
+    p95: Seconds
+    samples: Count
+    basis: Basis
+
+
+@message("regraft/QualityEstimate")
+@dataclass(frozen=True, slots=True)
+class QualityEstimate:
+    """A component's estimate of one of its qualities, as it should be ``before`` and ``after``.
+
+    None where it says nothing: it is not there, not active, or does not answer.
+    """
+
+    component: str
+    quality: str
+    before: float | None = None
+    after: float | None = None
+
+
+@message("regraft/Estimate")
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Expected seconds of the wall clock, by step and in all, and the qualities of the components that change.
+
+    ``p95`` is the sum of the steps' own: all of them being slow at once is rarer than that. Time to be confirmed, and
+    in which removed processes end, is not counted.
+    """
+
+    median: Seconds
+    p95: Seconds
+    steps: tuple[StepEstimate, ...] = ()
+    qualities: tuple[QualityEstimate, ...] = ()

@@ -1,0 +1,57 @@
+"""The application: all routes under ``/api/v1``, guarded, documented, every error a problem."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import FastAPI
+from starlette.responses import JSONResponse
+
+from regraft.dashboard_api.backend.event_buffer import EventBuffer
+from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.overview import Overview
+from regraft.dashboard_api.http import problems
+from regraft.dashboard_api.http.callers import Callers
+from regraft.dashboard_api.http.document import openapi_document
+from regraft.dashboard_api.http.gate import Gate
+from regraft.dashboard_api.http.guard import Guard
+from regraft.dashboard_api.http.head import Head
+from regraft.dashboard_api.routes import adaptations, changes, events, mission, mission_events, pages, planners, status
+from regraft.dashboard_api.routes.mission_events import MissionFeed
+
+PREFIX = "/api/v1"
+HEARTBEAT = 10.0
+
+
+def build(
+    services: Services, buffer: EventBuffer, callers: Callers, address: str, *, heartbeat: float = HEARTBEAT
+) -> FastAPI:
+    """Return the application that is to be served at ``address``, where ``callers`` may act."""
+    manager = Manager(services)
+    # No page of FastAPI's: it would run scripts from elsewhere on this origin, which may adapt the robot.
+    app = FastAPI(openapi_url=f"{PREFIX}/openapi.json", docs_url=None, redoc_url=None)
+    document: dict[str, Any] = {}
+
+    def openapi() -> dict[str, Any]:
+        if not document:
+            document.update(openapi_document(app.routes, PREFIX))
+        return document
+
+    app.openapi = openapi  # type: ignore[method-assign]
+    for router in (
+        status.routes(Overview(services.client, manager), manager),
+        adaptations.routes(manager, PREFIX),
+        changes.routes(manager, PREFIX),
+        mission.routes(services),
+        planners.routes(services, manager),
+        mission_events.routes(MissionFeed(services, manager, buffer.beside()), heartbeat),
+        events.routes(buffer, heartbeat),
+    ):
+        app.include_router(router, prefix=PREFIX, default_response_class=JSONResponse)
+    app.include_router(pages.routes(services.client.system, openapi, PREFIX))
+    problems.install(app)
+    # The last one that is added is the first one that a request meets.
+    app.add_middleware(Gate, callers=callers, prefix=PREFIX, document=openapi)
+    app.add_middleware(Head)
+    app.add_middleware(Guard, address=address)
+    return app

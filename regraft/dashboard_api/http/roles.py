@@ -1,0 +1,92 @@
+"""The role that each acting route needs. A route that is not listed here is refused."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final
+
+from regraft.bus_schema.model.adaptation import Add, Move, Remove, SetParameters, Swap
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.dashboard_api.http.callers import Caller
+from regraft.security.tokens import Role
+
+READING_METHODS: Final = ("GET", "HEAD", "OPTIONS")
+WEBSOCKET: Final = "WEBSOCKET"
+"""Stands for the method of a WebSocket, which could act and needs a role like any acting route."""
+OPERATE, ADMINISTER = Role.OPERATE, Role.ADMINISTER
+
+ROLES: Final[Mapping[tuple[str, str], Role | None]] = {
+    # Asks a question that needs a body, and touches nothing: open to all, as reading is.
+    ("POST", "/components/{name}/qualities"): None,
+    # Whether its changes need more, the body decides: see needed_for.
+    ("POST", "/adaptations"): OPERATE,
+    ("PATCH", "/components/{name}/parameters"): OPERATE,
+    ("POST", "/components/{name}/transition"): OPERATE,
+    ("POST", "/components/{name}/swap"): ADMINISTER,
+    ("POST", "/components/{name}/move"): ADMINISTER,
+    ("POST", "/adaptations/{id}/undo"): OPERATE,
+    ("POST", "/adaptations/{id}/confirm"): OPERATE,
+    ("DELETE", "/adaptations/{id}"): OPERATE,
+    ("POST", "/mission/start"): OPERATE,
+    ("POST", "/mission/pause"): OPERATE,
+    ("POST", "/mission/step"): OPERATE,
+    ("POST", "/mission/halt"): OPERATE,
+    ("PATCH", "/mission/blackboard"): OPERATE,
+    ("POST", "/mission/load"): ADMINISTER,
+    ("POST", "/mission/swap"): ADMINISTER,
+    # Makes the nodes of a tree, as loading does.
+    ("POST", "/mission/check"): ADMINISTER,
+    # Configures the planner, by its inputs; a planner may ask for any change.
+    ("POST", "/planners/{name}/propose"): ADMINISTER,
+}
+
+BY_BODY: Final = frozenset({("POST", "/adaptations"), ("PATCH", "/components/{name}/parameters")})
+"""Routes where some bodies need the role administer."""
+BY_BODY_TEXT: Final = (
+    "`administer` to add, remove, swap or move a component, and to set parameters of a planner, "
+    "parameters that name a file, and the executor's `mission` and `main`"
+)
+
+STRUCTURE = (Add, Remove, Swap, Move)
+PROPOSE: Final = re.compile(r"planners/[^/]+/propose")
+MISSION_COMMAND: Final = "mission/command"
+MISSION_PARAMETERS: Final = frozenset({"mission", "main"})
+
+
+def require_for(changes: Iterable[Any], caller: Caller, architecture: Callable[[], Architecture]) -> None:
+    """Raise Problem (403) if the caller's role does not suffice for all changes.
+
+    ``architecture`` is asked for only if the answer depends on it.
+    """
+    if caller.role is ADMINISTER:
+        return
+    parameters: list[SetParameters] = []
+    for change in changes:
+        if isinstance(change, STRUCTURE):
+            caller.require(ADMINISTER, f"the change {change.change!r} of {change.component!r}")
+        elif isinstance(change, SetParameters):
+            parameters.append(change)
+    if parameters:
+        components = architecture().components
+        for change in parameters:
+            _require_for_parameters(change, caller, components.get(change.component))
+
+
+def _require_for_parameters(change: SetParameters, caller: Caller, spec: ComponentSpec | None) -> None:
+    """Raise Problem (403) if the caller may not set these; those of no component are refused by the manager."""
+    for name in sorted(change.parameters) if spec else ():
+        if spec and configures(spec, name):
+            caller.require(ADMINISTER, f"parameter {name!r} of {change.component!r}")
+
+
+def configures(spec: ComponentSpec, parameter: str) -> bool:
+    """Tell whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
+    if spec.description is None:
+        return True
+    services = {spec.services.get(offered.name, offered.name) for offered in spec.description.services}
+    if any(PROPOSE.fullmatch(service) for service in services):
+        return True
+    if MISSION_COMMAND in services and parameter in MISSION_PARAMETERS:
+        return True
+    return any(known.name == parameter and known.unit == "path" for known in spec.description.parameters)

@@ -1,0 +1,90 @@
+"""On what terms an adaptation is asked for: the headers that adapting routes share, and who asks."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Header, Query, Request
+
+from regraft.dashboard_api.http.callers import CALLER, Caller
+from regraft.dashboard_api.http.problems import FORBIDDEN, Problem, malformed, violation
+
+MAX_ACTOR_LENGTH = 100
+MAX_KEY_LENGTH = 200
+ActorHeader = Annotated[
+    str | None, Header(description="A name for the journal, which has it behind what is proven of the caller")
+]
+DryRun = Annotated[bool, Query(description="Return plan and resulting architecture, touch nothing")]
+ENTITY_TAGS = r'^(\*|"[0-9]{1,18}")$'
+ENTITY_TAG = re.compile(r'"(\d{1,18})"')
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """The caller, and its name for the journal; the revision it saw (None: any); the key of a repetition."""
+
+    caller: Caller
+    actor: str
+    revision: int | None
+    key: str
+    dry_run: bool
+    wait: bool
+
+
+def terms(
+    request: Request,
+    dry_run: DryRun = False,
+    if_match: Annotated[
+        str | None,
+        Header(
+            description="The ETag of the architecture that the caller saw, or *",
+            examples=['"12"'],
+            json_schema_extra={"anyOf": [{"type": "string", "pattern": ENTITY_TAGS}]},
+        ),
+    ] = None,
+    idempotency_key: Annotated[
+        str | None,
+        Header(description="The same key and body are the same adaptation", max_length=MAX_KEY_LENGTH),
+    ] = None,
+    prefer: Annotated[
+        str | None, Header(description="`respond-async` answers at once, with 202 and a Location")
+    ] = None,
+    x_regraft_actor: ActorHeader = None,
+) -> Terms:
+    """Return the terms of a request; raises Problem."""
+    preferences = {preference.strip().lower() for preference in (prefer or "").split(",")}
+    return Terms(
+        caller(request),
+        actor(request, x_regraft_actor),
+        _revision(if_match),
+        idempotency_key or "",
+        dry_run,
+        "respond-async" not in preferences,
+    )
+
+
+def caller(request: Request) -> Caller:
+    """Return who asks, as the gate has proven it; raises Problem where it has let nobody in."""
+    proven = request.scope.get(CALLER)
+    if not isinstance(proven, Caller):
+        raise Problem(FORBIDDEN, "no role is declared for this route in regraft/dashboard_api/http/roles.py")
+    return proven
+
+
+def actor(request: Request, named: str | None) -> str:
+    """Return who asks, for the journal: what is proven, then the name given, as in ``uid 1000 ana: page``."""
+    text = (named or "").encode("latin-1", "replace").decode(errors="replace")
+    name = "".join(c for c in text if c.isprintable()).strip()[:MAX_ACTOR_LENGTH]
+    return ": ".join(filter(None, (caller(request).proven, name)))
+
+
+def _revision(if_match: str | None) -> int | None:
+    if if_match is None or if_match.strip() == "*":
+        return None
+    tag = ENTITY_TAG.fullmatch(if_match.strip())
+    if tag is None:
+        wrong = f'is {if_match!r}, must be * or the ETag of /architecture, such as "12"'
+        raise malformed(violation("If-Match", wrong))
+    return int(tag[1])

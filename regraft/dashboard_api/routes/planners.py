@@ -1,0 +1,156 @@
+"""The routes of the planners: which there are, and what they would change or have changed."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, Depends, Path, Request
+from starlette.responses import Response
+
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.suggestions import instead_of
+from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.http.body import json_object, told
+from regraft.dashboard_api.http.json_replies import reply, shown
+from regraft.dashboard_api.http.problems import (
+    NO_ANSWER,
+    QUEUE_FULL,
+    Problem,
+    declared,
+    malformed,
+    not_found,
+    unavailable,
+    violation,
+)
+from regraft.dashboard_api.http.terms import ActorHeader, actor
+from regraft.dashboard_api.routes.adaptations import request_body
+
+PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
+DESCRIBE_TIMEOUT: Final = 1.0
+"""Seconds that the list of planners waits for each of them."""
+MAX_WAITING: Final = 16
+"""Proposals that are being waited for at the same time; every one of them holds a thread."""
+PROPOSAL_EXAMPLE: Final = {
+    "task": "drive",
+    "reason": "find the best speed",
+    "inputs": {
+        "strategy": "ucb1",
+        "options": [{"component": "navigator", "parameter": "max_velocity", "values": [0.1, 0.18, 0.26]}],
+        "settle": 1.0,
+    },
+}
+
+Name = Annotated[str, Path(description="A planner's name", examples=["bandits"])]
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerLine:
+    """A planner: the component that it is; ``description`` is null, and ``problem`` says why, if it does not answer."""
+
+    planner: str
+    component: str
+    description: PlannerDescription | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerList:
+    """All planners of the system, by name."""
+
+    planners: tuple[PlannerLine, ...]
+
+
+def routes(services: Services, manager: Manager) -> APIRouter:
+    """Return the routes."""
+    router = APIRouter(tags=["planners"])
+    waiting = threading.BoundedSemaphore(MAX_WAITING)
+
+    @router.get("/planners", responses={**shown(PlannerList, "All planners"), **declared(503)})
+    def list_planners() -> Response:
+        """The planners: their strategies, and the JSON Schemas of knobs and inputs."""
+        found = _planners(manager)
+        return reply(PlannerList(tuple(_line(services, name, found[name]) for name in sorted(found))))
+
+    @router.post(
+        "/planners/{name}/propose",
+        responses={**shown(Proposal, "The proposal"), **declared(404, 413, 415, 422, 503)},
+        openapi_extra=request_body(_proposal_schema(), PROPOSAL_EXAMPLE),
+    )
+    def propose(
+        request: Request,
+        name: Name,
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        x_regraft_actor: ActorHeader = None,
+    ) -> Response:
+        """Ask a planner for an adaptation, and have it carried out unless ``apply`` is false.
+
+        The answer waits for the outcome, which the proposal's report tells; also that of one that was rejected.
+        """
+        asked = _read(body, actor(request, x_regraft_actor))
+        found = _planners(manager)
+        if name not in found:
+            raise not_found(f"there is no planner {name!r}; {instead_of(name, found)}")
+        if not waiting.acquire(blocking=False):
+            raise unavailable(f"{MAX_WAITING} requests are waiting for proposals already", QUEUE_FULL)
+        try:
+            return reply(_proposed(services, name, asked))
+        finally:
+            waiting.release()
+
+    return router
+
+
+def _proposal_schema() -> dict[str, Any]:
+    schema = record_shape(ProposalRequest).json_schema()
+    del schema["properties"]["actor"]
+    return schema
+
+
+def _read(body: dict[str, Any], actor: str) -> ProposalRequest:
+    if "actor" in body:
+        raise malformed(violation("actor", "is said by the header X-Regraft-Actor"))
+    try:
+        asked: ProposalRequest = record_shape(ProposalRequest).unpack({**body, "actor": actor})
+    except BadMessage as error:
+        raise malformed(told(error)) from None
+    return asked
+
+
+def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal:
+    try:
+        return services.ask(f"planners/{name}/propose", asked, Proposal, services.adaptation_within)
+    except Problem as problem:
+        if problem.kind is NO_ANSWER and asked.apply:
+            more = "; what was asked for may still happen: see GET /adaptations"
+            raise unavailable(problem.detail + more, NO_ANSWER) from None
+        raise
+
+
+def _planners(manager: Manager) -> Mapping[str, str]:
+    """Return the components that are planners, by the names of the planners; raises Problem."""
+    architecture = manager.last_architecture() or manager.architecture()
+    return {
+        name: component for component in sorted(architecture.components) for name in _offered(architecture, component)
+    }
+
+
+def _offered(architecture: Architecture, component: str) -> list[str]:
+    spec = architecture.components[component]
+    own = [offered.name for offered in spec.description.services] if spec.description else []
+    named = (PROPOSE.fullmatch(spec.services.get(name, name)) for name in own)
+    return [match[1] for match in named if match]
+
+
+def _line(services: Services, name: str, component: str) -> PlannerLine:
+    try:
+        service = f"planners/{name}/describe"
+        return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_TIMEOUT))
+    except Problem as error:
+        return PlannerLine(name, component, None, str(error))

@@ -1,0 +1,262 @@
+"""A campaign: many runs of a study, some at a time, that can be ended and gone on with at any point.
+
+A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when all of it is there, so what stands among the
+runs is complete. Failed runs are kept in ``failed/`` and tried again when the campaign goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from regraft.evaluation.runs.run_directory import BadRun, Plan, complete, fingerprint_of, prepare, read_run
+from regraft.evaluation.runs.run_process import RunProcess
+from regraft.evaluation.study import Configuration, Failure, Results, RunRecord, Study
+
+RUNS, WORK, FAILED, ABOUT = "runs", "work", "failed", "campaign.json"
+WHY: Final = "why.txt"
+LOOK_INTERVAL: Final = 0.1
+
+
+class BadCampaign(ValueError):
+    """A campaign that cannot be made so; the text says why, and what would be right."""
+
+
+class NoRoom(Exception):
+    """The campaign's folder cannot be written; the text says why. Finished runs are there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A campaign's plan: so many runs of each configuration, from a seed on, of so many simulated seconds.
+
+    With ``one_seed`` all runs have the first seed, and differ only by what the study says that differs in time.
+    """
+
+    study: Study
+    definitions: str
+    configurations: tuple[Configuration, ...]
+    runs: int
+    seed: int
+    seconds: float
+    one_seed: bool = False
+
+    def plans(self) -> list[Plan]:
+        """Return the runs: the first of each configuration, then the second of each, and so on."""
+        return [self._plan(each, number) for number in range(1, self.runs + 1) for each in self.configurations]
+
+    def _plan(self, configuration: Configuration, number: int) -> Plan:
+        seed = self.seed if self.one_seed else self.seed + number - 1
+        changes = [self.study.additions, configuration.changes(seed)]
+        if self.one_seed:
+            changes.append(self.study.timing_only(number))
+        return Plan(
+            self.study.name,
+            self.definitions,
+            configuration,
+            number,
+            seed,
+            self.seconds,
+            self.study.stack,
+            tuple(changes),
+        )
+
+    def about(self) -> dict[str, object]:
+        """Return what must be equal when a campaign is gone on with; configurations and runs may be added."""
+        return {
+            "study": self.study.name,
+            "definitions": self.definitions,
+            "seed": self.seed,
+            "seconds": self.seconds,
+            "one_seed": self.one_seed,
+        }
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far a campaign is; ``left`` is the wall-clock time (s) that it will still take, None before that is known."""
+
+    done: int
+    failed: int
+    total: int
+    running: tuple[str, ...] = ()
+    left: float | None = None
+
+
+Tell = Callable[[Progress], None]
+Say = Callable[[str], None]
+
+
+@dataclass(slots=True)
+class Campaign:
+    """Runs what is wanted into a folder."""
+
+    wanted: Wanted
+    folder: Path
+    parallel: int = 1
+    _total: int = 0
+    _todo: list[Plan] = field(default_factory=list)
+    _running: list[RunProcess] = field(default_factory=list)
+    _began: float = 0.0
+    _simulated: float = 0.0
+    _failed: int = 0
+
+    def open(self, *, resume: bool, report_only: bool = False) -> None:
+        """Take the folder, and find out what is still to be run; a mere report may be of runs of an older stack.
+
+        Raises:
+            BadCampaign: there are runs already and they are not to be gone on with, or they are others; or there is
+                nothing to report.
+            NoRoom: the folder cannot be written.
+        """
+        about, path = self.wanted.about(), self.folder / ABOUT
+        before = _read_about(path)
+        if before is None and report_only:
+            raise BadCampaign(f"there is no campaign in {self.folder}, and so nothing to report")
+        if before is not None and not resume and not report_only:
+            raise BadCampaign(f"{self.folder} has a campaign already: go on with --resume, or name another --out")
+        if before is not None and before != about:
+            other = "; ".join(f"{name} was {before.get(name)}" for name in about if before.get(name) != about[name])
+            raise BadCampaign(f"{self.folder} has another campaign ({other}): give the same, or name another --out")
+        plans = self.wanted.plans()
+        for plan in () if report_only else plans:
+            self._check_same(plan)
+        self._total = len(plans)
+        self._todo = [plan for plan in plans if not self.home(plan).is_dir()]
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if before is None:
+                write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
+        except OSError as error:
+            raise _no_room(self.folder, error) from None
+
+    def _check_same(self, plan: Plan) -> None:
+        home = self.home(plan)
+        if home.is_dir() and fingerprint_of(home) != plan.fingerprint():
+            raise BadCampaign(f"{home} was run with another stack or mission: name another --out, or remove it")
+
+    def home(self, plan: Plan) -> Path:
+        """Return where a finished run is."""
+        return self.folder / RUNS / plan.name
+
+    def run(self, tell: Tell, say: Say) -> None:
+        """Run what is still to be run; whatever ends this ends what runs, and leaves no half of a run.
+
+        Raises:
+            NoRoom: the folder cannot be written.
+        """
+        self._began = time.monotonic()
+        try:
+            while self._todo or self._running:
+                while self._todo and len(self._running) < self.parallel:
+                    self._start(self._todo.pop(0))
+                self._look(say)
+                tell(self.progress())
+                time.sleep(LOOK_INTERVAL)
+        except OSError as error:
+            raise _no_room(self.folder, error) from None
+        finally:
+            for process in self._running:
+                process.end()
+            with suppress(OSError):
+                shutil.rmtree(self.folder / WORK, ignore_errors=True)
+
+    def _start(self, plan: Plan) -> None:
+        home = self.folder / WORK / plan.name.replace("/", "-")
+        home.parent.mkdir(parents=True, exist_ok=True)
+        file = prepare(plan, home)
+        self._running.append(RunProcess(plan, home, file))
+
+    def _look(self, say: Say) -> None:
+        for process in list(self._running):
+            if not process.is_over():
+                continue
+            self._running.remove(process)
+            plan = process.plan
+            try:
+                closing = process.closing()
+                complete(plan, process.home, closing)
+                self._keep(process.home, self.home(plan))
+            except BadRun as error:
+                self._failed += 1
+                (process.home / WHY).write_text(f"{error}\n")
+                self._keep(process.home, self.folder / FAILED / plan.name)
+                say(f"{plan.name}, seed {plan.seed}: FAILED: {error}")
+            else:
+                self._simulated += plan.seconds
+                shutil.rmtree(self.folder / FAILED / plan.name, ignore_errors=True)
+                factor = closing.get("real_time_factor") or 0.0
+                say(f"{plan.name}, seed {plan.seed}: {process.seconds():.0f} s, {factor:.1f} x real time")
+
+    def _keep(self, home: Path, place: Path) -> None:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if place.exists():
+            shutil.rmtree(place)
+        home.replace(place)
+
+    def progress(self) -> Progress:
+        """Return how far it is."""
+        total = self._total
+        done = total - len(self._todo) - len(self._running) - self._failed
+        under_way = [process.simulated() for process in self._running]
+        simulated = self._simulated + sum(under_way)
+        remaining = (len(self._todo) + len(self._running)) * self.wanted.seconds - sum(under_way)
+        taken = time.monotonic() - self._began
+        left = taken / simulated * remaining if simulated > 0.0 else None
+        names = tuple(f"{p.plan.name} at {at:.0f} s" for p, at in zip(self._running, under_way, strict=True))
+        return Progress(done, self._failed, total, names, left)
+
+    def results(self, command: str = "") -> Results:
+        """Return what there is: all finished runs that are wanted, and why the others failed; raises BadRun."""
+        runs: list[RunRecord] = []
+        failures: list[Failure] = []
+        plans = self.wanted.plans()
+        for plan in plans:
+            why = self.folder / FAILED / plan.name / WHY
+            if self.home(plan).is_dir():
+                runs.append(read_run(self.home(plan), plan.configuration))
+            elif why.is_file():
+                failures.append(Failure(plan.configuration, plan.number, plan.seed, why.read_text().strip()))
+        return Results(self.wanted.definitions, runs, failures, len(plans), command)
+
+
+def _read_about(path: Path) -> dict[str, object] | None:
+    try:
+        found = json.loads(path.read_text())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise BadCampaign(f"{path} cannot be read: {error}") from None
+    return found if isinstance(found, dict) else {}
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file that is there as a whole, or as it was before; raises OSError."""
+    fresh = path.with_name(f"{path.name}.{os.getpid()}.new")
+    try:
+        fresh.write_bytes(content)
+        fresh.replace(path)
+    except OSError:
+        fresh.unlink(missing_ok=True)
+        raise
+
+
+def write_files(folder: Path, files: Sequence[tuple[str, bytes]]) -> None:
+    """Write files, the last one last: who finds that one finds all; raises NoRoom."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files:
+            write_whole(folder / name, content)
+    except OSError as error:
+        raise _no_room(folder, error) from None
+
+
+def _no_room(folder: Path, error: OSError) -> NoRoom:
+    return NoRoom(f"cannot write {error.filename or folder}: {error.strerror}; what was finished is kept")

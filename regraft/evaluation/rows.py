@@ -1,0 +1,111 @@
+"""One line of CSV for every simulated second: what a study writes down of a run."""
+
+from __future__ import annotations
+
+import csv
+from abc import abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+
+from regraft import Component, Parameter, every
+from regraft.bus_schema.model.description import Resources
+
+Cell = str | int | float | bool | None
+"""The value of a field; None is an empty one."""
+DIGITS = 6
+"""Significant digits of a number."""
+TIME = "time"
+
+
+class RowRecorder(Component):
+    """Writes down one row of simulated quantities every simulated second; a study says which in a subclass.
+
+    It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
+    equal files, byte for byte. A recorder that died cannot go on, since what came meanwhile would be missing: the file
+    must not be there when it begins.
+    """
+
+    resources = Resources(cpu=0.02, memory=25.0)
+    handler_timeout = 2.0
+
+    file = Parameter("", "the CSV file that is written", unit="path", read_only=True)
+
+    @abstractmethod
+    def row(self, now: float) -> Mapping[str, Cell]:
+        """Return what is so at ``now`` (s), by column; always the same columns, in the same order."""
+
+    def on_configure(self) -> None:
+        """Begin without columns."""
+        self._columns: tuple[str, ...] = ()
+
+    def on_activate(self) -> None:
+        """Create the file; raises FileExistsError."""
+        Path(self.file).touch(exist_ok=False)
+
+    @every(hz=1.0)
+    def record(self) -> None:
+        """Write one row."""
+        now = self.kit.now()
+        row = {TIME: now, **self.row(now)}
+        # A line goes to the disk at once and as a whole: who looks on sees how far the run is.
+        with Path(self.file).open("a", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            if not self._columns:
+                self._columns = tuple(row)
+                writer.writerow(self._columns)
+            writer.writerow(written(row[column]) for column in self._columns)
+
+
+def written(cell: Cell) -> str:
+    """Return a cell as it is written: true and false as 1 and 0, a number with six significant digits.
+
+    >>> written(True), written(0.1 + 0.2), written(3), written(None), written("camera/image")
+    ('1', '0.3', '3', '', 'camera/image')
+    """
+    if cell is None:
+        return ""
+    if isinstance(cell, bool):
+        return str(int(cell))
+    return f"{cell:.{DIGITS}g}" if isinstance(cell, float) else str(cell)
+
+
+class Rows:
+    """A run's rows, read back: columns by name."""
+
+    def __init__(self, columns: Mapping[str, list[str]]) -> None:
+        self._columns = dict(columns)
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(next(iter(self._columns.values()), []))
+
+    def __contains__(self, name: str) -> bool:
+        """Tell whether there is such a column."""
+        return name in self._columns
+
+    def text(self, name: str) -> list[str]:
+        """Return a column as it is written; raises KeyError."""
+        return self._columns[name]
+
+    def number(self, name: str) -> list[float]:
+        """Return a column of numbers, NaN where it is empty; raises KeyError, ValueError."""
+        return [float(cell) if cell else float("nan") for cell in self._columns[name]]
+
+    def is_so(self, name: str) -> list[bool]:
+        """Return a column of ones and zeros; an empty field is no."""
+        return [cell == "1" for cell in self._columns[name]]
+
+
+def read_rows(path: Path) -> Rows:
+    """Return what a recorder has written.
+
+    Raises:
+        ValueError: a line has another number of fields than the first; says which.
+    """
+    with path.open(newline="") as file:
+        lines = list(csv.reader(file))
+    header, body = (lines[0], lines[1:]) if lines else ([], [])
+    for number, line in enumerate(body, start=2):
+        if len(line) != len(header):
+            raise ValueError(f"{path}, line {number}: has {len(line)} fields, must have {len(header)}")
+    return Rows({name: [line[index] for line in body] for index, name in enumerate(header)})

@@ -1,0 +1,201 @@
+"""The directory of one run: made beside the others, moved among them when the run is over and all of it is there.
+
+``stack/AS_RUN`` is the stack as it was run, with all that it needs beside it; ``rows.csv`` and ``adaptations.csv``
+hold simulated quantities only, and are equal for equal runs; ``run.json`` says what was run and how it ended; what
+depends on the machine is in ``timing.csv`` and ``logs/``.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import shutil
+import sqlite3
+from collections.abc import Mapping, Sequence
+from contextlib import closing as closed_after
+from copy import deepcopy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.evaluation.rows import TIME, read_rows, written
+from regraft.evaluation.study import Changes, Configuration, RunRecord, Timing
+
+AS_RUN: Final = "as_run.yaml"
+STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", "timing.csv", "run.json"
+JOURNAL: Final = "journal.sqlite"
+LEFT_OUT: Final = shutil.ignore_patterns("*.py", "__pycache__", "*.pyc")
+WALL_CLOCK: Final = ("wall_s", "startup_s", "real_time_factor")
+"""The fields of a closing line that depend on the machine."""
+
+
+class BadRun(Exception):
+    """A run's directory does not hold what it should; the text says what is missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One run to be made: the run's ``number`` among those of its configuration, and what is different in it."""
+
+    study: str
+    definitions: str
+    configuration: Configuration
+    number: int
+    seed: int
+    seconds: float
+    stack: Path
+    changes: tuple[Changes, ...]
+
+    @property
+    def name(self) -> str:
+        """Return the name of its directory."""
+        return f"{self.configuration.key}/{self.number:03d}"
+
+    def document(self) -> dict[str, Any]:
+        """Return the stack file with all that is different."""
+        document: dict[str, Any] = yaml.safe_load(self.stack.read_text())
+        for changes in self.changes:
+            document = merged(document, changes)
+        return deepcopy(document)
+
+    def fingerprint(self) -> str:
+        """Return a hash over what is run: the stack with its changes, the files beside it, the seed and the time."""
+        digest = hashlib.sha256(json.dumps([self.document(), self.seed, self.seconds], sort_keys=True).encode())
+        for path in sorted(self.stack.parent.rglob("*.xml")):
+            digest.update(path.relative_to(self.stack.parent).as_posix().encode() + b"\0" + path.read_bytes())
+        return digest.hexdigest()
+
+
+def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return two maps as one: maps in both are merged, anything else is taken from ``over``.
+
+    >>> merged({"a": {"x": 1, "y": 2}, "b": [1]}, {"a": {"y": 3}, "b": [2]})
+    {'a': {'x': 1, 'y': 3}, 'b': [2]}
+    """
+    found = dict(under)
+    for key, value in over.items():
+        below = found.get(key)
+        found[key] = merged(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
+    return found
+
+
+def prepare(plan: Plan, home: Path) -> Path:
+    """Make the directory of a run that is to be made, in place of what is there; return the stack file to run."""
+    if home.exists():
+        shutil.rmtree(home)
+    shutil.copytree(plan.stack.parent, home / STACK, ignore=LEFT_OUT)
+    file = home / STACK / AS_RUN
+    file.write_text(yaml.safe_dump(plan.document(), sort_keys=False, width=120))
+    return file
+
+
+def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
+    """Write what is to be kept of a run that is over, where it was made, and leave out the rest.
+
+    Raises:
+        BadRun: it did not come to its end, or not in a way that can be repeated.
+        OSError: there is no room.
+    """
+    system = home / str(closing.get("system") or plan.document().get("system", ""))
+    if not (system / ROWS).is_file():
+        raise BadRun(f"no rows were written: the stack needs a recorder with the parameter file: $RUN/{ROWS}")
+    if not closing.get("reproducible"):
+        raise BadRun(f"it cannot be repeated: dropped {closing.get('dropped')}, restarts {closing.get('restarts')}")
+    if closing.get("restarts"):
+        raise BadRun(f"parts had to be restarted: {closing['restarts']} times")
+    rows = read_rows(system / ROWS)
+    last = rows.number(TIME)[-1] if len(rows) else 0.0
+    if last < plan.seconds - 1.5:
+        raise BadRun(f"the rows end at {last:g} s of {plan.seconds:g} s")
+    if len(rows) < plan.seconds - 1.5:
+        raise BadRun(f"there are {len(rows)} rows of {plan.seconds:g}: some could not be written")
+    (system / ROWS).replace(home / ROWS)
+    adaptations = _journal(system / JOURNAL)
+    for name in (JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm"):
+        if (system / name).is_file():
+            (system / name).replace(home / name)
+    (system / "logs").replace(home / "logs")
+    shutil.rmtree(system)
+    _write_adaptations(home / ADAPTATIONS, adaptations)
+    _write_timing(home / TIMING, closing, adaptations)
+    told = {name: value for name, value in closing.items() if name not in WALL_CLOCK}
+    about = {
+        "study": plan.study,
+        "definitions": plan.definitions,
+        "configuration": plan.configuration.key,
+        "number": plan.number,
+        "seed": plan.seed,
+        "seconds": plan.seconds,
+        "fingerprint": plan.fingerprint(),
+        "closing": told,
+    }
+    (home / RUN).write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+
+
+def _journal(path: Path) -> list[AdaptationReport]:
+    """Return the adaptations of a journal that changed something, in their order; none without a journal."""
+    if not path.is_file():
+        return []
+    try:
+        with closed_after(sqlite3.connect(path)) as journal:
+            found = journal.execute("SELECT report FROM adaptations ORDER BY number").fetchall()
+        reports = [codec.decode(report, AdaptationReport) for (report,) in found if report is not None]
+    except (sqlite3.Error, SchemaError) as error:
+        raise BadRun(f"{path.name} cannot be read: {error}") from None
+    return [report for report in reports if report.request.changes]
+
+
+def _write_adaptations(path: Path, adaptations: Sequence[AdaptationReport]) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow((TIME, "outcome", "actor", "changes"))
+        for report in adaptations:
+            changes = json.dumps(codec.to_plain(report.request)["changes"], sort_keys=True)
+            writer.writerow((written(report.started), report.outcome.value, report.request.actor, changes))
+
+
+def _write_timing(path: Path, closing: Mapping[str, Any], adaptations: Sequence[AdaptationReport]) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("what", TIME, "wall_s"))
+        writer.writerow(("startup", "", written(float(closing.get("startup_s") or 0.0))))
+        writer.writerow(("run", "", written(float(closing.get("wall_s") or 0.0))))
+        for report in adaptations:
+            writer.writerow(("adaptation", written(report.started), written(report.duration)))
+
+
+def read_run(home: Path, configuration: Configuration) -> RunRecord:
+    """Return a finished run; raises BadRun."""
+    try:
+        about = json.loads((home / RUN).read_text())
+        rows = read_rows(home / ROWS)
+        with (home / TIMING).open(newline="") as file:
+            timing = [(line["what"], float(line["wall_s"])) for line in csv.DictReader(file)]
+        costs = {what: seconds for what, seconds in timing if what != "adaptation"}
+        spent = tuple(seconds for what, seconds in timing if what == "adaptation")
+        return RunRecord(
+            configuration,
+            int(about["number"]),
+            int(about["seed"]),
+            float(about["seconds"]),
+            rows,
+            tuple(_journal(home / JOURNAL)),
+            about["closing"],
+            Timing(costs["startup"], costs["run"], spent),
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadRun(f"{home}: {type(error).__name__}: {error}") from None
+
+
+def fingerprint_of(home: Path) -> str:
+    """Return the fingerprint of a finished run, empty if it has none."""
+    try:
+        return str(json.loads((home / RUN).read_text())["fingerprint"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""

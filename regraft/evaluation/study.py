@@ -1,0 +1,116 @@
+"""The form of a study: data, and a little code. A stack's folder has its studies in ``studies/``, one module each.
+
+    STUDY = Study("patrol", "does caution pay?", Path("regraft/stacks/patrol/stack.yaml"), {...}, report)
+
+``regraft evaluate patrol`` finds it. A study names what is run (a stack, and for each configuration what is different
+in it), what is written down (a `RowRecorder` among the stack's components), and what is made of it (``report``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.evaluation.rows import Rows
+
+Changes = Mapping[str, Any]
+"""The differences to a stack file: maps are merged with the file's, everything else takes its place."""
+NO_SCENARIO = ""
+
+
+def nothing(seed: int) -> Changes:
+    """Return no changes."""
+    return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """One way to run the study's stack; ``changes`` says for a seed what is different in the stack file.
+
+    ``scenario`` names the circumstances, if there are several: configurations are compared within one scenario.
+    """
+
+    name: str
+    text: str
+    changes: Callable[[int], Changes] = nothing
+    scenario: str = NO_SCENARIO
+
+    @property
+    def key(self) -> str:
+        """Its name on the command line and in the file system."""
+        return f"{self.name}.{self.scenario}" if self.scenario else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """One run's cost on the wall clock: s to come up, s of running, s for each adaptation."""
+
+    startup: float
+    running: float
+    adaptations: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RunRecord:
+    """One finished run, read back from its directory; ``closing`` holds what ``regraft up`` said of it at the end."""
+
+    configuration: Configuration
+    number: int
+    seed: int
+    seconds: float
+    rows: Rows
+    adaptations: tuple[AdaptationReport, ...]
+    closing: Mapping[str, Any]
+    timing: Timing
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A run that came to no end, and why."""
+
+    configuration: Configuration
+    number: int
+    seed: int
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All that a campaign has to show: what was run under which definitions, what failed, and by which command."""
+
+    definitions: str
+    runs: Sequence[RunRecord]
+    failures: Sequence[Failure] = ()
+    planned: int = 0
+    command: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The output made of results: Markdown, and other files by name, as bytes."""
+
+    markdown: str
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """An experiment that can be repeated.
+
+    ``configurations`` are by the definitions that they go by: studies with one reading of their measures have one.
+    ``additions`` are merged into the stack file of every run, the configuration's changes into the result.
+    ``timing_only`` says what is different in a run of this number where all runs have one seed.
+    """
+
+    name: str
+    text: str
+    stack: Path
+    configurations: Mapping[str, Sequence[Configuration]]
+    report: Callable[[Results], Report]
+    additions: Changes = field(default_factory=dict)
+    timing_only: Callable[[int], Changes] = nothing
+    seconds: float = 300.0
+    runs: int = 25

@@ -1,0 +1,120 @@
+"""The ports of adapt decorators, read afresh whenever they are needed: a tree's logic may rewrite their entries."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Final
+
+from behavior_tree import Node
+from behavior_tree.nodes.text import board_key
+from regraft.services.bt_executor.adaptation.port_values.durations import read_duration
+from regraft.services.bt_executor.adaptation.port_values.names import read_names
+from regraft.services.bt_executor.adaptation.port_values.options import option_space
+from regraft.services.bt_executor.adaptation.port_values.policies import Policy, read_policy
+from regraft.services.bt_executor.leaves.plain_messages import as_plain, read_json
+
+LOCATIONS: Final = ("subject_location", "adaptation_location")
+DURATIONS: Final = ("timeout", "retry_after", "settle")
+POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
+PLANNER: Final = re.compile(r"[A-Za-z0-9_-]+")
+FOR_STRATEGIES: Final = (
+    "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
+    "task",
+)  # fmt: skip
+"""Ports that mean something only beside ``adaptation_strategy``."""
+
+
+def locations_of(node: Node) -> tuple[str, ...]:
+    """Return the components that a node names, none if it names none."""
+    given = next((name for name in LOCATIONS if name in node.setup.readers), "")
+    return read_names(node.read_port(given)) if given else ()
+
+
+def subjects_of(node: Node) -> tuple[str, ...]:
+    """Return the parameters or other subjects that a node names."""
+    return read_names(node.read_port("adaptation_subject")) if "adaptation_subject" in node.setup.readers else ()
+
+
+def duration_of(node: Node, port: str) -> float:
+    """Return a duration in seconds; raises ValueError."""
+    seconds: float = _told(port, lambda: read_duration(node.read_port(port)))
+    return seconds
+
+
+def policy_of(node: Node, port: str) -> Policy:
+    """Return a policy; raises ValueError."""
+    policy: Policy = _told(port, lambda: read_policy(node.read_port(port)))
+    return policy
+
+
+def json_of(node: Node, port: str, kind: type) -> Any:
+    """Return the map or list that a port holds as JSON or as a value; raises ValueError."""
+    given = node.read_port(port)
+    plain = _told(port, lambda: read_json(given)) if isinstance(given, str) else as_plain(given)
+    if not isinstance(plain, kind):
+        what = "a map, as in json:{...}" if kind is dict else "a list, as in [...]"
+        raise ValueError(f"port '{port}' must hold {what}")
+    return plain
+
+
+def check_ports(node: Node, *, has_own_plan: bool) -> None:
+    """Check what the XML gives as literals, and that exactly one thing decides.
+
+    Raises:
+        ValueError: something is wrong; the loader adds the place.
+    """
+    given = node.setup.attributes
+    deciding = [name for name in ("rules", "adaptation_strategy") if name in node.setup.readers]
+    if has_own_plan and deciding:
+        raise ValueError(f"{node.type_id} has a plan of its own; it takes no port {' and no '.join(deciding)}")
+    if not has_own_plan and len(deciding) != 1:
+        raise ValueError(f"{node.type_id} needs either the port rules, or the port adaptation_strategy")
+    if all(name in given for name in LOCATIONS):
+        raise ValueError(f"{node.type_id} is given {' and '.join(LOCATIONS)}, which mean the same; give one of them")
+    if "adaptation_strategy" in deciding:
+        _check_strategy(node)
+    else:
+        idle = [name for name in FOR_STRATEGIES if name in given]
+        if idle:
+            raise ValueError(f"port '{idle[0]}' is for external strategies; give adaptation_strategy as well")
+    for port in DURATIONS:
+        if is_known(node, port):
+            duration_of(node, port)
+    for port in POLICIES:
+        if is_known(node, port):
+            policy_of(node, port)
+
+
+def _check_strategy(node: Node) -> None:
+    given = node.setup.attributes
+    needed = ["adaptation_subject", "adaptation_options"]
+    missing = [name for name in needed if name not in node.setup.readers]
+    if not any(name in node.setup.readers for name in LOCATIONS):
+        missing.append(LOCATIONS[0])
+    if missing:
+        raise ValueError(f"{node.type_id} with adaptation_strategy needs the port {', '.join(missing)} as well")
+    if is_known(node, "planner") and not PLANNER.fullmatch(node.read_port("planner")):
+        raise ValueError(f"port 'planner': '{node.read_port('planner')}' cannot be a planner's name, such as bandits")
+    for port, kind in (("knobs", dict), ("constraints", list)):
+        text = given.get(port, "")
+        if '"' in text and not node.has_literal(port):
+            raise ValueError(f"port '{port}': write json: before {text}, or it is taken for a blackboard key")
+        if is_known(node, port):
+            json_of(node, port, kind)
+    location = next(name for name in LOCATIONS if name in node.setup.readers)
+    if all(is_known(node, port) for port in (*needed, location)):
+        option_space(locations_of(node), subjects_of(node), node.read_port("adaptation_options"))
+
+
+def is_known(node: Node, port: str) -> bool:
+    """Tell whether a port's value is known at load, given or by default."""
+    text = node.setup.attributes.get(port, node.setup.manifest.ports[port].default)
+    return text is not None and not (isinstance(text, str) and board_key(text, port))
+
+
+def _told(port: str, read: Callable[[], Any]) -> Any:
+    try:
+        return read()
+    except ValueError as error:
+        raise ValueError(f"port '{port}': {error}") from None

@@ -1,0 +1,260 @@
+"""``regraft mission``: what the mission executor does, commands to it, its blackboard, and checks of mission files."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from regraft import CallFailed
+from regraft.bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardRequest,
+    Command,
+    MissionCommand,
+    MissionNode,
+    MissionRequest,
+    MissionStatus,
+    WriteBlackboard,
+)
+from regraft.bus_schema.messages.quality import Quality
+from regraft.cli.bus.param import values_of
+from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
+from regraft.cli.reach import Reached, reached
+from regraft.cli.system.topology import topology
+from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
+
+mission = typer.Typer(help="See, command and check missions.", no_args_is_help=True, rich_markup_mode=None)
+
+STATUS, COMMAND, BLACKBOARD, WRITE = "mission/status", "mission/command", "mission/blackboard", "mission/write"
+MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
+MAX_TREE_SIZE = 1_000_000
+
+TreeFile = Annotated[Path, typer.Argument(metavar="FILE", help="BehaviorTree.CPP XML.")]
+MainOption = Annotated[str, typer.Option("--main", metavar="ID", help="The tree to run, if the file has several.")]
+BoardOption = Annotated[
+    str, typer.Option("--board", metavar="PATH", help="The blackboard of the sub-tree with this path.")
+]
+
+
+@mission.command("show")
+def show(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Show the behaviour tree with the status of every node, and the blackboard."""
+    with reached(ctx, system) as there:
+        _require_executor(there)
+        found = there.client.call(STATUS, MissionRequest(), MissionStatus)
+    if as_json:
+        show_json(found)
+        return
+    say(headline(found))
+    for line in tree_lines(found.nodes):
+        say(line)
+    for quality in found.qualities:
+        say(f"  {quality_line(quality)}")
+    for name, value in sorted(found.blackboard.items()):
+        say(f"  {name} = {value}")
+
+
+@mission.command("status", hidden=True)
+def status(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Show the same as `show`."""
+    show(ctx, system, as_json)
+
+
+@mission.command("load")
+def load(
+    ctx: typer.Context, file: TreeFile, main: MainOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
+    """Load a tree in place of the present one."""
+    _give_tree(ctx, system, MissionCommand(Command.LOAD, _text(file), main), file, as_json)
+
+
+@mission.command("start")
+def start(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Start the loaded tree, or go on after a pause."""
+    _command(ctx, system, MissionCommand(Command.START), as_json)
+
+
+@mission.command("pause")
+def pause(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Tick the tree no more until it is started again."""
+    _command(ctx, system, MissionCommand(Command.PAUSE), as_json)
+
+
+@mission.command("step")
+def step(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Tick the paused tree once."""
+    _command(ctx, system, MissionCommand(Command.STEP), as_json)
+
+
+@mission.command("halt")
+def halt(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+    """Halt the tree; its goals are cancelled."""
+    _command(ctx, system, MissionCommand(Command.HALT), as_json)
+
+
+@mission.command("swap")
+def swap(
+    ctx: typer.Context, file: TreeFile, main: MainOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
+    """Have another tree take over from the running one at once; the root blackboard is carried over."""
+    _give_tree(ctx, system, MissionCommand(Command.SWAP, _text(file), main), file, as_json)
+
+
+@mission.command("get")
+def get(
+    ctx: typer.Context,
+    key: Annotated[str, typer.Argument(metavar="[KEY]", help="One entry; all by default.")] = "",
+    board: BoardOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the entries of the blackboard: value, type, number of writes, age."""
+    with reached(ctx, system) as there:
+        _require_executor(there)
+        found = there.client.call(BLACKBOARD, BlackboardRequest(key, board), BlackboardEntries)
+    if as_json:
+        show_json(found)
+        return
+    _show_entries(found)
+    if found.boards and not key:
+        say(f"sub-trees with a blackboard of their own: {', '.join(found.boards)}")
+
+
+@mission.command("set")
+def set_entries(
+    ctx: typer.Context,
+    settings: Annotated[list[str], typer.Argument(metavar="KEY VALUE | KEY=VALUE...")],
+    board: BoardOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write one entry of the blackboard, or several at once, all or none; null removes one."""
+    values = values_of(settings)
+    with reached(ctx, system) as there:
+        _require_executor(there)
+        written = there.client.call(WRITE, WriteBlackboard(values, board), BlackboardEntries)
+    if as_json:
+        show_json(written)
+        return
+    _show_entries(written)
+
+
+@mission.command("check")
+def check(
+    file: TreeFile,
+    nodes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--nodes",
+            metavar="MODEL.xml|MODULE:NAME",
+            help="Further node types: a file with a TreeNodesModel, or where classes are; may be repeated.",
+        ),
+    ] = None,
+    main: MainOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Load a tree without a system, and say what is wrong where."""
+    # The engine is loaded only here: every command of regraft pays for what stands at the top.
+    from behavior_tree import TreeError
+    from regraft.process.trial.trial_import import check_imports
+    from regraft.services.bt_executor import checking
+    from regraft.stack.classes import look_in
+
+    look_in(file.resolve().parent)
+    look_in(Path.cwd())
+    check_imports((place.partition(":")[0] for place in nodes or [] if ":" in place), complain)
+    try:
+        registry = checking.known_types(nodes or [])
+    except TreeError as error:
+        raise BadInput(str(error)) from None
+    report = checking.check(file, registry, main)
+    if as_json:
+        show_json(asdict(report))
+    else:
+        for found in report.errors:
+            complain(str(found))
+        for warning in report.warnings:
+            say(f"warning: {warning}")
+        if not report.errors:
+            say(f"{file}: {report.tree}, {report.nodes} nodes: nothing wrong")
+    if report.errors:
+        raise typer.Exit(BAD_INPUT)
+
+
+def _text(file: Path) -> str:
+    try:
+        with file.open(encoding="utf-8-sig") as stream:
+            text = stream.read(MAX_TREE_SIZE + 1)
+    except OSError as error:
+        raise BadInput(f"{file}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{file}: is not UTF-8 text") from None
+    if not text.strip():
+        raise BadInput(f"{file}: is empty: must be a tree in XML")
+    if len(text) > MAX_TREE_SIZE:
+        raise BadInput(f"{file}: is too large for a tree: must have at most {MAX_TREE_SIZE} characters")
+    return text
+
+
+def _command(ctx: typer.Context, system: str | None, command: MissionCommand, as_json: bool) -> None:
+    with reached(ctx, system) as there:
+        _require_executor(there)
+        found = there.client.call(COMMAND, command, MissionStatus)
+    if as_json:
+        show_json(found)
+    else:
+        say(headline(found))
+
+
+def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, file: Path, as_json: bool) -> None:
+    """Give a command with a tree; the executor knows its text only, so the file is named here."""
+    try:
+        _command(ctx, system, command, as_json)
+    except CallFailed as error:
+        problem = error.problem.replace("<text>:", f"{file}:")
+        raise CallFailed(error.service, error.answer, problem, code=error.code) from None
+
+
+def _require_executor(there: Reached) -> None:
+    if STATUS not in topology(there).offers("service"):
+        raise Unreachable(f"this system has no mission executor: nobody offers the service {STATUS}")
+
+
+def _show_entries(found: BlackboardEntries) -> None:
+    rows = [
+        (entry.key, entry.value, entry.type, entry.sequence, "" if entry.age is None else seconds(entry.age))
+        for entry in found.entries
+    ]
+    show_table(("entry", "value", "type", "writes", "age"), rows, empty="no entries")
+
+
+def headline(found: MissionStatus) -> str:
+    """Return a mission's state as one line."""
+    tree = f" {found.tree}" if found.tree else ""
+    running = f", at {found.running[-1]}" if found.running else ""
+    error = f": {found.error}" if found.error else ""
+    return f"mission{tree} {found.state.value}, {found.ticks} ticks{running}{error}"
+
+
+def quality_line(quality: Quality) -> str:
+    """Return how well a quality requirement is met as one line."""
+    verdict = {None: "unknown", True: "satisfied", False: "not satisfied"}[quality.satisfied]
+    metric = "" if quality.metric is None else f"metric {quality.metric:.3g}"
+    more = quality.status or quality.reason
+    parts = (verdict, metric, "" if more == verdict else more, "" if quality.active else "not active")
+    return f"{quality.requirement} ({quality.attribute}): {', '.join(filter(None, parts))}"
+
+
+def tree_lines(nodes: tuple[MissionNode, ...]) -> list[str]:
+    """Return a tree as indented lines, each led by a mark for the node's status."""
+    depth: dict[int, int] = {}
+    lines = []
+    for node in nodes:
+        depth[node.uid] = depth.get(node.parent, -1) + 1
+        name = node.name if node.name == node.type else f"{node.name} ({node.type})"
+        lines.append(f"{MARKS[node.status.value]} {'  ' * depth[node.uid]}{name}  {node.status.value}")
+    return lines

@@ -1,0 +1,369 @@
+"""The component that runs missions: it ticks a behaviour tree whose leaves ask other components to act."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar
+
+from behavior_tree import Blackboard, BlackboardError, Registry, Tree
+from regraft import (
+    Component,
+    Future,
+    Input,
+    NotActive,
+    Output,
+    Parameter,
+    RefusalCode,
+    RequestRefused,
+    Task,
+    every,
+    service,
+)
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.health import SensorHealth, SystemStatus
+from regraft.bus_schema.messages.maps import Goals
+from regraft.bus_schema.messages.mission import (
+    BlackboardEntries,
+    BlackboardRequest,
+    Command,
+    MissionCommand,
+    MissionRequest,
+    MissionState,
+    MissionStatus,
+    MissionTransitions,
+    WriteBlackboard,
+)
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.model.description import Resources
+from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
+from regraft.services.bt_executor.boards import BoardRefusal, read_board, summary, write_board
+from regraft.services.bt_executor.leaves.context import LeafContext
+from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission
+from regraft.services.bt_executor.node_types import node_types
+from regraft.services.bt_executor.plain import shown_text
+from regraft.services.bt_executor.quality.book import QualityBook
+from regraft.services.bt_executor.report import kept_blackboard, mission_status
+from regraft.services.bt_executor.source import Source, Unloadable
+from regraft.services.bt_executor.transitions import TransitionLog
+
+MIN_WAIT = 0.001
+"""Seconds; a timer of the tree that is due within this time does not get a tick earlier."""
+
+TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
+
+
+class Executor(Component):
+    """Runs a mission: a behaviour tree in the XML of BehaviorTree.CPP 4.
+
+    The tree is ticked ``rate`` times a second, and besides when a leaf has got its answer or a timing node's
+    time has come. An exception in a leaf fails the mission, not the component. After a crash the mission
+    starts again from its root, with the plain values of its root blackboard.
+    """
+
+    resources = Resources(cpu=0.02, memory=25.0)
+    removal_forbidden = "it runs the mission, which can be halted, or swapped for another"
+    handler_timeout = 3.0  # a tree as large as may be takes that long to load
+    state_version = 1
+    checkpoint_every = 1.0
+    reflected: ClassVar[tuple[Reflected, ...]] = REFLECTED
+    """Return the entries that the inputs give the root blackboard; a subclass with further inputs adds to them."""
+
+    mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path", exists=True)
+    main = Parameter("", "ID of the tree to run, by default what the file says")
+    rate = Parameter(10.0, "ticks a second", minimum=0.1, maximum=200.0, unit="Hz")
+    autostart = Parameter(True, "whether the mission starts when the component is activated")
+    nodes = Parameter(
+        "", "further node types, as module:name of a class or a list, separated by blanks", read_only=True
+    )
+
+    goals = Input(Goals, latest_only=True, required=False, description="the places to visit")
+    battery = Input(BatteryState, latest_only=True, required=False, description="for {@battery_charge}")
+    light = Input(LightLevel, latest_only=True, required=False, description="for {@darkness}")
+    sensor_health = Input(SensorHealth, latest_only=True, required=False, description="for {@sensor_faults}")
+    system_status = Input(SystemStatus, latest_only=True, required=False, description="for {@problems}")
+    reflection = Input(Reflection, latest_only=True, required=False, description="for the entries that the stack maps")
+    status = Output(MissionStatus, topic="mission", description="the mission, once a second and when its state changes")
+    transitions = Output(
+        MissionTransitions,
+        topic="mission/transitions",
+        required=False,
+        description="changes of nodes' statuses, by tick",
+    )
+
+    def __init__(self) -> None:
+        self._log = TransitionLog()
+        self._mission = Mission(self._tell, (self._log.note,), self._exchange)
+        self._source = Source()
+        self._reflection = BlackboardFeed(self.kit.inputs, self.reflected, self.kit.event)
+        self._registry: Registry | None = None
+        self._qualities = QualityBook()
+        self._is_active = False
+        self._start_again = False
+        self._tick_wanted: Future[None] = Future()
+        self._alarm: Task | None = None
+        self._alarm_at = 0.0
+
+    # --- lifecycle ---
+
+    def on_configure(self) -> None:
+        """Learn the node types and load the mission; raises Unloadable with the place of what is wrong."""
+        self._mission = Mission(self._tell, (self._log.note,), self._exchange)
+        context = LeafContext(self.kit, self._tick_soon)
+        self._qualities = context.qualities
+        self._registry = node_types(context, self.nodes.split())
+        self._start_again = self.autostart and bool(self.mission)
+        if self.mission:
+            self._load(Source(self.mission, main=self.main))
+
+    def on_activate(self) -> None:
+        """Start the mission if it is to start by itself, or was running when the component stopped."""
+        self._is_active = True
+        self._tick_wanted = Future()
+        self._alarm = None
+        self.kit.spawn(self._tick_on_demand(), "ticks on demand")
+        if self._start_again and self._mission.state is not MissionState.EMPTY:
+            self._start_again = False
+            self._mission.start()
+            self._tick_soon()
+
+    def on_deactivate(self) -> None:
+        """Halt the mission, which cancels its goals; it starts again with the next activation."""
+        self._start_again = self._start_again or self._mission.state is MissionState.RUNNING
+        if self._mission.state in UNDER_WAY:
+            self._mission.halt("the component was deactivated")
+            self._stream()
+        self._is_active = False
+
+    def on_parameters(self, changed: frozenset[str]) -> None:
+        """Load another mission, and start it if one was running, or none was there; raises Unloadable."""
+        if not changed & {"mission", "main"} or not self.mission or self._registry is None:
+            return
+        before = self._mission.state
+        self._listen()
+        self._load(Source(self.mission, main=self.main))
+        if before is MissionState.RUNNING or (before is MissionState.EMPTY and self.autostart):
+            self._start_again = not self._is_active
+            if self._is_active:
+                self._mission.start()
+
+    # --- ticking ---
+
+    @every(hz=rate)
+    def tick(self) -> None:
+        """Tick the tree."""
+        tree = self._mission.tree
+        if tree is None or self._mission.state is not MissionState.RUNNING:
+            return
+        self._listen()
+        self._reflection.update(tree.blackboard)
+        self._mission.tick()
+        self._stream()
+        self._set_alarm()
+
+    def _tick_soon(self) -> None:
+        """Have the tree ticked when what is being handled now is done."""
+        self._tick_wanted.resolve(None)
+
+    async def _tick_on_demand(self) -> None:
+        while True:
+            await self._tick_wanted
+            self._tick_wanted = Future()
+            self.tick()
+
+    def _set_alarm(self) -> None:
+        """Have the tree ticked when its next timer comes due."""
+        tree = self._mission.tree
+        due = tree.next_wake_up() if tree and self._mission.state is MissionState.RUNNING else None
+        now = self.kit.now()
+        # A node that is due now has just been ticked: a loop without end waits for the next periodic tick.
+        if due is None or due <= now or (self._alarm and self._alarm_at <= due):
+            return
+        if self._alarm:
+            self._alarm.cancel()
+        self._alarm_at = due
+        self._alarm = self.kit.spawn(self._ring(due - now), "timer of the tree")
+
+    async def _ring(self, seconds: float) -> None:
+        await self.kit.sleep(max(MIN_WAIT, seconds))
+        self._alarm = None
+        self.tick()
+
+    # --- telling and being told ---
+
+    def _status_now(self) -> MissionStatus:
+        return mission_status(self._mission, self._qualities.current(), self.kit.now())
+
+    @every(seconds=1.0)
+    def report(self) -> None:
+        """Publish the mission's status, if anybody reads it."""
+        if self.status.wanted:
+            self.status.publish(self._status_now())
+
+    def _listen(self) -> None:
+        """Keep the changes of statuses from now on if somebody reads them."""
+        self._log.listening = self._is_active and self.transitions.wanted
+
+    def _exchange(self, tree: Tree) -> None:
+        """Tell the last of the tree that there is, before another takes its place."""
+        self._stream()
+        self._qualities.follow(tree)
+
+    def _stream(self) -> None:
+        """Publish the changes of statuses since the last time."""
+        told = self._log.take(self._mission, self.kit.now())
+        if told is not None:
+            self.transitions.publish(told)
+
+    def _tell(self, kind: str, text: str, **details: Any) -> None:
+        text = shown_text(text)
+        self.kit.event(kind, text, **details)
+        self.kit.set_status_text(f"{self._mission.state.value}: {text}")
+        # A mission is also loaded before the component is active, and halted while it shuts down.
+        with suppress(NotActive):
+            self.report()
+
+    @service("mission/status")
+    def mission_status(self, request: MissionRequest) -> MissionStatus:
+        """Return the mission's status."""
+        return self._status_now()
+
+    @service("mission/command")
+    def mission_command(self, command: MissionCommand) -> MissionStatus:
+        """Load a tree, check one, start, pause, step or halt it, or have another take over; returns the status then.
+
+        Raises:
+            RequestRefused: the command makes no sense now, or the tree cannot be built; nothing has changed.
+        """
+        if command.command not in TAKE_A_TREE and (command.tree or command.main):
+            why = f"{command.command.value} takes no tree; load it, then {command.command.value}"
+            raise RequestRefused(why, RefusalCode.MALFORMED)
+        self._listen()
+        try:
+            self._obey(command)
+        except Illegal as error:
+            raise RequestRefused(str(error), RefusalCode.CONFLICT) from None
+        except Unloadable as error:
+            raise RequestRefused(str(error), RefusalCode.INVALID) from None
+        self._stream()
+        return self._status_now()
+
+    def _obey(self, command: MissionCommand) -> None:
+        if command.command is Command.LOAD:
+            self._load(self._commanded_source(command))
+        elif command.command is Command.CHECK:
+            self._made(self._commanded_source(command))
+        elif command.command is Command.SWAP:
+            self._mission.check_swap()
+            self._swap(self._commanded_source(command))
+        elif command.command is Command.START:
+            self._mission.start()
+            self._tick_soon()
+        elif command.command is Command.PAUSE:
+            self._mission.pause()
+        elif command.command is Command.STEP:
+            if self._mission.tree:
+                self._reflection.update(self._mission.tree.blackboard)
+            self._mission.step()
+        else:
+            self._mission.halt()
+
+    def _commanded_source(self, command: MissionCommand) -> Source:
+        if command.tree:
+            folder = str(Path(self.mission).parent) if self.mission else ""
+            return Source(text=command.tree, main=command.main, folder=folder)
+        if self.mission:
+            return Source(self.mission, main=command.main or self.main)
+        raise Illegal("there is no tree to load: give its XML, or set the parameter 'mission' to a file")
+
+    def _load(self, source: Source) -> None:
+        """Take the tree of a source; raises Unloadable, and the mission then stays as it is."""
+        tree = self._made(source)
+        self._mission.take(tree)
+        self._source = source
+
+    def _swap(self, source: Source) -> None:
+        """Have the tree of a source take over; raises Unloadable, and the mission then stays as it is."""
+        tree = self._made(source)
+        self._mission.swap(tree)
+        self._source = source
+        self.tick()
+
+    def _made(self, source: Source) -> Tree:
+        assert self._registry is not None
+        board = Blackboard(clock=self.kit)
+        self._reflection.declare(board)
+        return source.load(self._registry, board)
+
+    # --- blackboard ---
+
+    @service("mission/blackboard")
+    def mission_blackboard(self, request: BlackboardRequest) -> BlackboardEntries:
+        """Return a blackboard's entries.
+
+        Raises:
+            RequestRefused: there is no tree, no such board or no such entry.
+        """
+        try:
+            return read_board(self._loaded_tree(), request.board, request.key, self.kit.now())
+        except BoardRefusal as error:
+            raise RequestRefused(str(error), error.code) from None
+
+    @service("mission/write")
+    def mission_write(self, request: WriteBlackboard) -> BlackboardEntries:
+        """Write entries of a blackboard, all or none; the tree is ticked soon, if it runs.
+
+        Raises:
+            RequestRefused: there is no tree or no such board, or a value does not fit; nothing has been written.
+        """
+        tree = self._loaded_tree()
+        try:
+            written = write_board(tree, request.board, request.values, self.kit.now())
+        except BoardRefusal as error:
+            raise RequestRefused(str(error), error.code) from None
+        where = f"{request.board}: " if request.board else ""
+        text = where + summary(request.values)
+        self.kit.event("mission.written", text, values=request.values, board=request.board)
+        self._tick_soon()
+        return written
+
+    def _loaded_tree(self) -> Tree:
+        if self._mission.tree is None:
+            raise RequestRefused("there is no tree, and so no blackboard; load one", RefusalCode.NOT_FOUND)
+        return self._mission.tree
+
+    # --- state ---
+
+    def snapshot(self) -> PlainValue:
+        """Return where the tree came from, whether it runs, and the plain part of its root blackboard."""
+        tree = self._mission.tree
+        return {
+            "runs": self._start_again or self._mission.state is MissionState.RUNNING,
+            "file": self._source.file,
+            "text": self._source.text,
+            "main": self._source.main,
+            "folder": self._source.folder,
+            "blackboard": kept_blackboard(tree.blackboard) if tree else {},
+            "reflected": self._reflection.snapshot(),
+        }
+
+    def restore(self, state: PlainValue) -> None:
+        """Have the same mission again; it starts anew if it was running, else it waits for a command."""
+        source = Source(state["file"], state["text"], state["main"], state["folder"])
+        self._start_again = state["runs"]
+        self._reflection.restore(state.get("reflected", {}))
+        if source.text:
+            try:
+                self._load(source)
+            except Unloadable as error:
+                self.kit.event("mission.lost", f"the commanded tree cannot be loaded again: {error}")
+        tree = self._mission.tree
+        if tree is None or source != self._source:
+            return
+        for key, value in state["blackboard"].items():
+            try:
+                tree.blackboard.set(key, value)
+            except BlackboardError as error:
+                self.kit.log.warning("blackboard entry not restored: %s", error)

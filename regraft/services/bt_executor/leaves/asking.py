@@ -1,0 +1,89 @@
+"""The base of leaves that ask somebody on the bus and run until the answer is there."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Output, StatefulAction, Status
+from regraft.services.bt_executor.leaves.context import Asked, LeafContext
+
+
+def write_if_connected(node: Node, port: str, value: object) -> None:
+    """Write an output that the XML may leave open."""
+    if port in node.setup.writers:
+        node.write_port(port, value)
+
+
+def require_ports(node: Node, *names: str) -> None:
+    """Make sure that the XML gives ports; raises ValueError, to which the loader adds the place."""
+    missing = [name for name in names if name not in node.setup.attributes]
+    if missing:
+        raise ValueError(f"{node.type_id} needs the port{'s' * (len(missing) > 1)} {', '.join(missing)}")
+
+
+class Asking(StatefulAction):
+    """Asks when it starts, is RUNNING until there is an answer, and gives up when it is halted.
+
+    No answer, or a refusal, is a FAILURE, with the reason at the port ``reason`` and in the executor's log.
+    A subclass implements `ask` and `answered`, and `progress` if feedback matters.
+    """
+
+    required_ports: ClassVar[tuple[str, ...]] = ()
+
+    reason = Output(str, description="why it failed")
+
+    def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
+        super().__init__(setup)
+        self.context = context
+        self._asked: Asked[Any] | None = None
+        self._feedback: Any = None
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports; see `Node.adopt`."""
+        super().adopt(children)
+        require_ports(self, *self.required_ports)
+
+    def ask(self) -> Asked[Any]:
+        """Send the request or goal."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement ask()")
+
+    def progress(self, feedback: Any) -> None:
+        """Take new feedback of a goal."""
+
+    def answered(self, answer: Any) -> Status:
+        """Take the answer; return SUCCESS or FAILURE."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement answered()")
+
+    def failed(self, reason: str) -> Status:
+        """Say why it failed; returns FAILURE."""
+        write_if_connected(self, "reason", reason)
+        self.context.kit.log.warning("%s failed: %s", self.path, reason)
+        return FAILURE
+
+    def on_start(self) -> Status:
+        """Ask."""
+        self._feedback = None
+        write_if_connected(self, "reason", "")
+        self._asked = self.ask()
+        return RUNNING
+
+    def on_running(self) -> Status:
+        """Look whether there is an answer."""
+        asked = self._asked
+        assert asked is not None
+        if asked.feedback is not self._feedback:
+            self._feedback = asked.feedback
+            self.progress(self._feedback)
+        if not asked.done:
+            return RUNNING
+        self._asked = None
+        if asked.error is not None:
+            return self.failed(str(asked.error))
+        return self.answered(asked.answer)
+
+    def on_halted(self) -> None:
+        """Give up; a goal is cancelled."""
+        write_if_connected(self, "reason", "it was halted before it was done")
+        if self._asked is not None:
+            self._asked.give_up()
+            self._asked = None

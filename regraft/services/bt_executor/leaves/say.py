@@ -1,0 +1,47 @@
+"""The leaf that tells the world something."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from behavior_tree import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
+from regraft.services.bt_executor.leaves.asking import require_ports
+from regraft.services.bt_executor.leaves.context import LeafContext
+from regraft.services.bt_executor.leaves.plain_messages import as_plain
+
+_PLACE: Final = re.compile(r"\{(@?\w+)\}")
+
+
+class Say(SyncAction):
+    """Puts an event on the bus; ``{key}`` within its text stands for the value of a blackboard entry."""
+
+    text = Input(str, description="what to say")
+    event = Input(str, default="mission.said", description="the kind of event, dotted")
+    details = Input(str, default="", description="keys of entries that go with the event as values, set off by blanks")
+
+    def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
+        super().__init__(setup)
+        self._context = context
+
+    def adopt(self, children: tuple[Node, ...]) -> None:
+        """Check the ports; see `Node.adopt`."""
+        super().adopt(children)
+        require_ports(self, "text")
+
+    def tick(self) -> Status:
+        """Put the event; an entry that is empty is told as '?'."""
+        text = _PLACE.sub(lambda place: self._text(place.group(1)), self.text)
+        details = {key.removeprefix("@"): as_plain(self._value(key)) for key in self.details.split()}
+        self._context.kit.event(self.event, text, node=self.path, **details)
+        return SUCCESS
+
+    def _value(self, key: str) -> Any:
+        entry = self.blackboard.find(key)
+        return entry.value if entry else None
+
+    def _text(self, key: str) -> str:
+        value = self._value(key)
+        if isinstance(value, float):
+            return f"{value:.4g}"
+        return "?" if value is None else str(value)

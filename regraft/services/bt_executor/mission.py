@@ -1,0 +1,236 @@
+"""A mission: a behaviour tree and what is being done with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from behavior_tree import FAILURE, RUNNING, SUCCESS, NodeError, Status, TransitionHook, Tree
+from regraft.bus_schema.messages.mission import MissionNode, MissionState
+from regraft.services.bt_executor.boards import carry_over
+from regraft.services.bt_executor.structure import Structure
+
+MAX_TICKS_AT_ONCE = 100
+"""Root ticks in a row that the tree's own wake-ups may cause; an endless loop of leaves that complete at once
+then waits for the next tick."""
+
+MAX_NAMED = 8
+"""Blackboard entries that an event names in its text; its details have all."""
+
+UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
+
+
+class Illegal(Exception):
+    """A command that makes no sense in the mission's state; the text says what would be right."""
+
+
+class EventReporter(Protocol):
+    """The listener for events of a mission."""
+
+    def __call__(self, kind: str, text: str, **details: Any) -> None:
+        """Something happened; ``kind`` is an event's kind such as ``mission.started``."""
+
+
+class Mission:
+    """Ticks a tree, and keeps what became of it.
+
+    The blackboard outlives a run: a tree that is started anew finds the values of the last run, as in
+    BehaviorTree.CPP.
+
+    Attributes:
+        state: What is being done with the tree.
+        tree: The tree, None while there is none.
+        ticks: Ticks since the last start.
+        error: Why the last run failed, empty if it did not.
+    """
+
+    def __init__(
+        self,
+        tell: EventReporter,
+        hooks: tuple[TransitionHook, ...] = (),
+        exchange: Callable[[Tree], None] = lambda tree: None,
+    ) -> None:
+        """Begin without a tree.
+
+        Args:
+            tell: who is told of what happens.
+            hooks: told of every change of a node's status, whatever the tree is.
+            exchange: called with a tree that is about to take the place of the one there is, which is halted.
+        """
+        self.state = MissionState.EMPTY
+        self.tree: Tree | None = None
+        self.ticks = 0
+        self.error = ""
+        self._hooks = hooks
+        self._exchange = exchange
+        self._tell = tell
+        self._failed_leaf = ""
+        self._structure: Structure | None = None
+
+    def take(self, tree: Tree) -> None:
+        """Take another tree in place of the one there is, which is halted if it is under way."""
+        if self.state in UNDER_WAY:
+            self.halt("another tree was loaded")
+        self._adopt(tree, MissionState.LOADED)
+        self._tell("mission.loaded", f"{tree.tree_id}, {len(tree.nodes)} nodes", warnings=list(tree.warnings))
+
+    def check_swap(self) -> None:
+        """Make sure that something is under way from which another tree can take over; raises Illegal."""
+        tree = self._tree("take over from")
+        if self.state not in UNDER_WAY:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; nothing to take over from; load, then start")
+
+    def swap(self, tree: Tree) -> None:
+        """Have another tree take over from the one that is under way, as if it had been started, or paused at its root.
+
+        The old tree is halted, which cancels its goals. The entries of its root blackboard that have a value are
+        carried over; those that do not fit the new tree's types are told, and stay as the new tree has them.
+
+        Raises:
+            Illegal: no tree is running or paused.
+        """
+        self.check_swap()
+        old = self._tree("take over from")
+        wrong = self._halted(old)
+        carried = carry_over(old.blackboard, tree.blackboard)
+        self._adopt(tree, self.state)
+        keys = f"{len(carried.keys)} entries" if len(carried.keys) > MAX_NAMED else ", ".join(carried.keys)
+        text = f"{tree.tree_id} takes over from {old.tree_id}; carried over: {keys or 'nothing'}"
+        for clash in carried.clashes.values():
+            text += f"; not carried over: {clash}"
+        if wrong:
+            text += f"; halting {old.tree_id}: {wrong}"
+        self._tell(
+            "mission.swapped",
+            text,
+            before=old.tree_id,
+            after=tree.tree_id,
+            carried=list(carried.keys),
+            clashes=carried.clashes,
+            warnings=list(tree.warnings),
+        )
+
+    def start(self) -> None:
+        """Run the tree from its root, or go on if it is paused.
+
+        Raises:
+            Illegal: there is no tree, or it is running.
+        """
+        tree = self._tree("start")
+        if self.state is MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is running already; pause or halt it")
+        if self.state is MissionState.PAUSED:
+            self.state = MissionState.RUNNING
+            self._tell("mission.resumed", tree.tree_id)
+            return
+        self._begin(MissionState.RUNNING)
+
+    def pause(self) -> None:
+        """Tick no more; goals that were given go on, their outcome is seen later.
+
+        Raises:
+            Illegal: the tree is not running.
+        """
+        tree = self._tree("pause")
+        if self.state is not MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; only a running mission can be paused")
+        self.state = MissionState.PAUSED
+        self._tell("mission.paused", tree.tree_id)
+
+    def step(self) -> None:
+        """Tick once; a tree that was not started is started and stays paused.
+
+        Raises:
+            Illegal: the tree is running, or there is none.
+        """
+        tree = self._tree("step")
+        if self.state is MissionState.RUNNING:
+            raise Illegal(f"'{tree.tree_id}' is running; pause it, then step")
+        if self.state is not MissionState.PAUSED:
+            self._begin(MissionState.PAUSED)
+        self._advance(1)
+
+    def halt(self, why: str = "as commanded") -> None:
+        """End the run: all running nodes are halted, which cancels their goals.
+
+        Raises:
+            Illegal: the tree is neither running nor paused.
+        """
+        tree = self._tree("halt")
+        if self.state not in UNDER_WAY:
+            raise Illegal(f"'{tree.tree_id}' is {self.state.value}; there is nothing to halt")
+        self.state = MissionState.HALTED
+        self.error = self._halted(tree)
+        self._tell("mission.halted", f"{tree.tree_id}: {self.error or why}")
+
+    def tick(self) -> None:
+        """Tick the tree if it is running."""
+        if self.state is MissionState.RUNNING:
+            self._advance(MAX_TICKS_AT_ONCE)
+
+    def _adopt(self, tree: Tree, state: MissionState) -> None:
+        self._exchange(tree)
+        self.tree = tree
+        self._structure = Structure(tree)
+        self.state, self.ticks, self.error, self._failed_leaf = state, 0, "", ""
+        for hook in (self._note_failed_leaf, *self._hooks):
+            tree.add_transition_hook(hook)
+
+    def _tree(self, verb: str) -> Tree:
+        if self.tree is None:
+            raise Illegal(f"there is no tree to {verb}; load one")
+        return self.tree
+
+    def _begin(self, state: MissionState) -> None:
+        tree = self._tree("start")
+        self.state, self.ticks, self.error, self._failed_leaf = state, 0, "", ""
+        self._tell("mission.started", tree.tree_id)
+
+    def _advance(self, most_ticks: int) -> None:
+        tree = self._tree("tick")
+        self.ticks += 1
+        try:
+            status = tree.tick_once(most_ticks)
+        except NodeError as error:
+            self._fail(tree, str(error), error.node)
+            return
+        if status == SUCCESS:
+            self.state = MissionState.SUCCEEDED
+            self._tell("mission.succeeded", tree.tree_id)
+        elif status == FAILURE:
+            leaf = self._failed_leaf
+            self._fail(tree, f"the tree failed, last at '{leaf}'" if leaf else "the tree failed", leaf)
+
+    def _fail(self, tree: Tree, why: str, node: str) -> None:
+        self.state = MissionState.FAILED
+        also = self._halted(tree)
+        self.error = f"{why}; {also}" if also else why
+        self._tell("mission.failed", f"{tree.tree_id}: {self.error}", node=node)
+
+    @staticmethod
+    def _halted(tree: Tree) -> str:
+        """Halt the tree; return what went wrong with that, empty if nothing did."""
+        try:
+            tree.halt_tree()
+        except NodeError as error:
+            return str(error)
+        return ""
+
+    def _note_failed_leaf(self, uid: int, previous: Status, status: Status, time: float) -> None:
+        node = self.tree.nodes[uid - 1] if self.tree else None
+        if status == FAILURE and node is not None and not node.children:
+            self._failed_leaf = node.path
+
+    @property
+    def structure(self) -> str:
+        """The identity of the tree, empty while there is none."""
+        return self._structure.digest if self._structure else ""
+
+    def nodes(self) -> tuple[MissionNode, ...]:
+        """Return the nodes with their statuses, in the tree's order."""
+        return self._structure.nodes() if self._structure else ()
+
+    def running_leaves(self) -> tuple[str, ...]:
+        """Return the paths of the leaves that are running, in the tree's order."""
+        nodes = self.tree.nodes if self.tree else ()
+        return tuple(node.path for node in nodes if node.status == RUNNING and not node.children)

@@ -1,0 +1,39 @@
+"""Quality requirements in the tree: QR decorators (ReBeT, section III-B).
+
+Subclass `TaskLevelQR` or `SystemLevelQR` in Python, or use the XML nodes of these names, whose ports say all. Where a
+requirement holds to a degree, one half is where "satisfied" begins.
+"""
+
+from regraft.services.bt_executor.quality.book import QualityBook
+from regraft.services.bt_executor.quality.data import Writes
+from regraft.services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
+from regraft.services.bt_executor.quality.measuring import Integral, MeanOverTime, Metric, Unknown
+from regraft.services.bt_executor.quality.publisher import QualityPublisher
+from regraft.services.bt_executor.quality.relations import at_least, at_most, close_to
+from regraft.services.bt_executor.quality.requirement import QualityRequirement
+from regraft.services.bt_executor.quality.system_level import Gathered, SystemLevelQR, combined
+from regraft.services.bt_executor.quality.task_level import TaskLevelQR
+from regraft.services.bt_executor.quality.verdict import UNKNOWN, QualityTeller, Verdict
+
+__all__ = [
+    "UNKNOWN",
+    "Gathered",
+    "Integral",
+    "MeanOverTime",
+    "Metric",
+    "PlainSystemQR",
+    "PlainTaskQR",
+    "QualityBook",
+    "QualityPublisher",
+    "QualityRequirement",
+    "QualityTeller",
+    "SystemLevelQR",
+    "TaskLevelQR",
+    "Unknown",
+    "Verdict",
+    "Writes",
+    "at_least",
+    "at_most",
+    "close_to",
+    "combined",
+]

@@ -1,0 +1,218 @@
+"""Mapping without a bus: odometry and scans in, a map and corrected poses out."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from regraft.bus_schema.annotations import PlainValue
+from regraft.services.mapper.drift import DriftWatch
+from regraft.services.mapper.maps.grid import Grid
+from regraft.services.mapper.maps.map_files import FiledMap
+from regraft.services.mapper.maps.poses import Pose, wrap_angle
+from regraft.services.mapper.maps.rays import insert
+from regraft.services.mapper.maps.scan import Scan
+from regraft.services.mapper.matching.localizer import Fix, Localizer
+from regraft.services.mapper.matching.matcher import Match
+from regraft.services.mapper.odometry_log import Jump, OdometryLog
+
+MOVED, TURNED = 0.02, 0.02
+"""m and rad since the last scan in the map from which the next one is worth being written into it, ..."""
+AT_LEAST_EVERY = 1.0
+"""... and s after which it is in any case, because something else may have moved."""
+RATIOS = 100
+"""Matches over which the inlier ratio is averaged."""
+
+
+@dataclass(frozen=True, slots=True)
+class GridSettings:
+    """The grid that is begun: side of a cell, side of the first square, and of the largest one (m)."""
+
+    resolution: float = 0.05
+    size: float = 8.0
+    largest: float = 40.0
+
+
+class Mapping:
+    """Builds a map, beginning where the first odometry is, with a localizer that corrects the odometry's pose.
+
+    Deterministic: equal calls give equal results.
+
+    Attributes:
+        localizer: says where the robot was at a scan.
+        drift: what the localizer corrected lately.
+        fits: whether everything that was seen lay within the largest grid.
+        fix: what the localizer said of the last scan.
+        updating: whether scans are written into the map.
+        frozen: whether the last scan repeats the one before, to the last digit, though the robot moved.
+    """
+
+    def __init__(self, settings: GridSettings, localizer: Localizer) -> None:
+        self.localizer = localizer
+        self.drift = DriftWatch()
+        self.fits = True
+        self.fix: Fix | None = None
+        self.updating = True
+        self.frozen = False
+        self._settings = settings
+        self._grid: Grid | None = None
+        self._correction = Pose()
+        self._odometry = OdometryLog()
+        self._waiting: Scan | None = None
+        self._last_scan: tuple[Scan, Pose] | None = None
+        self._inserted: tuple[float, Pose] | None = None
+        self._ratios: deque[float] = deque(maxlen=RATIOS)
+
+    @property
+    def grid(self) -> Grid | None:
+        """The map, None before the first odometry."""
+        return self._grid
+
+    @property
+    def newest_odometry(self) -> float | None:
+        """Stamp (s) of the newest odometry, None before the first."""
+        newest = self._odometry.newest
+        return None if newest is None else newest[0]
+
+    @property
+    def inlier_ratio(self) -> float | None:
+        """Mean share of echoes that fitted the map, None before the first match."""
+        return sum(self._ratios) / len(self._ratios) if self._ratios else None
+
+    def take_odometry(self, stamp: float, pose: Pose) -> Jump | None:
+        """Take in an odometry (its own frame); returns the jump if it made one.
+
+        No robot jumps: after one, the pose in the map goes on from where it was.
+        """
+        jump = self._odometry.add(stamp, pose)
+        if jump:
+            self._correction = self._correction.compose(jump.before).compose(jump.after.inverse())
+            self._waiting = None
+        if self._grid is None:
+            self._grid = Grid(self._settings.resolution, (pose.x, pose.y), self._settings.size, self._settings.largest)
+        waiting = self._waiting
+        if waiting and stamp >= waiting.stamp:
+            self._waiting = None
+            self._take(waiting)
+        return jump
+
+    def in_map(self, pose: Pose) -> Pose:
+        """Return a pose in the odometry's frame as one in the map."""
+        return self._correction.compose(pose)
+
+    def take_scan(self, scan: Scan) -> bool:
+        """Take in a scan, now or when the odometry has come as far; False if its moment is no longer known."""
+        newest = self.newest_odometry
+        if newest is None or newest < scan.stamp:
+            self._waiting = scan
+            return True
+        return self._take(scan)
+
+    def _take(self, scan: Scan) -> bool:
+        odometry = self._odometry.at(scan.stamp)
+        if odometry is None or self._grid is None:
+            return False
+        if self._repeats(scan, odometry):
+            return True
+        guess = self.in_map(odometry)
+        fix = self.fix = self.localizer.locate(self._grid, scan, guess)
+        if fix.match:
+            self._ratios.append(fix.match.ratio)
+        if not fix.fits:
+            return True
+        if fix.match:
+            self.drift.add(scan.stamp, guess, fix.pose)
+        self._correction = fix.pose.compose(odometry.inverse())
+        if self.updating and self._is_news(scan.stamp, fix.pose):
+            self._inserted = (scan.stamp, fix.pose)
+            self.fits = insert(self._grid, fix.pose, scan)
+        return True
+
+    def _repeats(self, scan: Scan, odometry: Pose) -> bool:
+        """Tell whether a scan is the same as the one before: it says nothing, and a lie if the robot moved."""
+        last, self._last_scan = self._last_scan, (scan, odometry)
+        if last is None or not np.array_equal(last[0].ranges, scan.ranges):
+            self.frozen = False
+            return False
+        self._last_scan = (scan, last[1])
+        self.frozen = last[1].distance(odometry) > MOVED or abs(wrap_angle(odometry.yaw - last[1].yaw)) > TURNED
+        return True
+
+    def _is_news(self, stamp: float, pose: Pose) -> bool:
+        if self._inserted is None:
+            return True
+        then, where = self._inserted
+        moved = where.distance(pose) > MOVED or abs(wrap_angle(pose.yaw - where.yaw)) > TURNED
+        return moved or not 0.0 <= stamp - then < AT_LEAST_EVERY - 1e-6
+
+    def last_scan(self) -> tuple[Scan, Pose] | None:
+        """Return the last scan, and the odometry's pose then."""
+        return self._last_scan
+
+    def suppose(self, found: Match, odometry: Pose) -> None:
+        """Take the robot to have been at a match when the odometry was there; the next scan shows whether it was."""
+        self._correction = found.pose.compose(odometry.inverse())
+        self.drift.forget()
+
+    def believe(self, stamp: float, pose: Pose) -> bool:
+        """Take the robot to have been at a pose (map) at a time (s); False if its odometry is not known of then."""
+        odometry = self._odometry.at(stamp)
+        if odometry is None:
+            return False
+        self._correction = pose.compose(odometry.inverse())
+        self.drift.forget()
+        return True
+
+    def filed(self) -> FiledMap | None:
+        """Return the map as it is written to a file, None before there is one."""
+        grid = self._grid
+        return FiledMap(grid.per_cent(), grid.resolution, grid.x, grid.y) if grid else None
+
+    def load(self, filed: FiledMap) -> None:
+        """Go on from a map out of a file; the robot is taken to be where it is in the old one.
+
+        Raises:
+            ValueError: its cells have another size, or it is too large.
+        """
+        wanted = self._settings.resolution
+        if not math.isclose(filed.resolution, wanted, rel_tol=1e-6):
+            raise ValueError(
+                f"the map has cells of {filed.resolution:g} m, must be {wanted:g} m (parameter 'resolution')"
+            )
+        grid = Grid(wanted, (filed.x, filed.y), wanted, self._settings.largest)
+        grid.fill(filed.cells, filed.x, filed.y)
+        self._grid, self._inserted, self.fits = grid, None, True
+        self._ratios.clear()
+        self.drift.forget()
+        self.localizer.forget()
+
+    def snapshot(self) -> PlainValue:
+        """Return the map, the correction and the newest odometry."""
+        newest = self._odometry.newest
+        correction = self._correction
+        return {
+            "grid": self._grid.snapshot() if self._grid else None,
+            "correction": [correction.x, correction.y, correction.yaw],
+            "odometry": [newest[0], newest[1].x, newest[1].y, newest[1].yaw] if newest else None,
+        }
+
+    def restore(self, state: PlainValue) -> None:
+        """Go on from a snapshot of any mapping with cells of the same size.
+
+        Raises:
+            ValueError: the cells are of another size.
+        """
+        if state["grid"] is not None:
+            grid = Grid(self._settings.resolution, (0.0, 0.0), self._settings.resolution, self._settings.largest)
+            grid.restore(state["grid"])
+            self._grid = grid
+        self._correction = Pose(*map(float, state["correction"]))
+        self._odometry = OdometryLog()
+        if state["odometry"] is not None:
+            stamp, *pose = map(float, state["odometry"])
+            self._odometry.add(stamp, Pose(*pose))
+        self._waiting = self._last_scan = self._inserted = None
+        self.localizer.forget()

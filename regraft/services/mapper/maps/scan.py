@@ -1,0 +1,53 @@
+"""Turns of a planar lidar, as the mapper uses them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.services.mapper.maps.poses import Points, Pose
+
+FloatArray = NDArray[np.float64]
+
+
+@lru_cache(maxsize=4)
+def _beams(angle_min: float, angle_increment: float, count: int) -> Points:
+    angles = angle_min + angle_increment * np.arange(count)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One turn, taken at ``stamp`` (s) by a lidar that stands at ``sensor`` in the base frame.
+
+    ``ranges`` (n; m) are not finite where nothing echoed; beam i looks along ``angle_min + i *
+    angle_increment`` (rad) about the sensor's z axis.
+    """
+
+    stamp: float
+    ranges: FloatArray
+    sensor: Pose
+    angle_min: float = 0.0
+    angle_increment: float = math.tau / 360
+    range_min: float = 0.12
+    range_max: float = 3.5
+
+    @property
+    def beams(self) -> Points:
+        """The directions (n, 2) of the beams in the sensor's frame, as unit vectors."""
+        return _beams(self.angle_min, self.angle_increment, len(self.ranges))
+
+    @property
+    def echoed(self) -> NDArray[np.bool_]:
+        """Which beams (n) hit something within the lidar's reach."""
+        ranges = self.ranges
+        return np.isfinite(ranges) & (ranges >= self.range_min) & (ranges <= self.range_max)
+
+    def points(self) -> Points:
+        """Return the echoes (m, 2; m) in the base frame."""
+        echoed = self.echoed
+        return self.sensor.place(self.ranges[echoed, None] * self.beams[echoed])

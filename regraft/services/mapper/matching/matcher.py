@@ -1,0 +1,96 @@
+"""Scan matching: the pose at which a scan fits the map best, found step by step from a good guess.
+
+A. Censi: An ICP variant using a point-to-line metric. ICRA 2008; here against the surfaces of the map, with weights
+that let far misses count less, and with a prior, so that a bare corridor leaves the odometry its say.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from regraft.services.mapper.maps.poses import Points, Pose, wrap_angle
+from regraft.services.mapper.matching.surface import FloatArray, Surface
+
+STEPS = 10
+CLOSE_ENOUGH = 5e-4
+"""m and rad: a step shorter than that is the last."""
+REACH = 0.3
+"""m: an echo further away from every surface is left out."""
+TYPICAL_MISS = 0.03
+"""m: misses much larger count less and less (Cauchy's weights)."""
+FITS = 0.08
+"""m: an echo within that distance of a surface fits."""
+MAX_ECHOES = 120
+"""Echoes that are matched, evenly chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """How far the guess may be off: standard deviations of the position (m, each axis) and the heading (rad)."""
+
+    position: float = 0.05
+    heading: float = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A pose and how well the scan fits there.
+
+    ``inliers`` echoes lie at known surfaces, of ``expected`` that lie on known ground or at known surfaces.
+    """
+
+    pose: Pose
+    inliers: int
+    expected: int
+
+    @property
+    def ratio(self) -> float:
+        """The share of the expected echoes that fit; 1 if none is expected."""
+        return self.inliers / self.expected if self.expected else 1.0
+
+
+def fit(surface: Surface, echoes: Points, pose: Pose) -> Match:
+    """Tell how well echoes (n, 2; m, base frame) fit the map at a pose."""
+    placed = pose.place(echoes)
+    distances, _ = surface.tree.query(placed, distance_upper_bound=FITS)
+    matched = np.isfinite(distances)
+    expected = matched | surface.knows(placed)
+    return Match(pose, int(np.count_nonzero(matched)), int(np.count_nonzero(expected)))
+
+
+def match(surface: Surface, echoes: Points, guess: Pose, prior: Prior | None = None) -> Match:
+    """Return the best pose near a guess for echoes (n, 2; m, base frame)."""
+    prior = prior or Prior()
+    echoes = echoes[:: math.ceil(len(echoes) / MAX_ECHOES)] if len(echoes) else echoes
+    pose = guess
+    for _ in range(STEPS if len(echoes) and len(surface.points) else 0):
+        step = _step(surface, echoes, pose, guess, prior)
+        pose = Pose(pose.x + step[0], pose.y + step[1], wrap_angle(pose.yaw + step[2]))
+        if math.hypot(step[0], step[1]) < CLOSE_ENOUGH and abs(step[2]) < CLOSE_ENOUGH:
+            break
+    return fit(surface, echoes, pose)
+
+
+def _step(surface: Surface, echoes: Points, pose: Pose, guess: Pose, prior: Prior) -> list[float]:
+    """Return the next change (m, m, rad) of the pose."""
+    placed = pose.place(echoes)
+    distances, nearest = surface.tree.query(placed, distance_upper_bound=REACH)
+    near = np.isfinite(distances)
+    placed, nearest, distances = placed[near], nearest[near], distances[near]
+    xx, xy, yy = (surface.weights[nearest] / (1.0 + (distances / TYPICAL_MISS) ** 2)[:, None]).T
+    miss_x, miss_y = (surface.points[nearest] - placed).T
+    # Turning by one radian moves an echo by its distance from the robot, across the direction to it.
+    turn_x, turn_y = pose.y - placed[:, 1], placed[:, 0] - pose.x
+    pull_x, pull_y = xx * miss_x + xy * miss_y, xy * miss_x + yy * miss_y
+    lever_x, lever_y = xx * turn_x + xy * turn_y, xy * turn_x + yy * turn_y
+    stiffness = np.array([prior.position, prior.position, prior.heading]) ** -2 * TYPICAL_MISS**2
+    off = np.array([guess.x - pose.x, guess.y - pose.y, wrap_angle(guess.yaw - pose.yaw)])
+    pull: FloatArray = np.array([pull_x.sum(), pull_y.sum(), (pull_x * turn_x + pull_y * turn_y).sum()])
+    x_y, x_yaw, y_yaw = xy.sum(), lever_x.sum(), lever_y.sum()
+    yaw_yaw = (lever_x * turn_x + lever_y * turn_y).sum()
+    curvature = np.array([[xx.sum(), x_y, x_yaw], [x_y, yy.sum(), y_yaw], [x_yaw, y_yaw, yaw_yaw]])
+    change: list[float] = np.linalg.solve(curvature + np.diag(stiffness), pull + stiffness * off).tolist()
+    return change

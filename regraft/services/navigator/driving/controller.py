@@ -1,0 +1,103 @@
+"""Local control: follows a path by choosing among forecasts, as the dynamic window approach does.
+
+D. Fox, W. Burgard, S. Thrun: The dynamic window approach to collision avoidance. IEEE Robotics &
+Automation Magazine 4(1), 1997. Unlike there, all admissible twists are tried, not only those that the next
+period can reach: the forecasts accelerate towards them.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from regraft.services.navigator.driving.control import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
+from regraft.services.navigator.driving.rollouts import Rollouts, candidates, forecast
+from regraft.services.navigator.geometry import FloatArray, Twist, to_base_frame
+from regraft.services.navigator.polyline import points_along, stretch_ahead
+
+AIM = 0.35  # m along the path: where to look when deciding whether to turn in place first
+SHORTEST = 0.005  # m: the length of a forecast for a robot that is hardly allowed to drive
+# A slow robot, whose forecasts are short, still looks this far ahead (m), or it would put being on the path
+# before getting on.
+NEAREST_TARGET = 0.2
+SIDEWAYS = 0.4
+ROOMY = 0.10  # m beyond the margin to drive at full speed
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """The weights of the choice among forecasts, each against ending a full forecast's length off target."""
+
+    off_path: float = 0.6  # for a full length, mean over the forecast
+    heading: float = 0.12  # per rad, at the end
+    closeness: float = 0.15  # for touching; fades out at `close`
+    unsteadiness: float = 0.025  # per rad/s of change
+    close: float = 0.20  # m
+
+
+@dataclass(frozen=True, slots=True)
+class RolloutController:
+    """Tries about a hundred twists, each driven for a while, and takes the one that serves the path best."""
+
+    manoeuvres: Manoeuvres = field(default=Manoeuvres())
+    weights: Weights = field(default=Weights())
+
+    def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
+        """Choose the twist that brings the robot along `path` (N, 2)."""
+        length = self.manoeuvres.horizon * now.limits.max_velocity + 2 * AIM
+        ahead = to_base_frame(stretch_ahead(path, now.pose, length), now.pose)
+        aim = points_along(ahead, np.array([AIM]))[0]
+        bearing = math.atan2(aim[1], aim[0])
+        if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
+            turn = self.manoeuvres.turn_by(now, bearing)
+            if not turn.blocked:
+                return turn
+        return self._best(now, ahead)
+
+    def _best(self, now: Situation, ahead: FloatArray) -> Decision:
+        doing, greatest = self.manoeuvres, now.limits.max_velocity
+        tried = forecast(candidates(now.limits), now.twist, now.limits, doing.horizon, doing.step)
+        points = doing.near(now, doing.horizon * greatest + self.weights.close)
+        clearances = tried.clearances(doing.footprint, points)
+        nearest = clearances.min(axis=1)
+        # Slow down where it is tight, not only where a collision is near; but not long before, or the robot
+        # would rather creep straight on than steer around something.
+        soon = clearances[:, : max(1, round(doing.horizon / doing.step / 3))].min(axis=1)
+        room = np.minimum(np.maximum((soon - doing.margin) / ROOMY, 0.25), 1.0)
+        admissible = (nearest >= doing.required_gap(points)) & (tried.v <= room * greatest + 1e-9)
+        if not admissible[tried.v > 0.0].any() and not (greatest == 0.0 and admissible.any()):
+            return doing.halt(now)
+        costs = np.where(admissible, self._costs(now, tried, nearest, ahead), np.inf)
+        best = int(costs.argmin())
+        return Decision(now.reachable(Twist(float(tried.v[best]), float(tried.w[best]))))
+
+    def _costs(self, now: Situation, tried: Rollouts, nearest: FloatArray, ahead: FloatArray) -> FloatArray:
+        length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)
+        aim = max(length, NEAREST_TARGET)
+        distances = np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])
+        line = points_along(ahead, distances)
+        target, beyond = line[-2], line[-1]
+        # Being beside the target matters less than being short of it, or the robot would rather stop before
+        # an obstacle than steer around it.
+        direction = target / max(float(np.hypot(target[0], target[1])), 1e-9)
+        miss_x, miss_y = tried.x[:, -1] - target[0], tried.y[:, -1] - target[1]
+        along = miss_x * direction[0] + miss_y * direction[1]
+        beside = SIDEWAYS * (miss_y * direction[0] - miss_x * direction[1])
+        short = np.hypot(along, beside)
+        some = slice(1, None, 3)
+        off_x, off_y = tried.x[:, some, None] - line[:26, 0], tried.y[:, some, None] - line[:26, 1]
+        off_path = np.sqrt((off_x * off_x + off_y * off_y).min(axis=-1))
+        way = beyond - np.stack([tried.x[:, -1], tried.y[:, -1]], axis=1)
+        misdirected = np.abs(
+            np.remainder(np.arctan2(way[:, 1], way[:, 0]) - tried.yaw[:, -1] + math.pi, math.tau) - math.pi
+        )
+        # A direction means little once its target is near.
+        misdirected *= np.minimum(np.hypot(way[:, 0], way[:, 1]) / AIM, 1.0)
+        weights = self.weights
+        costs: FloatArray = (
+            (short + weights.off_path * off_path.mean(axis=1)) / length
+            + weights.heading * misdirected
+            + weights.closeness * np.maximum(1.0 - nearest / weights.close, 0.0)
+            + weights.unsteadiness * np.abs(tried.w - now.twist.w)
+        )
+        return costs

@@ -1,0 +1,76 @@
+"""Local control: pure pursuit, regulated.
+
+R. C. Coulter: Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992. The robot drives
+the arc to a point on the path some way ahead. Regulated as by S. Macenski, S. Singh, F. Martin, J. Gines:
+Regulated pure pursuit for robot path tracking, Autonomous Robots 47, 2023: slower in tight curves, near obstacles
+and towards the path's end, and never into what is in front.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from regraft.services.navigator.driving.control import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
+from regraft.services.navigator.driving.rollouts import forecast
+from regraft.services.navigator.geometry import FloatArray, Twist, to_base_frame
+from regraft.services.navigator.polyline import points_along, stretch_ahead
+
+# Points of the path (m ahead) to steer to: the farthest whose arc is free, as near ones are hunted nervously.
+LOOK_AHEAD = np.array([0.40, 0.30, 0.20, 0.12])
+# Shares of the regulated speed that are tried, the slower ones reaching less far.
+SHARES = np.array([1.0, 0.5, 0.25])
+WIDE_CURVE = 0.5  # m: narrower ones are driven slower
+ROOMY = 0.25  # m: nearer obstacles slow the robot
+SLOWEST = 0.25  # of the speed allowed, however tight it is
+BRAKING = 1.0  # 1/s: speed for each metre that is left to the end of the path
+CREEP = 0.03  # m/s, or the end would never be reached
+MISALIGNED = 0.15  # rad: with no arc free, turning to the path by less would change nothing
+
+
+@dataclass(frozen=True, slots=True)
+class PursuitController:
+    """Steers to a point ahead on the path. Much cheaper than trying rollouts; leaves the path for nothing."""
+
+    manoeuvres: Manoeuvres = field(default=Manoeuvres())
+
+    def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
+        """Choose the twist that brings the robot along `path` (N, 2)."""
+        reach = float(LOOK_AHEAD[0])
+        ahead = to_base_frame(stretch_ahead(path, now.pose, 2 * reach), now.pose)
+        carrots = points_along(ahead, LOOK_AHEAD)
+        bearing = math.atan2(carrots[1, 1], carrots[1, 0])
+        if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
+            turn = self.manoeuvres.turn_by(now, bearing)
+            if not turn.blocked:
+                return turn
+        decision = self._pursue(now, carrots, float(np.hypot(ahead[-1, 0], ahead[-1, 1])))
+        nearest = math.atan2(carrots[-1, 1], carrots[-1, 0])
+        if decision.blocked and abs(nearest) > MISALIGNED:
+            return self.manoeuvres.turn_by(now, nearest)
+        return decision
+
+    def _pursue(self, now: Situation, carrots: FloatArray, left: float) -> Decision:
+        """Choose the fastest free arc to one of the points (N, 2); `left` (m) is how far the path's end is."""
+        doing, greatest = self.manoeuvres, now.limits.max_velocity
+        if greatest == 0.0:
+            return doing.stop(now)
+        curvatures = 2.0 * carrots[:, 1] / np.maximum((carrots * carrots).sum(axis=1), 1e-4)
+        points = doing.near(now, doing.horizon * greatest)
+        tightness = min(max((doing.gap(points) - doing.margin) / ROOMY, SLOWEST), 1.0)
+        slow_end = max(BRAKING * left, CREEP)
+        in_curve = np.minimum(1.0 / np.maximum(np.abs(curvatures) * WIDE_CURVE, 1e-9), 1.0)
+        speeds = np.minimum(greatest * tightness * np.maximum(in_curve, SLOWEST), slow_end)
+        v = (SHARES[:, None] * speeds).ravel()
+        w = v * np.tile(curvatures, len(SHARES))
+        # The drive must be able to do it without changing the curvature.
+        rims = v + np.abs(w) * now.limits.track / 2
+        scale = np.minimum(1.0, now.limits.max_turn_rate / np.maximum(np.abs(w), 1e-9))
+        scale = np.minimum(scale, now.limits.wheel_speed / np.maximum(rims, 1e-9))
+        tried = forecast((v * scale, w * scale), now.twist, now.limits, doing.horizon, doing.step)
+        free = tried.clearances(doing.footprint, points).min(axis=1) >= doing.required_gap(points)
+        if not free.any():
+            return doing.halt(now)
+        best = int(free.argmax())
+        target = now.limits.saturate(Twist(float(tried.v[best]), float(tried.w[best])))
+        return Decision(now.reachable(target))

@@ -1,0 +1,95 @@
+"""The algorithms' model of the robot: its outline and what its drive can do."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.services.navigator.geometry import Twist
+
+Floats = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """Rectangular outline seen from above, in the base frame (origin on the axle's centre), in m.
+
+    The default is a TurtleBot3 Waffle with its wheels.
+    """
+
+    front: float = 0.07
+    rear: float = 0.20
+    half_width: float = 0.153
+
+    @property
+    def circumradius(self) -> float:
+        """Radius (m) of the disc that the outline sweeps when the robot turns in place."""
+        return math.hypot(max(self.front, self.rear), self.half_width)
+
+    @property
+    def centre(self) -> float:
+        """Where the outline's middle is, in m ahead of the axle's."""
+        return (self.front - self.rear) / 2
+
+    def nearest(self, x: Floats, y: Floats) -> Floats:
+        """Return the distance (m) from the outline to the nearest of some points.
+
+        `x` and `y` (..., M) hold the points along the last axis, at least one, as seen from the outline's
+        `centre`. The distance is negative where a point is inside. Both arrays are overwritten: they are large in
+        a control loop.
+        """
+        half_length, half_width = (self.front + self.rear) / 2, self.half_width
+        beyond_x = x - np.clip(x, -half_length, half_length)
+        beyond_y = y - np.clip(y, -half_width, half_width)
+        beyond_x *= beyond_x
+        beyond_y *= beyond_y
+        beyond_x += beyond_y
+        distance: Floats = np.sqrt(beyond_x.min(axis=-1))
+        if distance.min() > 0.0:
+            return distance
+        depth = np.maximum(np.abs(x, out=x) - half_length, np.abs(y, out=y) - half_width).min(axis=-1)
+        inside: Floats = np.where(depth < 0.0, depth, distance)
+        return inside
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The limits of the differential drive.
+
+    Velocities in m/s and rad/s, accelerations in m/s² and rad/s², the speed of each wheel's rim in m/s,
+    the distance between the wheels in m. `max_velocity` may be 0: the robot then only turns.
+    """
+
+    max_velocity: float = 0.26
+    max_turn_rate: float = 1.0
+    acceleration: float = 2.5
+    turn_acceleration: float = 3.2
+    wheel_speed: float = 0.27
+    track: float = 0.287
+
+    def __post_init__(self) -> None:
+        if not self.max_velocity >= 0.0:
+            raise ValueError(f"max_velocity must be at least 0 m/s, not {self.max_velocity}")
+        for name in ("max_turn_rate", "acceleration", "turn_acceleration", "wheel_speed", "track"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be greater than 0, not {getattr(self, name)}")
+
+    def saturate(self, twist: Twist) -> Twist:
+        """Scale v and w together until neither a wheel nor a limit is exceeded; the curvature stays."""
+        fastest_wheel = abs(twist.v) + abs(twist.w) * self.track / 2
+        scale = min(
+            1.0,
+            self.wheel_speed / fastest_wheel if fastest_wheel else 1.0,
+            self.max_velocity / abs(twist.v) if twist.v else 1.0,
+            self.max_turn_rate / abs(twist.w) if twist.w else 1.0,
+        )
+        return Twist(twist.v * scale, twist.w * scale)
+
+    def approach(self, current: Twist, target: Twist, period: float) -> Twist:
+        """Return the twist nearest to `target` that can be reached from `current` in `period` seconds."""
+        most_v, most_w = self.acceleration * period, self.turn_acceleration * period
+        v = min(max(target.v, current.v - most_v), current.v + most_v)
+        w = min(max(target.w, current.w - most_w), current.w + most_w)
+        return self.saturate(Twist(v, w))

@@ -1,0 +1,85 @@
+"""Occupancy grids."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.services.navigator.geometry import FloatArray, Point
+
+# Nav2's map server calls a cell occupied from 65 % on.
+OCCUPIED_FROM = 65
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyGrid:
+    """A map of square cells.
+
+    `cells` (rows, columns) int8: 0 free to 100 occupied, -1 unknown; rows run along y, columns along x.
+    `resolution` is a cell's side in m; (`origin_x`, `origin_y`) is the outer corner of cell (0, 0) in m.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+    def __post_init__(self) -> None:
+        if self.cells.ndim != 2 or not self.cells.size:
+            raise ValueError(f"cells must be a filled array of rows and columns, not {self.cells.shape}")
+        if not self.resolution > 0.0:
+            raise ValueError(f"resolution must be greater than 0 m, not {self.resolution}")
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        """Where an obstacle is known to be, (rows, columns)."""
+        mask: NDArray[np.bool_] = self.cells >= OCCUPIED_FROM
+        return mask
+
+    def contains(self, point: Point) -> bool:
+        """Tell whether a point (m) lies on the map."""
+        row, column = self.cell_of(point)
+        rows, columns = self.cells.shape
+        inside: bool = 0 <= row < rows and 0 <= column < columns
+        return inside
+
+    def cell_of(self, point: Point) -> tuple[int, int]:
+        """Return (row, column) of the cell under a point (m); it may lie outside the map."""
+        rows, columns = self.cells_of(np.array([point]))
+        return int(rows[0]), int(columns[0])
+
+    def cells_of(self, points: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return rows and columns of the cells under points (..., 2); they may lie outside the map."""
+        columns = np.floor((points[..., 0] - self.origin_x) / self.resolution).astype(np.intp)
+        rows = np.floor((points[..., 1] - self.origin_y) / self.resolution).astype(np.intp)
+        return rows, columns
+
+    def covers(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Tell which of (N, 2) points lie on the map."""
+        rows, columns = self.cells_of(points)
+        inside: NDArray[np.bool_] = (
+            (rows >= 0) & (rows < self.cells.shape[0]) & (columns >= 0) & (columns < self.cells.shape[1])
+        )
+        return inside
+
+    def on_map(self, points: FloatArray) -> FloatArray:
+        """Return those of (N, 2) points that lie on the map."""
+        kept: FloatArray = points[self.covers(points)]
+        return kept
+
+    def centres(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:
+        """Return the centres (N, 2) of cells in m."""
+        return np.column_stack(
+            [
+                self.origin_x + (columns + 0.5) * self.resolution,
+                self.origin_y + (rows + 0.5) * self.resolution,
+            ]
+        )
+
+    def extent(self) -> str:
+        """Say in words what the map spans, for error messages."""
+        rows, columns = self.cells.shape
+        return (
+            f"x {self.origin_x:.2f} to {self.origin_x + columns * self.resolution:.2f} m, "
+            f"y {self.origin_y:.2f} to {self.origin_y + rows * self.resolution:.2f} m"
+        )

@@ -1,0 +1,197 @@
+"""Global planning: short, collision-free paths over an occupancy grid.
+
+The shortest way over its cells is found by scipy's `csgraph.dijkstra`, from the goal, then straightened and rounded.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.services.navigator.geometry import FloatArray, Point
+from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.services.navigator.planning.search import CellGraph
+from regraft.services.navigator.planning.smoothing import shortcut, smooth, subdivide
+from regraft.services.navigator.planning.terrain import Ground, Inflation, Terrain
+
+# N x 2 points (m) in the map's frame, from start to goal, at most SPACING apart.
+Path = FloatArray
+SPACING = 0.05
+
+NO_POINTS: FloatArray = np.empty((0, 2))
+# Where a robot can turn in place without touching anything (Waffle: 0.252 m) with something to spare.
+TURNING_CLEARANCE = 0.30
+
+
+class NoPath(Exception):
+    """There is no path from `start` to `goal`; `reason` says why."""
+
+    def __init__(self, start: Point, goal: Point, reason: str) -> None:
+        """Keep the ends (m) and the reason for programs; the message says them all."""
+        super().__init__(f"no path from ({start[0]:.3f}, {start[1]:.3f}) to ({goal[0]:.3f}, {goal[1]:.3f}): {reason}")
+        self.start, self.goal, self.reason = start, goal, reason
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layer:
+    """The map with some obstacles added: `cells` are theirs, (row, column); ways normally run where it is `free`."""
+
+    cells: frozenset[tuple[int, int]]
+    terrain: Terrain
+    free: NDArray[np.bool_]
+    graph: CellGraph
+
+
+class GridPlanner:
+    """Plans on one map. Building it does what depends on the map alone; a changed map needs a new one.
+
+    Paths keep `inflation.lethal` (m) from obstacles, except close to a start or a goal that lies nearer,
+    and keep further away where that costs little. `cross_unknown` allows ways through unknown cells.
+    """
+
+    def __init__(
+        self,
+        grid: OccupancyGrid,
+        inflation: Inflation | None = None,
+        cross_unknown: bool = True,
+    ) -> None:
+        """Inflate the map's obstacles; all else is done when it is first asked for."""
+        self.grid = grid
+        self._inflation = inflation or Inflation()
+        self._cross_unknown = cross_unknown
+        self._static = self._layer(NO_POINTS)
+        self._seen = self._static
+        self._labels: NDArray[np.int32] | None = None
+
+    def clearance(self, points: FloatArray) -> FloatArray:
+        """Return how far (m) the map's nearest obstacle is from (N, 2) points; inf beyond the map."""
+        rows, columns = self.grid.cells_of(points)
+        shape = self.grid.cells.shape
+        inside = (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1])
+        known = self._static.terrain.clearance[rows.clip(0, shape[0] - 1), columns.clip(0, shape[1] - 1)]
+        result: FloatArray = np.where(inside, known, np.inf)
+        return result
+
+    def leave_obstacle(self, point: Point, reach: float, obstacles: FloatArray = NO_POINTS) -> Point:
+        """Return the point itself, or the nearest one within `reach` (m) where no obstacle is, if it is in one.
+
+        A robot that stands in an obstacle shows that the map is a little off.
+        """
+        terrain = self._with(obstacles).terrain
+        if not self.grid.contains(point) or terrain.open[self.grid.cell_of(point)]:
+            return point
+        rows, columns = np.nonzero(terrain.around(self.grid.cell_of(point), reach))
+        if not len(rows):
+            return point
+        centres = self.grid.centres(rows, columns)
+        nearest = int(np.hypot(centres[:, 0] - point[0], centres[:, 1] - point[1]).argmin())
+        return (float(centres[nearest, 0]), float(centres[nearest, 1]))
+
+    def plan(self, start: Point, goal: Point, obstacles: FloatArray = NO_POINTS) -> Path:
+        """Return a path from `start` to `goal` (m) that also avoids the points `obstacles` (N, 2).
+
+        The path begins and ends exactly at the two points. Raises NoPath.
+        """
+        self._check(start, goal)
+        grid, layer = self.grid, self._with(obstacles)
+        terrain = layer.terrain
+        first, last = grid.cell_of(start), grid.cell_of(goal)
+        for name, cell in (("start", first), ("goal", last)):
+            if not terrain.open[cell]:
+                where = "on unknown ground" if grid.cells[cell] < 0 else "inside an obstacle"
+                raise NoPath(start, goal, f"the {name} is {where}")
+        allowed = self._allowed(layer, first, last)
+        way = (layer.graph if allowed is layer.free else CellGraph(terrain, allowed)).way(first, last)
+        if way is None and allowed is layer.free:
+            way = CellGraph(terrain, terrain.free).way(first, last)  # through the unknown beyond, if need be
+            allowed = terrain.free
+        if way is None:
+            whose = "of the map and those seen" if layer is not self._static else "of the map"
+            width = 2 * self._inflation.lethal
+            raise NoPath(start, goal, f"the obstacles {whose} leave no way that is {width:.2f} m wide")
+        ground = Ground(terrain, allowed)
+        points = grid.centres(way[:, 0], way[:, 1])
+        points = np.concatenate([[start], points[1:-1], [goal]])
+        return smooth(subdivide(shortcut(points, ground), SPACING), ground)
+
+    def cost(self, path: Path, obstacles: FloatArray = NO_POINTS) -> float:
+        """Return the length (m) of a path plus what its closeness to obstacles costs; inf across one."""
+        terrain = self._with(obstacles).terrain
+        return Ground(terrain, terrain.open).cost(path)
+
+    def approach(self, start: Point, goal: Point, tolerance: float) -> Point:
+        """Return where to drive for `goal`: the goal itself if the robot can turn there.
+
+        Otherwise the nearest point within `tolerance` (m) that can be reached from `start` and leaves room
+        to turn, or that can at least be reached; the goal again if there is none. Goals taken from a map of
+        objects often lie inside the object (NavFn's planner has the same tolerance). Raises NoPath.
+        """
+        self._check(start, goal)
+        terrain, cell = self._static.terrain, self.grid.cell_of(goal)
+        if terrain.free[cell] and terrain.clearance[cell] >= TURNING_CLEARANCE:
+            return goal
+        first = self.grid.cell_of(start)
+        from_here = self._around(terrain, first) & terrain.free
+        near = np.isin(self._regions, self._regions[from_here]) & terrain.free
+        near &= self._distances(goal) <= tolerance
+        roomy = near & (terrain.clearance >= TURNING_CLEARANCE)
+        if terrain.free[cell] and not roomy.any():
+            return goal
+        rows, columns = np.nonzero(roomy if roomy.any() else near)
+        if not len(rows):
+            return goal
+        centres = self.grid.centres(rows, columns)
+        nearest = np.argmin(np.hypot(centres[:, 0] - goal[0], centres[:, 1] - goal[1]))
+        return (float(centres[nearest, 0]), float(centres[nearest, 1]))
+
+    def _layer(self, obstacles: FloatArray) -> _Layer:
+        rows, columns = self.grid.cells_of(obstacles)
+        cells = frozenset(zip(rows.tolist(), columns.tolist(), strict=True))
+        terrain = Terrain.of(self.grid, self._inflation, obstacles, self._cross_unknown)
+        free = terrain.free_explored
+        return _Layer(cells, terrain, free, CellGraph(terrain, free))
+
+    @property
+    def _regions(self) -> NDArray[np.int32]:
+        if self._labels is None:
+            self._labels = CellGraph(self._static.terrain, self._static.terrain.free).regions()
+        return self._labels
+
+    def _with(self, obstacles: FloatArray) -> _Layer:
+        """Return the map with the obstacles (N, 2), the last one again if they have not changed."""
+        extra = self.grid.on_map(obstacles)
+        if not len(extra):
+            return self._static
+        rows, columns = self.grid.cells_of(extra)
+        if self._seen.cells != frozenset(zip(rows.tolist(), columns.tolist(), strict=True)):
+            self._seen = self._layer(extra)
+        return self._seen
+
+    def _check(self, start: Point, goal: Point) -> None:
+        for name, point in (("start", start), ("goal", goal)):
+            if not (np.isfinite(point).all() and self.grid.contains(point)):
+                reason = f"the {name} is outside the map, which spans {self.grid.extent()}"
+                raise NoPath(start, goal, reason)
+
+    def _allowed(self, layer: _Layer, first: tuple[int, int], last: tuple[int, int]) -> NDArray[np.bool_]:
+        """Return the cells that a path may use: the free ones, and those around confined ends."""
+        terrain = layer.terrain
+        allowed = layer.free
+        if not (terrain.is_explored(first) and terrain.is_explored(last)):
+            allowed = terrain.free
+        for cell in (first, last):
+            if not terrain.free[cell]:
+                allowed = allowed | self._around(terrain, cell)
+        return allowed
+
+    def _around(self, terrain: Terrain, cell: tuple[int, int]) -> NDArray[np.bool_]:
+        """Return where a robot may move to leave a confined cell: the cell itself if it is free."""
+        radius = 0.0 if terrain.free[cell] else self._inflation.lethal + 2 * self.grid.resolution
+        return terrain.around(cell, radius)
+
+    def _distances(self, point: Point) -> FloatArray:
+        rows, columns = np.indices(self.grid.cells.shape)
+        x = self.grid.origin_x + (columns + 0.5) * self.grid.resolution - point[0]
+        y = self.grid.origin_y + (rows + 0.5) * self.grid.resolution - point[1]
+        distances: FloatArray = np.hypot(x, y)
+        return distances

@@ -1,0 +1,37 @@
+"""Measuring along polylines: paths as rows of points."""
+
+import numpy as np
+
+from regraft.services.navigator.geometry import FloatArray, Pose
+
+
+def stretch_ahead(path: FloatArray, pose: Pose, length: float) -> FloatArray:
+    """Return the part of a path (N, 2) that begins beside the robot and is at least `length` (m) long, if it is."""
+    if len(path) < 2:
+        return path
+    starts, ways = path[:-1], path[1:] - path[:-1]
+    offsets = starts - (pose.x, pose.y)
+    squares = np.maximum(np.einsum("ij,ij->i", ways, ways), 1e-12)
+    fractions = np.minimum(np.maximum(-np.einsum("ij,ij->i", offsets, ways) / squares, 0.0), 1.0)
+    offsets += fractions[:, None] * ways
+    nearest = int(np.einsum("ij,ij->i", offsets, offsets).argmin())
+    foot = starts[nearest] + fractions[nearest] * ways[nearest]
+    rest = np.concatenate([foot[None], path[nearest + 1 :]])
+    return rest[: int(np.searchsorted(lengths_along(rest), length)) + 1]
+
+
+def points_along(points: FloatArray, distances: FloatArray) -> FloatArray:
+    """Return the points (K, 2) at `distances` (K,) in m along a polyline (N, 2), its end beyond the end."""
+    along = lengths_along(points)
+    found = np.empty((len(distances), 2))
+    found[:, 0] = np.interp(distances, along, points[:, 0])
+    found[:, 1] = np.interp(distances, along, points[:, 1])
+    return found
+
+
+def lengths_along(points: FloatArray) -> FloatArray:
+    """Return how far (m) along a polyline (N, 2) each of its points lies, (N,)."""
+    along = np.zeros(len(points))
+    steps = points[1:] - points[:-1]
+    np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)), out=along[1:])
+    return along

@@ -1,0 +1,65 @@
+"""How well driving is expected to go, without driving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from regraft.services.power_model import motion_power
+
+NEAR = 0.458
+"""m: the first tenth of the lidar's range (FROG, requirement B1-1)."""
+SLOW = 0.18
+"""m/s: slower is safe also near obstacles."""
+TURNING = 4.5
+"""s of a drive from pose to pose that go into turning, speeding up and slowing down, in FROG's room."""
+
+
+@dataclass(frozen=True, slots=True)
+class Caution:
+    """How a controller drives where obstacles are near.
+
+    ``near`` is the share of the time that one is within `NEAR` in FROG's room. ``full`` is the share of that time
+    in which it drives as fast as it may, the rest of it being spread evenly over the lower speeds down to standing.
+    """
+
+    near: float
+    full: float
+
+    def safety(self, max_velocity: float, near: float | None = None) -> float:
+        """Return the expected share of the time in which nothing is `NEAR` or the speed is below `SLOW`.
+
+        That is 1 - near * P(speed >= SLOW), and P = full + (1 - full) * (1 - SLOW / max_velocity): 1 as long as
+        the robot may not drive that fast, and falling with max_velocity from there.
+        """
+        if max_velocity < SLOW:
+            return 1.0
+        fast = self.full + (1.0 - self.full) * (1.0 - SLOW / max_velocity)
+        return 1.0 - (self.near if near is None else near) * fast
+
+
+# Measured on FROG's goals in six rooms, at 0.18, 0.22 and 0.26 m/s (tests/evidence/test_navigator.py).
+ROLLOUTS = Caution(near=0.08, full=0.77)
+PURSUIT = Caution(near=0.08, full=0.08)
+
+
+def is_safe(clearance: float, speed: float) -> bool:
+    """Tell whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
+    return clearance > NEAR or speed < SLOW
+
+
+def drive_time(distance: float, speed: float) -> float:
+    """Return how long (s) a drive over a distance (m) takes at a speed (m/s) above 0; none if there is no way."""
+    return distance / speed + TURNING if distance > 0.0 else 0.0
+
+
+def drive_energy(distance: float, speed: float) -> float:
+    """Return what the wheels take (J) for a drive over a distance (m) at a speed (m/s) above 0."""
+    turning = TURNING if distance > 0.0 else 0.0
+    return distance / speed * motion_power(speed) + turning * motion_power(0.0)
+
+
+def driving_qualities(max_velocity: float, caution: Caution, near: float | None = None) -> dict[str, float]:
+    """Return speed (m/s), power (W), safety, and energy per metre (J/m) if it moves, at the speed allowed."""
+    power = motion_power(max_velocity)
+    qualities = {"speed": max_velocity, "power": power, "safety": caution.safety(max_velocity, near)}
+    return qualities | ({"energy_per_metre": power / max_velocity} if max_velocity > 0.0 else {})

@@ -1,0 +1,208 @@
+"""Whether what the robot is told about itself and its surroundings can be true."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Literal
+
+import numpy as np
+
+from regraft.services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
+from regraft.services.navigator.sensing.scan import Scan
+
+Subject = Literal["scan", "odometry", "motion"]
+
+SILENT_TIMEOUT = 0.6  # s without a scan, of which there are five a second
+LOST_TIMEOUT = 0.5  # s without odometry, of which there are twenty a second
+FEW = 0.10  # of the beams: with fewer echoes a lidar must be alone in the open, or blind
+MANY = 0.30  # of the beams
+CERTAIN = 0.5  # m nearer than the lidar's range: what must be seen from where the robot is
+REPEATS = 3  # equal scans in a row, although the robot moved this much between the first and the last:
+MOVED, TURNED = 0.04, 0.08  # m, rad
+
+# Motion is measured by how far a point beside the axle gets, so that driving and turning add up.
+ASIDE = 0.25  # m
+MEMORY = 0.5  # s: what is longer ago counts less and less
+ENOUGH = 0.01  # m of expected motion to judge by
+HARDLY = 0.2  # of what was expected is no motion
+MOSTLY = 0.5  # of what was expected is motion
+PERSISTENT = 0.3  # s
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something is wrong with one of the senses; `text` says what."""
+
+    subject: Subject
+    text: str
+
+
+class ScanFault(Enum):
+    """The ways in which a lidar can be wrong."""
+
+    SILENT = "silent"
+    FROZEN = "frozen"
+    BLIND = "blind"
+
+
+SCAN_TEXTS = {
+    ScanFault.SILENT: "no laser scan comes",
+    ScanFault.FROZEN: "the laser scan stays the same although the robot moves",
+    ScanFault.BLIND: "the lidar is blind: hardly any of its beams come back",
+}
+
+
+class ScanWatch:
+    """Notices a lidar that is silent, blind, or shows the same again and again while the robot moves."""
+
+    def __init__(self) -> None:
+        self.fault: ScanFault | None = None
+        self._stamp = -math.inf
+        self._ranges: FloatArray = np.empty(0)
+        self._repeats = 0
+        self._first_at = Pose(0.0, 0.0, 0.0)
+        self._rich_at: Pose | None = None
+        self._content: ScanFault | None = None
+
+    @property
+    def text(self) -> str:
+        """The fault in a sentence, empty if there is none."""
+        return SCAN_TEXTS[self.fault] if self.fault else ""
+
+    def is_new(self, scan: Scan | None) -> bool:
+        """Tell whether a scan has not been looked at yet."""
+        return scan is not None and scan.stamp != self._stamp
+
+    def look(self, pose: Pose, scan: Scan, clearance: float) -> None:
+        """Look at a new scan.
+
+        `pose` is the robot's in a frame that does not jump, `clearance` (m) how far the map's nearest obstacle is.
+        """
+        self._stamp = scan.stamp
+        self._content = self._frozen(pose, scan) or self._blind(pose, scan, clearance)
+
+    def check(self, time: float, since: float) -> None:
+        """Judge what has come until now (s); `since` (s) is when the scans were first needed."""
+        silent = time - max(self._stamp, since) > SILENT_TIMEOUT
+        self.fault = ScanFault.SILENT if silent else self._content
+
+    def _frozen(self, pose: Pose, scan: Scan) -> ScanFault | None:
+        if len(scan.ranges) != len(self._ranges) or not np.array_equal(scan.ranges, self._ranges, equal_nan=True):
+            self._ranges, self._repeats, self._first_at = scan.ranges, 1, pose
+            return None
+        self._repeats += 1
+        if self._content is ScanFault.FROZEN:
+            return self._content
+        moved = math.hypot(pose.x - self._first_at.x, pose.y - self._first_at.y) >= MOVED
+        turned = abs(wrap_angle(pose.yaw - self._first_at.yaw)) >= TURNED
+        still = self._repeats < REPEATS or not (moved or turned) or not np.isfinite(scan.ranges).any()
+        return None if still else ScanFault.FROZEN
+
+    def _blind(self, pose: Pose, scan: Scan, clearance: float) -> ScanFault | None:
+        """Return whether too few beams come back, where the map or the scans before show that some should."""
+        share = float(scan.echoes().mean()) if len(scan.ranges) else 0.0
+        if share >= FEW:
+            self._rich_at = pose if share >= MANY else self._rich_at
+            return None
+        certain = scan.range_max - CERTAIN
+        before = self._rich_at
+        seen_before = before is not None and math.hypot(pose.x - before.x, pose.y - before.y) < CERTAIN
+        invalid = float(np.mean(~(scan.ranges >= scan.range_min))) if len(scan.ranges) else 1.0
+        if clearance > certain and not seen_before and invalid < 1.0 - FEW:
+            return None
+        return ScanFault.BLIND
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the state as plain data."""
+        rich, first = self._rich_at, self._first_at
+        return {
+            "fault": _code(self.fault),
+            "stamp": self._stamp,
+            "ranges": self._ranges.tolist(),
+            "repeats": self._repeats,
+            "first_at": [first.x, first.y, first.yaw],
+            "rich_at": None if rich is None else [rich.x, rich.y, rich.yaw],
+            "content": _code(self._content),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take over the state of a snapshot."""
+        self.fault, self._content = _fault(state["fault"]), _fault(state["content"])
+        self._stamp = state["stamp"]
+        self._ranges, self._repeats = np.array(state["ranges"], np.float64), state["repeats"]
+        self._first_at = Pose(*state["first_at"])
+        self._rich_at = None if state["rich_at"] is None else Pose(*state["rich_at"])
+
+
+def _code(fault: ScanFault | None) -> str | None:
+    return fault.value if fault else None
+
+
+def _fault(code: str | None) -> ScanFault | None:
+    return ScanFault(code) if code else None
+
+
+class MotionWatch:
+    """Notices commands that move nothing, and a pose that stands still while the odometry's twist moves."""
+
+    def __init__(self) -> None:
+        self.fault: Fault | None = None
+        """Return the fault, until motion is seen again."""
+        self._told = self._turned = self._got = 0.0
+        self._doubtful = 0.0
+        self._last: tuple[float, Pose] | None = None
+
+    def reset(self) -> None:
+        """Judge anew; what is wrong stays until it is seen to be right."""
+        self._told = self._turned = self._got = self._doubtful = 0.0
+        self._last = None
+
+    def check(self, stamp: float, pose: Pose, twist: Twist, told: Twist) -> bool:
+        """Take in pose and twist at `stamp` (s) and the twist commanded since; tell whether to stop now."""
+        last = self._last
+        if last is not None and stamp == last[0]:
+            return False
+        self._last = (stamp, pose)
+        if last is None or not 0.0 < stamp - last[0] <= LOST_TIMEOUT:
+            return False
+        seconds = stamp - last[0]
+        fading = max(0.0, 1.0 - seconds / MEMORY)
+        got = math.hypot(pose.x - last[1].x, pose.y - last[1].y) + ASIDE * abs(wrap_angle(pose.yaw - last[1].yaw))
+        self._told = fading * self._told + _travel(told, seconds)
+        self._turned = fading * self._turned + _travel(twist, seconds)
+        self._got = fading * self._got + got
+        if self._told >= ENOUGH and min(self._got, self._turned) >= MOSTLY * self._told:
+            self.fault = None
+        found = self._judge()
+        self._doubtful = self._doubtful + seconds if found else 0.0
+        if self._doubtful < PERSISTENT:
+            return False
+        self.fault = found
+        return True
+
+    def _judge(self) -> Fault | None:
+        if self._turned >= ENOUGH and self._got < HARDLY * self._turned:
+            return Fault("odometry", "the odometry's pose stands still while its twist says that the robot moves")
+        if self._told >= ENOUGH and max(self._got, self._turned) < HARDLY * self._told:
+            return Fault("motion", "the robot does not move although it is told to, or its odometry does not notice")
+        return None
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the state as plain data."""
+        last = self._last
+        return {
+            "fault": None if self.fault is None else [self.fault.subject, self.fault.text],
+            "sums": [self._told, self._turned, self._got, self._doubtful],
+            "last": None if last is None else [last[0], last[1].x, last[1].y, last[1].yaw],
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take over the state of a snapshot."""
+        self.fault = None if state["fault"] is None else Fault(*state["fault"])
+        self._told, self._turned, self._got, self._doubtful = state["sums"]
+        last = state["last"]
+        self._last = None if last is None else (last[0], Pose(*last[1:]))
+
+
+def _travel(twist: Twist, seconds: float) -> float:
+    return (abs(twist.v) + ASIDE * abs(twist.w)) * seconds

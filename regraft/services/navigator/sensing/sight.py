@@ -1,0 +1,143 @@
+"""The obstacles that the robot has seen around it, and those that its map lacks."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from regraft.services.navigator.geometry import FloatArray, Pose, Twist, interpolate, to_base_frame, to_fixed_frame
+from regraft.services.navigator.planning.planner import NO_POINTS, GridPlanner
+from regraft.services.navigator.sensing.scan import Scan, thin
+from regraft.services.navigator.sensing.track import Track
+
+THINNED = 0.03  # m
+# An echo nearer than this to a mapped obstacle is that obstacle: covers localisation and map errors.
+EXPLAINED = 0.15
+MARK = 0.05  # m, the side of the squares in which unmapped obstacles are remembered
+SEEN_THROUGH = 0.10  # m: how far behind a mark an echo must be to prove the mark gone
+# A beam without echo may have got lost, so a mark needs this many in a row to be gone.
+LOST_BEAMS = 3
+UNDER_ROBOT = 0.15  # m from the axle's centre: nothing else can be there
+FORGET_TIMEOUT = 60.0  # s without seeing the place again
+POSES_KEPT = 1.0  # s
+
+
+class Sight:
+    """Turns scans into obstacle points in the map's frame.
+
+    A scan may be older than the pose that comes with it, so poses are kept for a second and the one at the
+    scan's stamp is used. Unmapped obstacles are remembered until scans look through where they were. Both follow
+    when the robot's pose in the map jumps, because they are where they are as seen from the robot.
+    """
+
+    def __init__(self) -> None:
+        self.stamp = -math.inf
+        self.obstacles: FloatArray = NO_POINTS
+        """Return the points of the latest scan, (N, 2) in m in the map's frame."""
+        self.unmapped: FloatArray = NO_POINTS
+        """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
+        self.track = Track()
+        self.pose = Pose(0.0, 0.0, 0.0)
+        """Where the robot is in the track's frame."""
+        # All of these are in the track's frame. A mark's value: when it was last seen, and beams lost since.
+        self._seen: FloatArray = NO_POINTS
+        self._poses: list[tuple[float, Pose]] = []
+        self._marks: dict[tuple[int, int], tuple[float, int]] = {}
+
+    def absorb(self, stamp: float, pose: Pose, twist: Twist, scan: Scan | None, planner: GridPlanner) -> None:
+        """Take in where the robot is at `stamp` (s), how it moves, and the latest scan, which may be an old one."""
+        jumps = self.track.jumps
+        self.pose = self.track.follow(stamp, pose, twist)
+        if self._poses and stamp < self._poses[-1][0]:
+            self._poses.clear()  # the clock was set back: what was is no guide
+        self._poses = [(then, where) for then, where in self._poses if stamp - POSES_KEPT <= then < stamp]
+        self._poses.append((stamp, self.pose))
+        if scan is not None and scan.stamp != self.stamp:
+            self._look(scan, planner)
+        elif jumps != self.track.jumps:
+            self._place()
+
+    def reconsider(self, planner: GridPlanner) -> None:
+        """Forget the obstacles that a new map has."""
+        marks = self._in_map(self._centres())
+        there = _explained(marks, planner)
+        self._marks = {mark: seen for (mark, seen), known in zip(self._marks.items(), there, strict=True) if not known}
+        self._place()
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the state as plain data."""
+        return {
+            "stamp": self.stamp,
+            "seen": self._seen.tolist(),
+            "poses": [[then, where.x, where.y, where.yaw] for then, where in self._poses],
+            "marks": [[x, y, stamp, lost] for (x, y), (stamp, lost) in self._marks.items()],
+            "track": self.track.snapshot(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take over the state of a snapshot."""
+        self.stamp = state["stamp"]
+        self._seen = np.array(state["seen"], dtype=np.float64).reshape(-1, 2)
+        self._poses = [(then, Pose(x, y, yaw)) for then, x, y, yaw in state["poses"]]
+        self._marks = {(x, y): (stamp, lost) for x, y, stamp, lost in state["marks"]}
+        self.track.restore(state["track"])
+        self.pose = self._poses[-1][1] if self._poses else self.pose
+        self._place()
+
+    def _look(self, scan: Scan, planner: GridPlanner) -> None:
+        self.stamp = scan.stamp
+        taken_at = self._pose_at(scan.stamp)
+        self._seen = thin(to_fixed_frame(scan.points(), taken_at), taken_at, THINNED)
+        self._clear(scan, taken_at)
+        new = self._seen[~_explained(self._in_map(self._seen), planner)]
+        for x, y in np.floor(new / MARK).astype(int).tolist():
+            self._marks[(x, y)] = (scan.stamp, 0)
+        self._place()
+
+    def _place(self) -> None:
+        """Bring what is remembered into the map's frame."""
+        self.obstacles, self.unmapped = self._in_map(self._seen), self._in_map(self._centres())
+
+    def _in_map(self, points: FloatArray) -> FloatArray:
+        return to_fixed_frame(points, self.track.correction) if len(points) else points
+
+    def _centres(self) -> FloatArray:
+        if not self._marks:
+            return NO_POINTS
+        return (np.array(list(self._marks), dtype=np.float64) + 0.5) * MARK
+
+    def _pose_at(self, stamp: float) -> Pose:
+        earlier = self._poses[0]
+        for then, where in self._poses:
+            if then >= stamp:
+                span = then - earlier[0]
+                fraction = min(max((stamp - earlier[0]) / span, 0.0), 1.0) if span > 0.0 else 1.0
+                return interpolate(earlier[1], where, fraction)
+            earlier = (then, where)
+        return earlier[1]
+
+    def _clear(self, scan: Scan, taken_at: Pose) -> None:
+        """Drop the marks that the scan looks through, those under the robot, and those long unconfirmed."""
+        if not self._marks:
+            return
+        seen_from_base = to_base_frame(self._centres(), taken_at)
+        seen = to_base_frame(seen_from_base, scan.sensor)
+        distance = np.hypot(seen[:, 0], seen[:, 1])
+        ranges = scan.towards(seen)
+        lost = np.isposinf(ranges) & (distance + SEEN_THROUGH < scan.range_max)
+        gone = np.isfinite(ranges) & (ranges > distance + SEEN_THROUGH)
+        gone |= np.hypot(seen_from_base[:, 0], seen_from_base[:, 1]) < UNDER_ROBOT
+        for mark, is_gone, is_lost in list(zip(self._marks, gone.tolist(), lost.tolist(), strict=True)):
+            seen_at, lost_before = self._marks[mark]
+            beams = lost_before + 1 if is_lost else 0
+            if is_gone or beams >= LOST_BEAMS or scan.stamp - seen_at > FORGET_TIMEOUT:
+                del self._marks[mark]
+            else:
+                self._marks[mark] = (seen_at, beams)
+
+
+def _explained(points: FloatArray, planner: GridPlanner) -> NDArray[np.bool_]:
+    """Tell which points (N, 2), in the map's frame, need no mark: the map has them, or does not reach there."""
+    explained: NDArray[np.bool_] = ~planner.grid.covers(points) | (planner.clearance(points) <= EXPLAINED)
+    return explained

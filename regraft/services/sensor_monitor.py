@@ -1,0 +1,173 @@
+"""Watches what the sensors send, and tells when one of them fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from regraft import Component, Input, Output, Parameter, every
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.health import Level, SensorFault, SensorHealth
+from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
+from regraft.bus_schema.model.description import Resources
+from regraft.services.sensor_checks import (
+    FROZEN,
+    JUMPY,
+    SILENT,
+    Finding,
+    Jumps,
+    Sameness,
+    is_moving,
+    judge_picture,
+    judge_scan,
+    picture_fingerprint,
+    scan_fingerprint,
+)
+
+SENSORS = ("image", "scan", "odometry", "localization")
+LOOKS = 2.0
+"""Hz, of the looks at all sensors."""
+COMMAND_HOLDS = 0.5
+"""s: so long a robot drives on after a command."""
+
+
+@dataclass(slots=True)
+class _Watch:
+    """The record of one sensor."""
+
+    sameness: Sameness = field(default_factory=Sameness)
+    jumps: Jumps = field(default_factory=Jumps)
+    jumped_at: float | None = None
+    jumped_by: float = 0.0
+    finding: Finding | None = None
+    since: float = 0.0
+
+
+class SensorMonitor(Component):
+    """Looks at the sensors' messages now and then, and says which are silent, frozen, black, blind or jumpy.
+
+    A sensor is watched from its first message on, one of ``expected`` from the start. A sensor counts as frozen
+    when it sends exactly the same over and over, which noise keeps a working one from; a pose, when it stays
+    exactly the same though the robot drives. Pictures are rendered for this too, so leave ``image`` unconnected
+    where nobody else needs them.
+    """
+
+    resources = Resources(cpu=0.03, memory=20.0)
+
+    expected = Parameter(("odometry", "scan"), "sensors that must be heard from the start")
+    first_within = Parameter(5.0, "how long the first message may take", minimum=0.0, unit="s")
+    silent_after = Parameter(1.5, "how old the newest message may be", minimum=0.1, unit="s")
+    frozen_after = Parameter(2.0, "how long the same may come again and again", minimum=0.1, unit="s")
+    least_valid = Parameter(0.3, "share of the rays that must hit something", minimum=0.0, maximum=1.0)
+    most_gaps = Parameter(0.1, "share of neighbouring rays of which only one may hit", minimum=0.0, maximum=1.0)
+    largest_jump = Parameter(0.2, "how far a pose may jump beyond what the robot can drive", minimum=0.0, unit="m")
+    jumpy_for = Parameter(5.0, "how long a jump is held against a pose", minimum=0.0, unit="s")
+
+    image = Input(Image, latest_only=True, required=False, description="the pictures to watch")
+    scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")
+    odometry = Input(Odometry, latest_only=True, required=False, description="the pose by the wheels to watch")
+    localization = Input(Odometry, latest_only=True, required=False, description="the pose in the map to watch")
+    velocity = Input(Twist, latest_only=True, required=False, description="whether the robot is told to move")
+    sensor_health = Output(SensorHealth, description="what is wrong")
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Return the ``detection_delay``: how long (s) it takes at the most until a failure is told.
+
+        ``context`` may give the ``rate`` (Hz) of the sensor (default 5). The sensor falls silent, or sends the same
+        over and over; other failures are seen at the next look.
+        """
+        silent = float(parameters.get("silent_after", cls.silent_after.default))
+        frozen = float(parameters.get("frozen_after", cls.frozen_after.default))
+        period = 1.0 / float(context.get("rate", 5.0))
+        # Two looks lie between the first of the same messages and the one that is told of: each comes up to one late.
+        return {"detection_delay": max(silent + 1.0 / LOOKS, frozen + 2.0 / LOOKS + period)}
+
+    def on_configure(self) -> None:
+        """Begin without trouble; raises ValueError if there is no such sensor to expect."""
+        unknown = sorted(set(self.expected) - set(SENSORS))
+        if unknown:
+            raise ValueError(f"expected: no sensor {unknown[0]!r}; there are: {', '.join(SENSORS)}")
+        self._watches = {name: _Watch() for name in SENSORS}
+
+    def on_activate(self) -> None:
+        """Begin to listen now."""
+        self._listening_since = self.kit.now()
+
+    @every(hz=LOOKS)
+    def look(self) -> None:
+        """Judge all sensors and tell."""
+        now = self.kit.now()
+        watched, faults = [], []
+        for name, watch in self._watches.items():
+            if self._message(name) is None and name not in self.expected:
+                continue
+            topic = self._topic(name)
+            watched.append(topic)
+            self._take(topic, watch, self._judge(name, watch, now), now)
+            if watch.finding is not None:
+                faults.append(SensorFault(topic, watch.finding.fault, watch.finding.text, watch.since))
+        self.sensor_health.publish(SensorHealth(now, tuple(watched), tuple(faults)))
+
+    def evaluate(self) -> dict[str, float]:
+        """Return how many sensors have something wrong, as ``faults``."""
+        return {"faults": float(sum(watch.finding is not None for watch in self._watches.values()))}
+
+    def _message(self, name: str) -> Image | LaserScan | Odometry | None:
+        message: Image | LaserScan | Odometry | None = self.kit.inputs[name].latest
+        return message
+
+    def _topic(self, name: str) -> str:
+        return Keys(self.kit.system).topic_of(self.kit.inputs[name].key) or name
+
+    def _judge(self, name: str, watch: _Watch, now: float) -> Finding | None:
+        message = self._message(name)
+        if message is None:
+            quiet = now - self._listening_since
+            return Finding(SILENT, f"not heard of for {quiet:.0f} s") if quiet > self.first_within else None
+        if now - max(message.stamp, self._listening_since) > self.silent_after:
+            watch.sameness.reset()
+            return Finding(SILENT, f"silent since {message.stamp:.1f} s")
+        if isinstance(message, Image):
+            fingerprint = picture_fingerprint(message.pixels)
+            return judge_picture(fingerprint) or self._frozen(watch, fingerprint, message.stamp)
+        if isinstance(message, LaserScan):
+            frozen = self._frozen(watch, scan_fingerprint(message.ranges), message.stamp)
+            return frozen or judge_scan(message.ranges, self.least_valid, self.most_gaps)
+        return self._judge_pose(watch, message, now)
+
+    def _frozen(self, watch: _Watch, content: object, stamp: float) -> Finding | None:
+        seconds = watch.sameness.seconds(content, stamp)
+        return Finding(FROZEN, "exactly the same comes again and again") if seconds >= self.frozen_after else None
+
+    def _judge_pose(self, watch: _Watch, message: Odometry, now: float) -> Finding | None:
+        jump = watch.jumps.jump(message.stamp, message.pose, self.largest_jump)
+        if jump > 0.0:
+            watch.jumped_at, watch.jumped_by = now, jump
+        if not (is_moving(message.twist) or self._is_commanded(now)):
+            watch.sameness.reset()
+        elif self._frozen(watch, message.pose, message.stamp):
+            return Finding(FROZEN, "the pose stays exactly the same though the robot is to move")
+        if watch.jumped_at is not None and now - watch.jumped_at <= self.jumpy_for:
+            return Finding(JUMPY, f"the pose has jumped by {watch.jumped_by:.2f} (m or rad)", Level.WARNING)
+        return None
+
+    def _is_commanded(self, now: float) -> bool:
+        command, envelope = self.velocity.latest, self.velocity.envelope
+        if command is None or envelope is None:
+            return False
+        return is_moving(command) and now - envelope.stamp / 1e9 <= COMMAND_HOLDS
+
+    def _take(self, topic: str, watch: _Watch, finding: Finding | None, now: float) -> None:
+        """Take in a judgement, and tell where it is another than before."""
+        before, watch.finding = watch.finding, finding
+        if (finding.fault if finding else None) == (before.fault if before else None):
+            return
+        watch.since = now
+        if finding is not None:
+            self.kit.diagnose(topic, finding.level, finding.text, fault=finding.fault)
+            self.kit.event(f"sensor.{finding.fault}", f"{topic}: {finding.text}", topic=topic, fault=finding.fault)
+        elif before is not None:
+            self.kit.diagnose(topic, Level.OK, f"not {before.fault} any more")
+            self.kit.event("sensor.ok", f"{topic}: not {before.fault} any more", topic=topic, fault=before.fault)

@@ -1,0 +1,148 @@
+"""A camera that needs no OpenGL: one ray per pixel, shaded with numpy.
+
+It draws shapes, colours, floor textures and lamps as the OpenGL renderer does with shadows off, and the
+shadows of the first lamp if asked to; it knows no specular highlights, reflections, transparency or sky.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, expose, image_size
+from regraft.sim_service.cameras.lights import Lighting
+from regraft.sim_service.cameras.surfaces import geom_colours, plane_textures
+from regraft.sim_service.cameras.vectors import dot, rotate
+from regraft.sim_service.layout.placement import Placement
+from regraft.sim_service.layout.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+Brightness = npt.NDArray[np.float32]
+NO_BODY = -1
+SHADOW_SLACK = 1e-3
+"""A surface this near (m) to where a lamp's ray ends is lit, not in its own shadow."""
+
+
+class RayCamera:
+    """One camera of a placed world, rendered by casting rays.
+
+    Raises:
+        SceneError: the world has no such camera.
+    """
+
+    def __init__(self, scene: Scene, placement: Placement, settings: CameraSettings, *, shadows: bool = False) -> None:
+        """Prepare the rays; `shadows` lets the first lamp cast them."""
+        self._settings = settings
+        self._shadows = shadows
+        self._width, self._height = image_size(scene, settings)
+        self._model = scene.new_model()
+        self._data = mujoco.MjData(self._model)
+        placement.apply(scene, self._model, self._data.qpos)
+        self._lighting = Lighting(self._model)
+        self._camera = scene.index("camera", settings.name)
+        self._colours, self._emitted = geom_colours(self._model)
+        self._textures = plane_textures(self._model)
+        self._fan = _fan(float(self._model.cam_fovy[self._camera]), self._width, self._height)
+
+    def render(self, state: RenderState) -> Image:
+        """Return the picture of a moment."""
+        self._lighting.set_level(1.0 if self._settings.always_lit else state.light)
+        self._data.qpos[:] = state.qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        eye = self._data.cam_xpos[self._camera]
+        rays = rotate(self._fan, self._data.cam_xmat[self._camera])
+        geoms, distances, normals = self._cast(eye, rays)
+        hit = np.flatnonzero(geoms >= 0)
+        points = eye + distances[hit, None] * rays[hit]
+        light = self._light(points, normals[hit].astype(np.float32))
+        picture = np.zeros((len(rays), 3), np.float32)
+        picture[hit] = self._shade(geoms[hit], points, light)
+        image = np.rint(picture * 255.0).astype(np.uint8).reshape(self._height, self._width, 3)
+        return expose(image, self._settings, state.step)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _cast(self, origin: Floats, rays: Floats) -> tuple[npt.NDArray[np.int32], Floats, Floats]:
+        """Return the geom (-1: none), distance (m) and surface normal that each ray (n, 3) meets first."""
+        count = len(rays)
+        geoms, distances, normals = np.empty(count, np.int32), np.empty(count), np.empty((count, 3))
+        mujoco.mj_multiRay(
+            self._model,
+            self._data,
+            origin,
+            rays.ravel(),
+            None,
+            True,
+            NO_BODY,
+            geoms,
+            distances,
+            normals.ravel(),
+            count,
+            mujoco.mjMAXVAL,
+        )
+        return geoms, distances, normals
+
+    def _shade(self, geoms: npt.NDArray[np.int32], points: Floats, light: Brightness) -> Brightness:
+        """Return the colours (n, 3) between 0 and 1 of lit points (m, world frame) on geoms."""
+        colours = np.minimum(light * self._colours[geoms] + self._emitted[geoms], 1.0)
+        for texture in self._textures:
+            on_plane = np.flatnonzero(geoms == texture.geom)
+            colours[on_plane] *= texture.colours(self._data, points[on_plane])
+        return np.asarray(colours, np.float32)
+
+    def _light(self, points: Floats, normals: Brightness) -> Brightness:
+        """Return how much red, green and blue light (n, 3) falls on surface points (m, world frame)."""
+        headlight = self._model.vis.headlight
+        forward = -self._data.cam_xmat[self._camera].reshape(3, 3)[:, 2].astype(np.float32)
+        facing = np.maximum(-dot(normals, forward), 0.0)
+        light = np.asarray(headlight.ambient + facing[:, None] * headlight.diffuse, np.float32)
+        for lamp in range(self._model.nlight):
+            if self._model.light_active[lamp]:
+                light += self._model.light_ambient[lamp]
+                light += self._lamp(lamp, points, normals)[:, None] * self._model.light_diffuse[lamp]
+        return light
+
+    def _lamp(self, lamp: int, points: Floats, normals: Brightness) -> Brightness:
+        """Return the share (n) of a lamp's diffuse light that reaches each point."""
+        model = self._model
+        direction = self._data.light_xdir[lamp].astype(np.float32)
+        if int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL):
+            return np.maximum(-dot(normals, direction), 0.0)
+        origin = self._data.light_xpos[lamp]
+        beams = (points - origin).astype(np.float32)
+        distances = np.sqrt(dot(beams, beams))
+        beams /= distances[:, None]
+        share = np.maximum(-dot(normals, beams), 0.0)
+        constant, linear, quadratic = (float(value) for value in model.light_attenuation[lamp])
+        if linear or quadratic or constant != 1.0:
+            share /= constant + linear * distances + quadratic * distances**2
+        if int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_SPOT):
+            share *= _spot(dot(beams, direction), float(model.light_cutoff[lamp]), float(model.light_exponent[lamp]))
+        if self._shadows and lamp == 0:
+            _, reached, _ = self._cast(origin, beams.astype(np.float64))
+            share *= reached > distances - SHADOW_SLACK
+        return share
+
+
+def _spot(cosines: Brightness, cutoff: float, exponent: float) -> Brightness:
+    """Return how a spot light fades with the angle to its axis, given as a cosine (cut-off in degrees)."""
+    inside = cosines >= math.cos(math.radians(cutoff))
+    if exponent == 0.0:
+        return inside.astype(np.float32)
+    return np.where(inside, np.maximum(cosines, 0.0) ** exponent, 0.0).astype(np.float32)
+
+
+def _fan(fovy: float, width: int, height: int) -> Floats:
+    """Return unit vectors (n, 3) in the camera's frame (x right, y up, looking along -z), row by row from the
+    top.
+
+    The angle `fovy` (degrees) is the vertical field of view.
+    """
+    focal = height / 2.0 / math.tan(math.radians(fovy) / 2.0)
+    x = np.arange(width) + 0.5 - width / 2.0
+    y = height / 2.0 - np.arange(height) - 0.5
+    rays = np.stack([*np.meshgrid(x, y), np.full((height, width), -focal)], axis=-1).reshape(-1, 3)
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True), np.float64)

@@ -1,0 +1,127 @@
+"""Where a robot must stand to look at things."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from regraft.sim_service.layout.ground_map import FREE, GroundMap, Rasteriser
+from regraft.sim_service.layout.poses import Pose2D, wrap_angle
+from regraft.sim_service.layout.scene import Scene
+
+BEARINGS = 72
+STANDOFFS = (0.8, 0.9, 0.7, 1.0, 0.6)
+"""Distances (m) from the object's outline, best first."""
+ROBOT_RADIUS = 0.22
+MARGIN = 0.08
+ENOUGH_ROOM = 0.5
+"""More room (m) than this around a pose is no better."""
+SIGHT_OFFSETS = (-0.15, 0.0, 0.15)
+"""Where (m, left of straight ahead) lines of sight must be free."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ViewingGoal:
+    """A pose (map frame) from which the named body is straight ahead, near, and in free sight."""
+
+    name: str
+    pose: Pose2D
+
+
+class GoalError(ValueError):
+    """No pose to look at a body from."""
+
+
+def viewing_goals(scene: Scene, rasteriser: Rasteriser, group: str, start: Pose2D) -> tuple[ViewingGoal, ...]:
+    """Return a viewing pose for each body of the MJCF tuple `group`, in its order.
+
+    Each is in free space with room for the robot, can be reached from the start, and has nothing between it
+    and the object at the grid's height. Of several, the one with most room around it is taken.
+
+    Raises:
+        SceneError: there is no such tuple.
+        GoalError: a body can't be seen from any such pose, or the robot starts where it has no room.
+    """
+    search = _Search(rasteriser.map(), start)
+    return tuple(
+        ViewingGoal(body, search.pose(body, rasteriser.body_cells(body))) for body in scene.bodies_of_tuple(group)
+    )
+
+
+class _Search:
+    def __init__(self, ground_map: GroundMap, start: Pose2D) -> None:
+        self._map = ground_map
+        free = (ground_map.occupancy == FREE).astype(np.uint8)
+        cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
+        self._room = (cells - 0.5) * ground_map.resolution
+        passable = (self._room >= ROBOT_RADIUS).astype(np.uint8)
+        _, self._regions = cv2.connectedComponents(passable, connectivity=4)
+        has_room = ground_map.is_free(start.x, start.y)
+        self._start_region = int(self._regions[ground_map.cell(start.x, start.y)]) if has_room else 0
+        if self._start_region == 0:
+            raise GoalError(f"the robot has no room at its start ({start.x:.2f}, {start.y:.2f})")
+
+    def pose(self, body: str, cells: npt.NDArray[np.bool_]) -> Pose2D:
+        rows, columns = np.nonzero(cells)
+        if len(rows) == 0:
+            raise GoalError(f"body {body!r} does not reach the height of the map, so nothing can face it")
+        origin, resolution = self._map.origin, self._map.resolution
+        middle_x = origin[0] + (float(columns.min() + columns.max()) / 2.0 + 0.5) * resolution
+        middle_y = origin[1] + (float(rows.min() + rows.max()) / 2.0 + 0.5) * resolution
+        for standoff in STANDOFFS:
+            candidates = [
+                self._candidate(middle_x, middle_y, 2.0 * math.pi * k / BEARINGS, standoff, cells)
+                for k in range(BEARINGS)
+            ]
+            room, pose = max(candidates, key=lambda candidate: candidate[0])
+            if room > 0.0:
+                return pose
+        raise GoalError(f"no free pose from which the robot could look at {body!r}")
+
+    def _candidate(
+        self, x: float, y: float, bearing: float, standoff: float, cells: npt.NDArray[np.bool_]
+    ) -> tuple[float, Pose2D]:
+        """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if it is no good."""
+        outline = self._outline(x, y, bearing, cells)
+        distance = outline + standoff
+        pose = Pose2D(x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_angle(bearing + math.pi))
+        if not self._map.is_free(pose.x, pose.y):
+            return 0.0, pose
+        cell = self._map.cell(pose.x, pose.y)
+        room = float(self._room[cell])
+        reachable = int(self._regions[cell]) == self._start_region
+        if room < ROBOT_RADIUS + MARGIN or not reachable or not self._sight(pose, standoff, cells):
+            return 0.0, pose
+        return min(room, ENOUGH_ROOM), pose
+
+    def _outline(self, x: float, y: float, bearing: float, cells: npt.NDArray[np.bool_]) -> float:
+        """Return how far (m) the body reaches from (x, y) in a direction."""
+        step = self._map.resolution / 2.0
+        reach = step * max(cells.shape) * 2.0
+        farthest = 0.0
+        for distance in np.arange(0.0, reach, step).tolist():
+            if self._contains(cells, x + distance * math.cos(bearing), y + distance * math.sin(bearing)):
+                farthest = distance
+        return farthest
+
+    def _sight(self, pose: Pose2D, standoff: float, cells: npt.NDArray[np.bool_]) -> bool:
+        """Tell whether nothing but the object itself stands ahead of the pose, up to the object's outline."""
+        step = self._map.resolution / 2.0
+        cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
+        for offset in SIGHT_OFFSETS:
+            for ahead in np.arange(0.0, standoff, step).tolist():
+                x = pose.x + ahead * cosine - offset * sine
+                y = pose.y + ahead * sine + offset * cosine
+                if not (self._map.is_free(x, y) or self._contains(cells, x, y)):
+                    return False
+        return True
+
+    def _contains(self, cells: npt.NDArray[np.bool_], x: float, y: float) -> bool:
+        row, column = self._map.cell(x, y)
+        rows, columns = cells.shape
+        return 0 <= row < rows and 0 <= column < columns and bool(cells[row, column])

@@ -1,0 +1,93 @@
+"""Reading from a world file which bodies may be placed where.
+
+A rule is a `<custom><text name="place BODY" data="..."/>`, whose data are words and values:
+`x LOW HIGH  y LOW HIGH` (m, required), `gap METRES` to everything else (default 0), `radius METRES` of the
+body's outline (default: from its geoms), `seen_by CAMERA` (the whole body must be in that camera's
+unobstructed view), `clear SITE METRES` (the body's outline keeps this far from an MJCF site, such as a dock).
+"""
+
+from dataclasses import dataclass
+
+from regraft.sim_service.layout.footprints import body_radius
+from regraft.sim_service.layout.scene import Scene, SceneError
+
+PREFIX = "place "
+VALUES_PER_WORD = {"x": 2, "y": 2, "gap": 1, "radius": 1, "seen_by": 1, "clear": 2}
+
+
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    """How far (m) a body's outline must stay from a site."""
+
+    site: str
+    distance: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementRule:
+    """Where one body may stand; lengths in m, positions in the map frame."""
+
+    body: str
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+    gap: float
+    radius: float
+    seen_by: str | None
+    clear: Clearance | None = None
+
+
+def placement_rules(scene: Scene) -> tuple[PlacementRule, ...]:
+    """Return the rules of a world in the order of its file, which is the order of drawing.
+
+    Raises:
+        SceneError: a rule is malformed or names a body, a camera or a site that does not exist.
+    """
+    texts = scene.texts().items()
+    return tuple(
+        _parse(scene, name.removeprefix(PREFIX).strip(), data) for name, data in texts if name.startswith(PREFIX)
+    )
+
+
+def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
+    number = scene.index("body", body)
+    if int(scene.model.body_parentid[number]) != 0:
+        raise SceneError(f"{scene.path}: body {body!r} can't be placed: it is not a child of the worldbody")
+    if not scene.is_static(number):
+        scene.free_joint_position(body)
+    values = _words(scene, body, data)
+    try:
+        rule = PlacementRule(
+            body=body,
+            x_range=(float(values["x"][0]), float(values["x"][1])),
+            y_range=(float(values["y"][0]), float(values["y"][1])),
+            gap=float(values["gap"][0]) if "gap" in values else 0.0,
+            radius=float(values["radius"][0]) if "radius" in values else body_radius(scene, number),
+            seen_by=values["seen_by"][0] if "seen_by" in values else None,
+            clear=Clearance(values["clear"][0], float(values["clear"][1])) if "clear" in values else None,
+        )
+    except KeyError as error:
+        raise SceneError(f"{scene.path}: text 'place {body}' lacks {error.args[0]!r} and its range") from error
+    except ValueError as error:
+        raise SceneError(f"{scene.path}: text 'place {body}': {error}") from error
+    if rule.seen_by is not None:
+        scene.index("camera", rule.seen_by)
+    if rule.clear is not None:
+        scene.index("site", rule.clear.site)
+    return rule
+
+
+def _words(scene: Scene, body: str, data: str) -> dict[str, list[str]]:
+    words = data.split()
+    values: dict[str, list[str]] = {}
+    while words:
+        word = words.pop(0)
+        if word not in VALUES_PER_WORD:
+            known = ", ".join(VALUES_PER_WORD)
+            raise SceneError(f"{scene.path}: text 'place {body}': unknown word {word!r}; known are: {known}")
+        if word in values:
+            raise SceneError(f"{scene.path}: text 'place {body}': {word!r} is given twice")
+        count = VALUES_PER_WORD[word]
+        if len(words) < count:
+            raise SceneError(f"{scene.path}: text 'place {body}': {word!r} needs {count} value(s)")
+        values[word], words = words[:count], words[count:]
+    return values

@@ -1,0 +1,141 @@
+"""Somebody who walks through the world, for robots to stop for.
+
+The world file has a body that slides along x and y and turns about z, by joints named ``visitor_x``,
+``visitor_y`` and ``visitor_yaw``. It is moved along its way; nothing pushes it aside. Cameras see it, because
+joints are part of what they are told, and so does the lidar.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import mujoco
+
+from regraft.sim_service.layout.poses import Pose2D
+from regraft.sim_service.layout.scene import Scene
+
+JOINTS = ("visitor_x", "visitor_y", "visitor_yaw")
+COURTESY = 0.55
+"""m: the visitor waits while its next step would bring it this near to the robot's middle."""
+DEFAULT_SPEED = 0.3
+
+
+class WalkError(ValueError):
+    """A walk that cannot be read; the message names the part and what would be right."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """Straight on from waypoint to waypoint (x, y in m, map frame) at a speed (m/s), and back the same way."""
+
+    waypoints: tuple[tuple[float, float], ...]
+    speed: float = DEFAULT_SPEED
+
+    @property
+    def length(self) -> float:
+        """The length (m) of the way to the last waypoint."""
+        return sum(math.dist(a, b) for a, b in pairwise(self.waypoints))
+
+    def pose(self, travelled: float) -> Pose2D:
+        """Return where somebody is who has walked so far (m), facing where they go."""
+        there_and_back = travelled % (2.0 * self.length)
+        going = there_and_back <= self.length
+        left = there_and_back if going else 2.0 * self.length - there_and_back
+        for (x, y), (to_x, to_y) in pairwise(self.waypoints):
+            stretch = math.dist((x, y), (to_x, to_y))
+            if left <= stretch:
+                break
+            left -= stretch
+        share = min(left / stretch, 1.0)
+        way_x, way_y = (to_x - x, to_y - y) if going else (x - to_x, y - to_y)
+        return Pose2D(x + share * (to_x - x), y + share * (to_y - y), math.atan2(way_y, way_x))
+
+
+def parse_walk(text: str, parameter: str = "visitor") -> Walk | None:
+    """Return the walk in a text such as ``1.0 0.0; -1.0 0.5 @0.3``: waypoints, then the speed; None if it is empty.
+
+    Raises:
+        WalkError: a part is malformed, there are fewer than two waypoints, or two in a row are the same.
+    """
+    if not text.strip():
+        return None
+    way, _, speed = text.partition("@")
+    numbers = [[_number(word, part, parameter) for word in part.split()] for part in way.split(";")]
+    waypoints = []
+    for part, point in zip(way.split(";"), numbers, strict=True):
+        if len(point) != 2:
+            raise WalkError(f"{parameter}: {part.strip()!r} must be a waypoint x y, as in '1.0 0.0; -1.0 0.5 @0.3'")
+        waypoints.append((point[0], point[1]))
+    if len(waypoints) < 2 or any(a == b for a, b in pairwise(waypoints)):
+        raise WalkError(f"{parameter}: {text!r} must have two or more waypoints, neighbours at different places")
+    pace = _number(speed.strip(), speed, parameter) if speed.strip() else DEFAULT_SPEED
+    if not 0.0 < pace <= 3.0:
+        raise WalkError(f"{parameter}: '@{speed.strip()}' must be a speed above 0 and at most 3 m/s")
+    return Walk(tuple(waypoints), pace)
+
+
+def _number(word: str, part: str, parameter: str) -> float:
+    try:
+        number = float(word)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise WalkError(f"{parameter}: {word!r} in {part.strip()!r} must be a number")
+    return number
+
+
+class Visitor:
+    """Moves the visitor of one running world; raises SceneError if the world has none."""
+
+    def __init__(self, scene: Scene, walk: Walk) -> None:
+        model = scene.model
+        joints = [scene.index("joint", name) for name in JOINTS]
+        self._positions = [int(model.jnt_qposadr[joint]) for joint in joints]
+        self._velocities = [int(model.jnt_dofadr[joint]) for joint in joints]
+        body = int(model.jnt_bodyid[joints[0]])
+        self._origin = (float(model.body_pos[body][0]), float(model.body_pos[body][1]))
+        self._walk = walk
+        self._travelled = 0.0
+
+    def begin(self, data: mujoco.MjData, robot: Pose2D) -> None:
+        """Stand at the first place of the walk that is not where the robot (map frame) stands."""
+        step = 0.05
+        while self._travelled < self._walk.length and self._too_near(self._travelled, robot):
+            self._travelled += step
+        self._put(data, 0.0)
+
+    def move(self, data: mujoco.MjData, seconds: float, robot: Pose2D) -> None:
+        """Walk on for some seconds, or wait for the robot to get out of the way."""
+        following = self._travelled + self._walk.speed * seconds
+        waits = self._too_near(following, robot) and not self._gets_away(following, robot)
+        if not waits:
+            self._travelled = following
+        self._put(data, 0.0 if waits else self._walk.speed)
+
+    def _too_near(self, travelled: float, robot: Pose2D) -> bool:
+        pose = self._walk.pose(travelled)
+        return math.dist((pose.x, pose.y), (robot.x, robot.y)) < COURTESY
+
+    def _gets_away(self, following: float, robot: Pose2D) -> bool:
+        now, then = self._walk.pose(self._travelled), self._walk.pose(following)
+        return math.dist((then.x, then.y), (robot.x, robot.y)) > math.dist((now.x, now.y), (robot.x, robot.y))
+
+    def _put(self, data: mujoco.MjData, speed: float) -> None:
+        pose = self._walk.pose(self._travelled)
+        place = (pose.x - self._origin[0], pose.y - self._origin[1], pose.yaw)
+        motion = (speed * math.cos(pose.yaw), speed * math.sin(pose.yaw), 0.0)
+        for position, velocity, value, rate in zip(self._positions, self._velocities, place, motion, strict=True):
+            data.qpos[position] = value
+            data.qvel[velocity] = rate
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return how far the visitor has walked, as plain data."""
+        return {"travelled": self._travelled}
+
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over how far the visitor had walked; where it stands is part of the physics."""
+        self._travelled = float(snapshot["travelled"])

@@ -1,0 +1,48 @@
+"""The map of the simulated world, and the places worth visiting in it."""
+
+from __future__ import annotations
+
+from regraft import Component, Output, Parameter, every
+from regraft.bus_schema.messages.geometry import FramedPose, Pose
+from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
+from regraft.bus_schema.model.description import Resources
+from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.world import MAP_FRAME
+
+
+class MapServer(Component):
+    """Publishes the map of all that stands still, and the poses to look at the mission's objects from.
+
+    Both are made from the world file and the run's seed, so they fit the running world without asking it.
+    """
+
+    handler_timeout = 2.0
+    resources = Resources(cpu=0.01, memory=30.0)
+
+    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
+    group = Parameter("goals", "the MJCF tuple that lists the objects to visit, in order", read_only=True)
+    resolution = Parameter(0.05, "side of a map cell", minimum=0.01, maximum=0.5, unit="m", read_only=True)
+    rate = Parameter(0.5, "how often the map and the goals are published", minimum=0.01, maximum=10.0, unit="Hz")
+
+    map = Output(OccupancyGrid, description="the map")
+    goals = Output(Goals, description="where to look at the objects from, in the order of the visits")
+
+    def on_configure(self) -> None:
+        """Make the map and the goals; raises SceneError, PlacementError, GoalError."""
+        if not self.file:
+            raise ValueError("the parameter 'file' must name the world's MJCF file")
+        simulation = Simulation(load_scene(self.file), self.kit.seed)
+        self._ground = simulation.ground_map(self.resolution)
+        self._goals = tuple(
+            NamedGoal(goal.name, FramedPose(MAP_FRAME, Pose.planar(goal.pose.x, goal.pose.y, goal.pose.yaw)))
+            for goal in simulation.goals(self.group, self.resolution)
+        )
+
+    @every(hz=rate)
+    def tell(self) -> None:
+        """Publish the map and the goals."""
+        now, ground = self.kit.now(), self._ground
+        origin = Pose.planar(*ground.origin, 0.0)
+        self.map.publish(OccupancyGrid(now, MAP_FRAME, ground.resolution, origin, ground.occupancy))
+        self.goals.publish(Goals(now, self._goals))

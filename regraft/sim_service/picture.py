@@ -1,0 +1,132 @@
+"""Draw a world: `python -m regraft.sim_service.picture WORLD.xml OUT.png`.
+
+The picture is for people: with shadows, a sky and smooth edges, none of which the robot's own cameras see.
+"""
+
+import argparse
+import sys
+
+import cv2
+import mujoco
+import numpy as np
+
+from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, image_size
+from regraft.sim_service.cameras.gl_camera import Backend, GLCamera
+from regraft.sim_service.cameras.ray_camera import RayCamera
+from regraft.sim_service.cameras.renderers import probe
+from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
+from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+
+FINER = 2
+"""Pixels drawn for each pixel of the picture, in either direction: that makes edges smooth."""
+SHADOW_MAP = 8192
+SHADOW_REACH = 2.0
+"""Half the width of the shadow map, in extents of the world."""
+APART = 1e-4
+"""Metres by which boxes are made to differ in height."""
+HORIZON, ZENITH = (0.93, 0.95, 0.97), (0.42, 0.58, 0.76)
+LAMP_AT, LAMP_TO = (-3.2, 1.2, 6.5), (0.0, 0.0, 0.0)
+LAMP_STRENGTH, OTHERS_STRENGTH, HEADLIGHT_STRENGTH = 0.55, 0.35, 1.25
+"""The casting lamp's brightness; shares of their own brightness that the world's lamps and the headlight keep."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the picture and return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m regraft.sim_service.picture", description="Draw a simulated world."
+    )
+    parser.add_argument("world", help="the world's MJCF file")
+    parser.add_argument("out", help="the picture file to write (.png or .jpg)")
+    parser.add_argument("--seed", type=int, default=None, help="place bodies by this seed (default: as in the file)")
+    parser.add_argument("--camera", default="overview", help="which camera of the world draws (default: overview)")
+    parser.add_argument("--width", type=int, default=None, help="pixels (default: the camera's)")
+    parser.add_argument("--height", type=int, default=None, help="pixels (default: the camera's)")
+    options = parser.parse_args(arguments)
+    try:
+        view = CameraSettings(options.camera, options.width, options.height)
+        used = draw(options.world, options.out, options.seed, view)
+    except (SceneError, PlacementError, OSError, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    print(f"wrote {options.out} (renderer: {used})")
+    return 0
+
+
+def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
+    """Write a picture of a world and return the name of the renderer.
+
+    Raises:
+        SceneError, PlacementError: the world is wrong.
+        ValueError: a size is not positive.
+        OSError: the picture can't be written.
+    """
+    scene = load_scene(world)
+    placement = Placement({}) if seed is None else draw_placement(scene, seed)
+    renderer = probe().renderer
+    width, height = image_size(scene, view)
+    eye: RayCamera | Painter
+    if renderer == "ray":
+        eye = RayCamera(scene, placement, view)
+    else:
+        eye = Painter(dressed(scene), placement, CameraSettings(view.name, width * FINER, height * FINER), renderer)
+    qpos = scene.model.qpos0.copy()
+    placement.apply(scene, scene.new_model(), qpos)
+    try:
+        image = eye.render(RenderState(qpos, 1.0, 0))
+    finally:
+        eye.close()
+    _write(out, np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), np.uint8))
+    return renderer
+
+
+def dressed(scene: Scene) -> Scene:
+    """Return the world with a sky above it and a lamp that casts shadows."""
+    spec = mujoco.MjSpec.from_file(str(scene.path))
+    spec.visual.quality.shadowsize = SHADOW_MAP
+    spec.visual.headlight.ambient = np.asarray(spec.visual.headlight.ambient) * HEADLIGHT_STRENGTH
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        width=256,
+        height=1536,
+        rgb1=ZENITH,
+        rgb2=HORIZON,
+    )
+    spec.visual.map.shadowclip = SHADOW_REACH
+    for number, geom in enumerate(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_BOX:
+            # Where faces of two boxes coincide, the casting lamp would light both, one through the other.
+            geom.size = np.asarray(geom.size) + np.array([0.0, 0.0, number * APART])
+    for lamp in spec.lights:
+        lamp.diffuse = np.asarray(lamp.diffuse) * OTHERS_STRENGTH
+    spec.worldbody.add_light(
+        name="sun",
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=LAMP_AT,
+        dir=np.subtract(LAMP_TO, LAMP_AT),
+        diffuse=[LAMP_STRENGTH] * 3,
+        castshadow=True,
+    )
+    return Scene(scene.path, spec.compile(), "")
+
+
+class Painter(GLCamera):
+    """A camera that takes its time: it draws shadows."""
+
+    def __init__(self, scene: Scene, placement: Placement, settings: CameraSettings, backend: Backend) -> None:
+        super().__init__(scene, placement, settings, backend)
+        self._picture.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 1
+
+
+def _write(out: str, image: Image) -> None:
+    try:
+        written = cv2.imwrite(out, np.ascontiguousarray(image[:, :, ::-1]))
+    except cv2.error as error:
+        raise OSError(f"can't write {out}: {error.err}") from error
+    if not written:
+        raise OSError(f"can't write {out}: is there such a folder?")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,214 @@
+"""The report of evaluation B: the published table and tests beside ours, or those of the corrected definitions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from regraft.evaluation.reports.figures import NEEDS, drawn
+from regraft.evaluation.reports.markdown import UNKNOWN, mean_and_sd, number, p_value, table
+from regraft.evaluation.reports.sections import (
+    Arms,
+    Claim,
+    Measure,
+    adaptations_table,
+    arms_of,
+    comparisons_table,
+    costs_line,
+    head,
+    intervals_table,
+    measures_table,
+)
+from regraft.evaluation.reports.statistics import summary
+from regraft.evaluation.rows import Rows
+from regraft.evaluation.study import Report, Results
+from regraft.stacks.frog.studies import rounds_measures as measures
+from regraft.stacks.frog.studies.architecture_figures import figures
+from regraft.stacks.frog.studies.published_results import PUBLISHED, PUBLISHED_P
+from regraft.stacks.frog.studies.reactions_table import reactions_table
+from regraft.stacks.frog.studies.rounds_recorder import REQUIREMENTS
+
+BASELINE, PLANNED = "baseline", "planned"
+AS_PUBLISHED: dict[str, Measure] = {
+    "hits per call": measures.hits_per_look,
+    "hits per picture": measures.hits_per_picture,
+    "v/v_max": measures.published_velocity_ratio,
+    "1/W": measures.published_inverse_power,
+    "U_vis": measures.published_visiting_utility,
+    "U_det": measures.published_detecting_utility,
+    "U_vis, text": partial(measures.published_visiting_utility, satisfied=measures.text_satisfied),
+}
+"""``U_vis, text`` is U_vis with MoveSafely as the paper's text defines it."""
+CORRECTED: dict[str, Measure] = {
+    "U_vis": measures.visiting_utility,
+    "U_det": measures.detecting_utility,
+    "hits per picture": measures.hits_per_picture,
+    "within the budget": measures.within_budget_share,
+    "v/v_max": measures.velocity_ratio,
+    "1/W": measures.inverse_power,
+    "MoveSafely": measures.safe_share,
+    "near": measures.near_share,
+    "legs": measures.legs_driven,
+}
+
+
+def _at_most_slow(drive: measures.Drive) -> bool:
+    return measures.moves_safely(drive, lambda speed: speed <= measures.SLOW)
+
+
+SENSITIVITY: dict[str, Measure] = {
+    "U_vis": measures.visiting_utility,
+    "U_vis, ≤ 0.18 is slow": partial(measures.visiting_utility, satisfied=_at_most_slow),
+    "U_vis, W in J": partial(measures.visiting_utility, cost=measures.energy),
+    "U_vis, both": partial(measures.visiting_utility, satisfied=_at_most_slow, cost=measures.energy),
+    "U_det": measures.detecting_utility,
+    "U_det, per call": measures.published_detecting_utility,
+}
+
+
+def report(results: Results) -> Report:
+    """Return the report of whatever there is."""
+    arms = arms_of(results)
+    parts = [head("FROG: does adapting the architecture pay?", results)]
+    body = _published(arms) if results.definitions == "published" else _corrected(arms)
+    parts += body if arms.runs else ["No run is finished.\n"]
+    if arms.runs:
+        parts += [_satisfaction(arms), _adaptation(arms, results)]
+    pictures = {name: content for name, draw in figures(arms).items() if (content := drawn(draw)) is not None}
+    parts += [f"![{name.removesuffix('.png').replace('_', ' ')}]({name})\n" for name in pictures]
+    if arms.runs and not pictures:
+        parts.append(f"{NEEDS}.\n")
+    return Report("\n".join(parts), pictures)
+
+
+# --- published ---
+
+
+def _published(arms: Arms) -> list[str]:
+    rows = []
+    for key in arms.runs:
+        rows.append([f"{key}, here", *(_mean_and_sd(arms.values(key, each)) for each in AS_PUBLISHED.values())])
+        known = PUBLISHED.get(key, {})
+        rows.append([f"{key}, published", *(mean_and_sd(*known[name]) if known else UNKNOWN for name in AS_PUBLISHED)])
+    claims = [Claim(name, key, BASELINE) for name in ("U_vis", "U_det") for key in arms.runs if key != BASELINE]
+    text = [Claim("U_vis, text", BASELINE, key) for key in arms.runs if key != BASELINE]
+    shown = [
+        [claim.measure, f"{claim.greater} > {claim.less}", p_value(PUBLISHED_P[claim.greater, claim.measure])]
+        for claim in claims
+        if (claim.greater, claim.measure) in PUBLISHED_P
+    ]
+    return [
+        "## Table I, by the published formulas\n",
+        table(["", *AS_PUBLISHED], rows),
+        "*Published* figures are recomputed from the published rows, with columns labelled by what they are.\n",
+        "## Tests\n",
+        comparisons_table(arms, claims, AS_PUBLISHED, 0.001),
+        "Published, uncorrected:\n",
+        table(["measure", "claim", "p"], shown),
+        "With MoveSafely as the paper's text has it, nothing near OR a maximum below 0.18 m/s, the other way round:\n",
+        comparisons_table(arms, text, AS_PUBLISHED, 0.001),
+        "## The same runs by the corrected measures\n",
+        measures_table(arms, CORRECTED),
+        intervals_table(arms, {name: AS_PUBLISHED[name] for name in ("U_vis", "U_det")}),
+    ]
+
+
+# --- corrected ---
+
+
+def _corrected(arms: Arms) -> list[str]:
+    parts = ["## Utilities\n"]
+    for scenario, keys in scenarios(arms).items():
+        parts += [f"### {scenario}\n", measures_table(arms, CORRECTED, keys)]
+    planner = [
+        Claim(name, key, other)
+        for keys in scenarios(arms).values()
+        for key in keys
+        if arms.name(key) == PLANNED
+        for name in ("U_vis", "U_det")
+        for other in keys
+        if not other.startswith(PLANNED)
+    ]
+    adapted = [
+        Claim(name, key, baseline)
+        for keys in scenarios(arms).values()
+        for baseline in keys
+        if arms.name(baseline) == BASELINE
+        for key in keys
+        if arms.name(key) in ("internal", "external")
+        for name in ("U_vis", "U_det")
+    ]
+    return [
+        *parts,
+        "## Is the planner better than all others?\n",
+        comparisons_table(arms, planner, CORRECTED, 0.01),
+        "## Are internal and external better than the baseline?\n",
+        comparisons_table(arms, adapted, CORRECTED, 0.01),
+        "## Sensitivity\n",
+        measures_table(arms, SENSITIVITY),
+        "## Intervals\n",
+        intervals_table(arms, {name: CORRECTED[name] for name in ("U_vis", "U_det")}),
+        "## Why: what a second of driving is worth\n",
+        _why(arms),
+    ]
+
+
+def scenarios(arms: Arms) -> dict[str, list[str]]:
+    """Return the configurations' keys by scenario."""
+    found: dict[str, list[str]] = {}
+    for key, runs in arms.runs.items():
+        found.setdefault(runs[0].configuration.scenario, []).append(key)
+    return found
+
+
+def _why(arms: Arms) -> str:
+    rows = []
+    for key, runs in arms.runs.items():
+        drives = [drive for run in runs for drive in measures.drives_of(run.rows)]
+        cells = []
+        for near in (False, True):
+            own = [drive for drive in drives if measures.is_near(drive.nearest) is near]
+            slow = sum(drive.max_velocity < measures.SLOW for drive in own)
+            speed = sum(drive.speed for drive in own) / len(own) if own else float("nan")
+            share = f"{slow / len(own):.0%}" if own else UNKNOWN
+            cells += [f"{len(own) / len(drives):.0%}" if drives else UNKNOWN, share, number(speed)]
+        rows.append([key, *cells])
+    headings = ["far", "maximum < 0.18", "mean speed", "near", "maximum < 0.18", "mean speed"]
+    return table(["configuration", *headings], rows)
+
+
+# --- both ---
+
+
+def _satisfaction(arms: Arms) -> str:
+    rows = [[key, *(_mean_and_sd(arms.values(key, _share_of(name))) for name in REQUIREMENTS)] for key in arms.runs]
+    text = "Share of the seconds for which it was known, while its task ran, by the requirement's own definition.\n"
+    return f"## Requirements satisfied\n\n{text}\n{table(['configuration', *REQUIREMENTS], rows)}"
+
+
+def _share_of(requirement: str) -> Callable[[Rows], float]:
+    def share(rows: Rows) -> float:
+        known = [value for value in rows.number(requirement) if value == value]
+        return sum(known) / len(known) if known else float("nan")
+
+    return share
+
+
+def _adaptation(arms: Arms, results: Results) -> str:
+    cost = "An adaptation takes no simulated time; what it takes on the wall clock is this machine's.\n"
+    return "\n".join(
+        [
+            "## Adaptations\n",
+            cost,
+            adaptations_table(arms),
+            "## Reactions\n",
+            reactions_table(arms),
+            "## Cost of the runs\n",
+            costs_line(results),
+        ]
+    )
+
+
+def _mean_and_sd(values: Sequence[float]) -> str:
+    found = summary(values)
+    return mean_and_sd(found.mean, found.sd)
