@@ -10,12 +10,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.cameras.camera import RenderState
 from regraft.sim_service.cameras.lights import check_level
 from regraft.sim_service.layout.goals import ViewingGoal, viewing_goals
 from regraft.sim_service.layout.ground_map import GroundMap, Rasteriser
+from regraft.sim_service.layout.headings import yaw_of_matrix
 from regraft.sim_service.layout.placement import Placement, draw_placement
-from regraft.sim_service.layout.poses import Pose2D, Twist2D, yaw_of_matrix
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.layout.visitor import Visitor, Walk
 from regraft.sim_service.robot.contacts import ContactEvent, ContactMonitor

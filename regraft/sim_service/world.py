@@ -12,8 +12,8 @@ from regraft.bus_schema.messages.sensors import LaserScan, LightLevel, Odometry
 from regraft.bus_schema.messages.world import GroundTruth, WorldState
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
+from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.layout.identity import world_hash
-from regraft.sim_service.layout.poses import Pose2D, Twist2D
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.layout.visitor import parse_walk
 from regraft.sim_service.robot.failures import (

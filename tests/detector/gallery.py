@@ -11,12 +11,12 @@ import numpy as np
 
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.sensors import Image
+from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
 from regraft.sim_service.cameras.camera_mount import camera_mount
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.layout.ground_map import GroundMap
 from regraft.sim_service.layout.placement import Placement, draw_placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import Scene, load_scene
 from regraft.sim_service.simulation import Simulation
 from tests.services.rigs import FROG, SIZES

@@ -18,12 +18,12 @@ from regraft.bus_schema.messages.perception import Detect, Sightings
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.component.component import describe
+from regraft.planar import Pose2D
 from regraft.services.detector.detector import Detector
 from regraft.services.detector.finder import Found
 from regraft.services.detector.hydrant_detector import HydrantDetector
 from regraft.services.detector.template_detector import TemplateDetector
 from regraft.sim_service.cameras.renderers import RendererName
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.testing import Rig
 from tests.services.rigs import Studio
 

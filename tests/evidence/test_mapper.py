@@ -14,20 +14,18 @@ import numpy as np
 import pytest
 
 from regraft.evaluation.map_quality import map_quality
+from regraft.planar import Pose2D, Twist2D
 from regraft.services.mapper.component import MappingComponent
 from regraft.services.mapper.mapper import Mapper
 from regraft.services.mapper.mapping import GridSettings, Mapping
-from regraft.services.mapper.maps.poses import Pose
 from regraft.services.mapper.maps.scan import Scan
 from regraft.services.mapper.matching.localizer import Localizer, MatchingLocalizer, TrustingLocalizer
 from regraft.services.mapper.odometry_mapper import OdometryMapper
-from regraft.services.navigator import geometry
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Follower
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.planner import GridPlanner
 from regraft.services.navigator.sensing import scan
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robot.odometry import OdometrySettings
 from regraft.sim_service.simulation import Simulation, SimulationSettings
@@ -40,7 +38,7 @@ SECONDS = 300
 TICKS_PER_SCAN = 4
 TRAVEL_NOISE = 0.01
 """m of a wheel's travel after 1 m: the odometry alone is then off by some decimetres at the end."""
-MOUNT = Pose(-0.064, 0.0, 0.0)
+MOUNT = Pose2D(-0.064, 0.0, 0.0)
 
 
 @dataclass
@@ -55,7 +53,7 @@ class Passenger:
     def __post_init__(self) -> None:
         self.mapping = Mapping(GridSettings(), self.localizer)
 
-    def ride(self, time: float, odometry: Pose, truth: Pose2D, seen: Scan | None) -> None:
+    def ride(self, time: float, odometry: Pose2D, truth: Pose2D, seen: Scan | None) -> None:
         """Take in what the sensors say at a time (s)."""
         self.mapping.take_odometry(time, odometry)
         if seen:
@@ -82,7 +80,7 @@ def drive(seed: int) -> Trip:
     ground = simulation.ground_map()
     planner = GridPlanner(OccupancyGrid(ground.occupancy, ground.resolution, *ground.origin))
     follower = Follower(planner, Limits())
-    goals = [geometry.Pose(goal.pose.x, goal.pose.y, goal.pose.yaw) for goal in simulation.goals()]
+    goals = [Pose2D(goal.pose.x, goal.pose.y, goal.pose.yaw) for goal in simulation.goals()]
     trip = Trip({Mapper: Passenger(MatchingLocalizer()), OdometryMapper: Passenger(TrustingLocalizer())})
     start, visits, last_scan = simulation.ground_truth().pose, 0, None
     follower.start(goals[0])
@@ -94,13 +92,11 @@ def drive(seed: int) -> Trip:
             ranges = simulation.scan().ranges.astype(np.float32).astype(np.float64)
             seen, last_scan = Scan(time, ranges, MOUNT), scan.Scan(time, ranges)
         for passenger in trip.mappers.values():
-            passenger.ride(time, Pose(read.x, read.y, read.yaw), truth.pose, seen)
+            passenger.ride(time, Pose2D(read.x, read.y, read.yaw), truth.pose, seen)
         trip.distance += abs(truth.twist.v) * settings.tick
         trip.contacts += len(simulation.take_contact_events())
         pose, twist = truth.pose, truth.twist
-        command = follower.update(
-            time, geometry.Pose(pose.x, pose.y, pose.yaw), geometry.Twist(twist.v, twist.w), last_scan
-        )
+        command = follower.update(time, Pose2D(pose.x, pose.y, pose.yaw), Twist2D(twist.v, twist.w), last_scan)
         simulation.command(command.v, command.w)
         if command.done or command.failed:
             visits += 1

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from regraft.planar import Pose2D, Twist2D
 from regraft.services.navigator.driving.control import Controller
 from regraft.services.navigator.driving.controller import RolloutController
 from regraft.services.navigator.driving.pursuit import PursuitController
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Follower
-from regraft.services.navigator.geometry import Pose, Twist, compose
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.planner import GridPlanner
@@ -33,7 +33,7 @@ CONTROLLERS: dict[type[Navigator], Controller] = {
     Navigator: RolloutController(),
     PursuitNavigator: PursuitController(),
 }
-NO_JUMP = Pose(0.0, 0.0, 0.0)
+NO_JUMP = Pose2D(0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Driver:
     def visit_all(self) -> Round:
         """Drive to each goal in turn."""
         for goal in self.simulation.goals():
-            self.follower.start(Pose(goal.pose.x, goal.pose.y, goal.pose.yaw))
+            self.follower.start(Pose2D(goal.pose.x, goal.pose.y, goal.pose.yaw))
             while not self._tick():
                 pass
         self.round.seconds = self.simulation.time
@@ -85,10 +85,10 @@ class Driver:
             self.scan = Scan(simulation.time, seen.ranges, seen.angle_min, seen.angle_increment)
         if self.jump and visit.ticks % 20 == 0:
             x, y, yaw = (self.jump * self.noise.uniform(-1.0, 1.0, 3)).tolist()
-            self.correction = Pose(x, y, yaw / 2)
+            self.correction = Pose2D(x, y, yaw / 2)
         reading = simulation.odometry()
-        pose = compose(self.correction, Pose(reading.pose.x, reading.pose.y, reading.pose.yaw))
-        twist = Twist(reading.twist.v, reading.twist.w)
+        pose = self.correction.compose(Pose2D(reading.pose.x, reading.pose.y, reading.pose.yaw))
+        twist = Twist2D(reading.twist.v, reading.twist.w)
         began = time.perf_counter()
         command = self.follower.update(simulation.time, pose, twist, self.scan)
         visit.costs.append(time.perf_counter() - began)

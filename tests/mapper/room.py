@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Diagnostic
+from regraft.planar import Pose2D
 from regraft.services.mapper.component import MappingComponent
 from regraft.services.mapper.mapper import Mapper
-from regraft.services.mapper.maps.poses import Pose
 from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.testing import Rig
 
@@ -23,7 +23,7 @@ TICK = 0.05
 TICKS_PER_SCAN = 4
 RANGE = 3.5
 NOISE = 0.01
-MOUNT = Pose(-0.064, 0.0, 0.0)
+MOUNT = Pose2D(-0.064, 0.0, 0.0)
 Box = tuple[float, float, float, float]
 """Low x, low y, high x, high y (m)."""
 
@@ -31,7 +31,7 @@ WALLS: list[Box] = [(-2.6, -2.1, -2.5, 2.1), (2.0, -2.1, 2.1, 2.1), (-2.6, -2.1,
 THINGS: list[Box] = [(-1.6, 1.1, -1.2, 1.5), (1.1, -1.4, 1.3, -1.2), (-0.2, 1.4, 0.3, 1.6)]
 
 
-def cast(boxes: list[Box], pose: Pose, seed: int) -> NDArray[np.float32]:
+def cast(boxes: list[Box], pose: Pose2D, seed: int) -> NDArray[np.float32]:
     """Return the ranges (360; m) of a lidar at a pose, with noise; inf where nothing is near enough."""
     angles = pose.yaw + np.arange(360) * math.tau / 360
     with np.errstate(divide="ignore", over="ignore"):
@@ -60,13 +60,13 @@ def true_cells(boxes: list[Box]) -> tuple[NDArray[np.int8], float, tuple[float, 
     return cells, 0.05, (-2.6, -2.1)
 
 
-def circle(seconds: float) -> Pose:
+def circle(seconds: float) -> Pose2D:
     """Return where the robot is on its way: round and round, at 0.2 m/s."""
     angle = 0.25 * seconds
-    return Pose(0.8 * math.cos(angle) - 0.3, 0.8 * math.sin(angle), angle + math.pi / 2)
+    return Pose2D(0.8 * math.cos(angle) - 0.3, 0.8 * math.sin(angle), angle + math.pi / 2)
 
 
-def exact(pose: Pose, seconds: float) -> Pose:
+def exact(pose: Pose2D, seconds: float) -> Pose2D:
     """Return what an odometry without error says."""
     return pose
 
@@ -78,13 +78,13 @@ class Ride:
     rig: Rig
     cls: type[MappingComponent]
     parameters: dict[str, object] = field(default_factory=dict)
-    way: Callable[[float], Pose] = circle
-    odometry: Callable[[Pose, float], Pose] = exact
+    way: Callable[[float], Pose2D] = circle
+    odometry: Callable[[Pose2D, float], Pose2D] = exact
     boxes: list[Box] = field(default_factory=lambda: WALLS + THINGS)
     ticks: int = 0
     speaks: set[str] = field(default_factory=lambda: {"odometry", "scan"})
     spoil: Callable[[NDArray[np.float32]], NDArray[np.float32]] = lambda ranges: ranges
-    truth: list[Pose] = field(default_factory=list)
+    truth: list[Pose2D] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.mapper = self.rig.add(self.cls, "mapper", self.parameters)
@@ -116,14 +116,14 @@ class Ride:
             if "scan" in self.speaks and self.ticks % TICKS_PER_SCAN == 0:
                 self.tell_scan(pose)
 
-    def tell_odometry(self, pose: Pose) -> None:
+    def tell_odometry(self, pose: Pose2D) -> None:
         """Publish the odometry at a true pose."""
         read = self.odometry(pose, self.now)
         placed = geometry.Pose.planar(read.x, read.y, read.yaw)
         twist = geometry.Twist.planar(0.2, 0.25)
         self.rig.publish("odometry", sensors.Odometry(self.now, "odom", "base_link", placed, twist))
 
-    def tell_scan(self, pose: Pose) -> None:
+    def tell_scan(self, pose: Pose2D) -> None:
         """Publish a scan at a true pose."""
         ranges = self.spoil(cast(self.boxes, pose.compose(MOUNT), self.ticks))
         mount = geometry.Pose(geometry.Vector3(MOUNT.x, 0.0, 0.1))

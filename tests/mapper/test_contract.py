@@ -16,8 +16,8 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from regraft.component.component import describe
 from regraft.evaluation.map_quality import MapQuality, map_quality
+from regraft.planar import Pose2D
 from regraft.services.mapper.component import MappingComponent
-from regraft.services.mapper.maps.poses import Pose
 from regraft.testing import Rig
 from tests.services.rigs import set_parameters
 
@@ -102,7 +102,7 @@ def test_what_moved_away_leaves_no_trace(ride: Ride) -> None:
 
 def test_a_jump_of_the_odometry_is_told_and_does_not_move_the_robot(ride: Ride) -> None:
     ride.go(4.0)
-    ride.odometry = lambda pose, now: Pose(5.0, -3.0, 1.0).compose(pose)
+    ride.odometry = lambda pose, now: Pose2D(5.0, -3.0, 1.0).compose(pose)
     ride.go(4.0)
     assert ride.levels("odometry") == ["warning"]
     assert any(event.kind == "mapper.odometry_jump" for event in ride.rig.events)
@@ -162,7 +162,7 @@ def test_equal_messages_give_equal_maps_to_the_byte(mapper: type[MappingComponen
 
 @pytest.mark.parametrize("successor", MAPPERS, ids=lambda cls: cls.__name__)
 def test_any_mapper_goes_on_from_the_state_of_another(ride: Ride, successor: type[MappingComponent]) -> None:
-    ride.odometry = lambda pose, now: Pose(0.3 if now > 2.0 else 0.0, 0.0, 0.0).compose(pose)
+    ride.odometry = lambda pose, now: Pose2D(0.3 if now > 2.0 else 0.0, 0.0, 0.0).compose(pose)
     ride.go(6.0)
     known = ride.maps[-1]
     state = ride.remove()

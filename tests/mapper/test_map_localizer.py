@@ -13,9 +13,9 @@ from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.component.component import describe
+from regraft.planar import Pose2D
 from regraft.services.mapper.map_localizer import MapLocalizer
 from regraft.services.mapper.mapper import Mapper
-from regraft.services.mapper.maps.poses import Pose
 from regraft.testing import Rig
 from tests.mapper.room import MOUNT, RANGE, THINGS, TICK, TICKS_PER_SCAN, WALLS, Ride, cast, circle, true_cells
 
@@ -30,7 +30,7 @@ class Walk:
     """A robot on its round, whose odometry is off by ``shift`` and turns by ``drift`` rad/s."""
 
     rig: Rig
-    shift: Pose = field(default_factory=Pose)
+    shift: Pose2D = field(default_factory=Pose2D)
     drift: float = 0.0
     ticks: int = 0
     place: list[sensors.Odometry] = field(default_factory=list)
@@ -51,7 +51,7 @@ class Walk:
 
     def odometry(self) -> sensors.Odometry:
         now = self.ticks * TICK
-        read = self.shift.compose(Pose(yaw=self.drift * now)).compose(circle(now))
+        read = self.shift.compose(Pose2D(yaw=self.drift * now)).compose(circle(now))
         pose = geometry.Pose.planar(read.x, read.y, read.yaw)
         return sensors.Odometry(now, "odom", "base_link", pose, geometry.Twist.planar(0.2, 0.25))
 
@@ -95,7 +95,7 @@ def test_the_map_holds_when_its_maker_falls_silent_and_is_repeated() -> None:
 
 def test_where_the_robot_is_to_begin_with_is_believed() -> None:
     with Rig() as rig:
-        walk = Walk(rig, shift=Pose(3.0, -2.0, 1.0))
+        walk = Walk(rig, shift=Pose2D(3.0, -2.0, 1.0))
         rig.publish("map", room_map())
         walk.go(TICK)
         truth = circle(walk.ticks * TICK)
@@ -116,7 +116,7 @@ def test_what_is_said_of_the_start_is_not_believed_against_scans_that_fit() -> N
 
 def test_a_robot_of_unknown_place_is_searched_for_on_the_map() -> None:
     with Rig() as rig:
-        walk = Walk(rig, shift=Pose(0.9, 0.7, 2.0))
+        walk = Walk(rig, shift=Pose2D(0.9, 0.7, 2.0))
         rig.publish("map", room_map())
         walk.go(12.0)
         assert walk.error < 0.05
@@ -183,5 +183,5 @@ def test_it_says_what_it_would_give_and_what_it_gives() -> None:
         assert walk.localizer.evaluate()["inlier_ratio"] == pytest.approx(1.0, abs=0.1)
 
 
-def _parts(pose: Pose) -> tuple[float, float, float]:
+def _parts(pose: Pose2D) -> tuple[float, float, float]:
     return pose.x, pose.y, pose.yaw

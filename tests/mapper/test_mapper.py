@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from regraft.planar import Pose2D
 from regraft.services.mapper.mapper import Mapper
-from regraft.services.mapper.maps.poses import Pose
 from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.testing import Rig
 
@@ -23,9 +23,9 @@ def ride() -> Iterator[Ride]:
         yield Ride(rig, Mapper)
 
 
-def drifting(pose: Pose, seconds: float) -> Pose:
+def drifting(pose: Pose2D, seconds: float) -> Pose2D:
     """Return what an odometry says that turns away by half a degree a second, and creeps aside."""
-    return Pose(0.004 * seconds, 0.0, 0.009 * seconds).compose(pose)
+    return Pose2D(0.004 * seconds, 0.0, 0.009 * seconds).compose(pose)
 
 
 def test_a_drifting_odometry_is_corrected_and_its_drift_told_with_its_size(ride: Ride) -> None:
@@ -55,7 +55,7 @@ def test_a_frozen_odometry_is_corrected(ride: Ride) -> None:
 
 def test_a_robot_that_is_lifted_away_is_told_and_found_again(ride: Ride) -> None:
     ride.go(14.0)
-    ride.way = lambda seconds: Pose(-1.9, -1.3, 2.5 + 0.1 * seconds)
+    ride.way = lambda seconds: Pose2D(-1.9, -1.3, 2.5 + 0.1 * seconds)
     # The wheels do not notice: the odometry goes on turning from where it was.
     lifted_at = circle(14.0).compose(ride.way(14.0).inverse())
     ride.odometry = lambda pose, now: lifted_at.compose(pose)

@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.geometry import FramedPose, Twist
 from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.component.goal import Goal
-from regraft.services.navigator.geometry import Pose, compose
+from regraft.planar import Pose2D
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.sensing.scan import Scan
@@ -46,7 +46,7 @@ class Stage:
     robot: Robot
     commands: list[Twist]
     diagnostics: list[Diagnostic]
-    correction: Pose = field(default_factory=lambda: Pose(0.0, 0.0, 0.0))
+    correction: Pose2D = field(default_factory=lambda: Pose2D(0.0, 0.0, 0.0))
     """By how much the pose in the map is off, as seen from the map."""
     scans: bool = True
     odometry: bool = True
@@ -55,12 +55,12 @@ class Stage:
     """Share of the beams that do not come back."""
     frozen_scan: bool = False
     motors: bool = True
-    _shown: tuple[Pose, Twist] | None = None
+    _shown: tuple[Pose2D, Twist] | None = None
     _ranges: Scan | None = None
     _scanned_at: float = -1.0
 
     @classmethod
-    def of(cls, rig: Rig, kind: type[Navigator], start: Pose, boxes: list[Box] | None = None) -> Stage:
+    def of(cls, rig: Rig, kind: type[Navigator], start: Pose2D, boxes: list[Box] | None = None) -> Stage:
         """Put a navigator and a robot into a room of which the map is known."""
         robot = Robot(start, ROOM if boxes is None else boxes)
         navigator = rig.add(kind, "navigator")
@@ -109,7 +109,7 @@ class Stage:
         now = self.robot.time
         if self._shown is None or not self.frozen_odometry:
             twist = Twist.planar(self.robot.twist.v, self.robot.twist.w)
-            self._shown = compose(self.correction, self.robot.pose), twist
+            self._shown = self.correction.compose(self.robot.pose), twist
         if self.odometry:
             pose, twist = self._shown
             place = geometry.Pose.planar(pose.x, pose.y, pose.yaw)

@@ -12,7 +12,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.services.navigator.geometry import Pose, wrap_angle
+from regraft.planar import Pose2D, wrap_angle
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.pursuit_navigator import PursuitNavigator
@@ -22,7 +22,7 @@ from ..services.rigs import set_parameters
 from .stage import ROOM, Stage, room_map
 from .world import FROG_BOXES, Box, frog_map
 
-START = Pose(0.6, 2.0, 0.0)
+START = Pose2D(0.6, 2.0, 0.0)
 DIVIDED = [*ROOM, Box(2.0, 1.4, 0.1, 2.8)]
 """The room with a wall that is open above y = 2.8."""
 WALL = Box(2.0, 2.0, 0.1, 4.0)
@@ -56,7 +56,7 @@ def test_goals_in_a_cluttered_room_are_reached_in_tolerance_without_touching_any
 ) -> None:
     noise = np.random.default_rng(seed)
     with Rig() as rig:
-        stage = Stage.of(rig, kind, Pose(1.6, -1.6, 1.0), FROG_BOXES)
+        stage = Stage.of(rig, kind, Pose2D(1.6, -1.6, 1.0), FROG_BOXES)
         stage.show_map(frog_map())
         for x, y in noise.permutation([(-1.5, 1.6), (0.2, 0.2), (1.8, 1.7), (-1.6, -1.7)])[:2].tolist():
             yaw = float(noise.uniform(-3.1, 3.1))
@@ -137,7 +137,7 @@ def test_way_that_a_growing_map_closes_is_reported_with_the_reason(stage: Stage)
 def test_room_that_becomes_known_on_the_way_is_crossed_around_its_wall(kind: type[Navigator]) -> None:
     whole = room_map(DIVIDED).cells
     with Rig() as rig:
-        stage = Stage.of(rig, kind, Pose(0.6, 0.6, 0.0), DIVIDED)
+        stage = Stage.of(rig, kind, Pose2D(0.6, 0.6, 0.0), DIVIDED)
         stage.show_map(OccupancyGrid(np.full((84, 84), -1, np.int8), 0.05, -0.1, -0.1))
         drive = stage.send(3.4, 0.6)
         for columns in range(10, 85, 3):
@@ -173,7 +173,7 @@ def test_pose_that_jumps_when_it_is_corrected_leads_to_the_goal_without_wavering
     drive = stage.send(3.4, 2.0)
     while not drive.done and stage.robot.time < 60.0:
         x, y, yaw = (noise.uniform(-1, 1, 3) * [0.04, 0.04, 0.02]).tolist()
-        stage.correction = Pose(x, y, yaw)
+        stage.correction = Pose2D(x, y, yaw)
         stage.run(0.7)
     assert drive.result is not None
     assert drive.result.arrived, drive.result.reason

@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.driving.control import Manoeuvres, Situation
 from regraft.services.navigator.driving.controller import RolloutController
 from regraft.services.navigator.driving.robot import Footprint, Limits
-from regraft.services.navigator.geometry import FloatArray, Pose, Twist, to_fixed_frame
 
 from .world import Box, Robot
 
 CONTROLLER = RolloutController()
 MANOEUVRES = Manoeuvres()
 NOTHING = np.empty((0, 2))
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = Pose2D(0.0, 0.0, 0.0)
 AHEAD = np.column_stack([np.linspace(0.0, 2.0, 41), np.zeros(41)])
 
 
@@ -25,9 +25,9 @@ def wall(x: float, low: float = -1.0, high: float = 1.0) -> FloatArray:
     return np.column_stack([np.full(len(y), x), y])
 
 
-def settle(obstacles: FloatArray, path: FloatArray, limits: Limits, pose: Pose = ORIGIN) -> Twist:
+def settle(obstacles: FloatArray, path: FloatArray, limits: Limits, pose: Pose2D = ORIGIN) -> Twist2D:
     """Return the twist that the controller settles on where the robot does not get on."""
-    twist = Twist()
+    twist = Twist2D()
     for _ in range(20):
         twist = CONTROLLER.follow(Situation(pose, twist, obstacles, limits), path).twist
     return twist
@@ -43,7 +43,7 @@ def settle(obstacles: FloatArray, path: FloatArray, limits: Limits, pose: Pose =
 )
 def test_no_limit_is_ever_exceeded(max_velocity: float, yaw: float, v: float, w: float, distance: float) -> None:
     limits = Limits(max_velocity=max_velocity)
-    now = Situation(Pose(0.0, 0.0, yaw), Twist(v, w), wall(distance), limits)
+    now = Situation(Pose2D(0.0, 0.0, yaw), Twist2D(v, w), wall(distance), limits)
     for twist in (
         CONTROLLER.follow(now, AHEAD).twist,
         MANOEUVRES.turn(now, 1.0).twist,
@@ -55,7 +55,7 @@ def test_no_limit_is_ever_exceeded(max_velocity: float, yaw: float, v: float, w:
 
 
 def test_saturation_keeps_the_curvature() -> None:
-    twist = Limits().saturate(Twist(0.2, 0.8))
+    twist = Limits().saturate(Twist2D(0.2, 0.8))
     assert twist.w / twist.v == pytest.approx(4.0)
     assert twist.v + twist.w * 0.287 / 2 == pytest.approx(0.27)
 
@@ -73,7 +73,7 @@ def test_straight_path_is_driven_straight_at_full_speed() -> None:
 
 
 def test_path_behind_the_robot_is_first_turned_to_in_place() -> None:
-    decision = CONTROLLER.follow(Situation(Pose(0.0, 0.0, 2.5), Twist(), NOTHING, Limits()), AHEAD)
+    decision = CONTROLLER.follow(Situation(Pose2D(0.0, 0.0, 2.5), Twist2D(), NOTHING, Limits()), AHEAD)
     assert decision.turning
     assert decision.twist.v == 0.0
     assert decision.twist.w < 0.0
@@ -81,27 +81,27 @@ def test_path_behind_the_robot_is_first_turned_to_in_place() -> None:
 
 def test_turn_goes_the_long_way_round_where_the_short_one_is_not_free() -> None:
     corner = np.array([[-0.20, 0.19]])  # in the way of the rear left corner, for a turn to the right
-    free = MANOEUVRES.turn(Situation(ORIGIN, Twist(), NOTHING, Limits()), -0.6)
-    confined = MANOEUVRES.turn(Situation(ORIGIN, Twist(), corner, Limits()), 0.6)
+    free = MANOEUVRES.turn(Situation(ORIGIN, Twist2D(), NOTHING, Limits()), -0.6)
+    confined = MANOEUVRES.turn(Situation(ORIGIN, Twist2D(), corner, Limits()), 0.6)
     assert free.twist.w < 0.0
-    assert not MANOEUVRES.can_turn(Situation(ORIGIN, Twist(), corner, Limits()), -0.6)
+    assert not MANOEUVRES.can_turn(Situation(ORIGIN, Twist2D(), corner, Limits()), -0.6)
     assert confined.twist.w > 0.0
 
 
 def test_robot_between_two_walls_does_not_turn() -> None:
     sides = np.concatenate([wall(0.0, 0.19, 0.22), -wall(0.15, 0.19, 0.22), wall(-0.15, 0.19, 0.22)])
     sides = np.concatenate([sides, sides * [1.0, -1.0]])
-    decision = MANOEUVRES.turn(Situation(ORIGIN, Twist(), sides, Limits()), 1.5)
+    decision = MANOEUVRES.turn(Situation(ORIGIN, Twist2D(), sides, Limits()), 1.5)
     assert decision.blocked
-    assert decision.twist == Twist()
+    assert decision.twist == Twist2D()
 
 
 def test_obstacle_right_ahead_stops_the_robot() -> None:
-    now = Situation(ORIGIN, Twist(0.26, 0.0), wall(0.11), Limits())
+    now = Situation(ORIGIN, Twist2D(0.26, 0.0), wall(0.11), Limits())
     decision = CONTROLLER.follow(now, AHEAD)
     assert decision.blocked
     assert decision.twist.v == pytest.approx(0.26 - 2.5 * 0.05)
-    assert settle(wall(0.11), AHEAD, Limits()) == Twist()
+    assert settle(wall(0.11), AHEAD, Limits()) == Twist2D()
 
 
 def test_the_nearer_the_wall_ahead_the_slower() -> None:
@@ -121,7 +121,7 @@ def test_passage_just_wider_than_the_robot_is_driven_slowly() -> None:
 def test_post_close_beside_the_path_is_passed_without_touching_it() -> None:
     robot = Robot(ORIGIN, [Box(0.8, 0.22, 0.05, 0.05)])
     for _ in range(300):
-        seen = to_fixed_frame(robot.scan().points(), robot.pose)
+        seen = robot.pose.outward(robot.scan().points())
         decision = CONTROLLER.follow(Situation(robot.pose, robot.twist, seen, Limits()), AHEAD)
         robot.drive(decision.twist.v, decision.twist.w)
     assert robot.pose.x > 1.8
@@ -129,8 +129,8 @@ def test_post_close_beside_the_path_is_passed_without_touching_it() -> None:
 
 
 def test_backing_up_needs_a_free_rear() -> None:
-    free = Situation(ORIGIN, Twist(), wall(0.2), Limits())
-    confined = Situation(ORIGIN, Twist(), wall(-0.26), Limits())
+    free = Situation(ORIGIN, Twist2D(), wall(0.2), Limits())
+    confined = Situation(ORIGIN, Twist2D(), wall(-0.26), Limits())
     assert MANOEUVRES.can_back_up(free, 0.15)
     assert MANOEUVRES.back_up(free, 0.05).twist.v == pytest.approx(-0.05)
     assert not MANOEUVRES.can_back_up(confined, 0.15)

@@ -7,10 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from regraft.planar import Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Command, Follower
-from regraft.services.navigator.geometry import Pose, Twist, polyline_length, wrap_angle
 from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_BOXES, FROG_GOALS, Box, Robot, frog_map, rasterise
 
@@ -42,7 +43,7 @@ def random_start(seed: int) -> Robot:
     while True:
         x, y, yaw = noise.uniform([-1.7, -1.7, -math.pi], [1.7, 1.7, math.pi]).tolist()
         if FROG_PLANNER.clearance(np.array([[x, y]]))[0] > 0.28:
-            return Robot(Pose(x, y, yaw), FROG_BOXES, noise)
+            return Robot(Pose2D(x, y, yaw), FROG_BOXES, noise)
 
 
 @pytest.mark.parametrize("seed", [8])
@@ -51,7 +52,7 @@ def test_all_frog_goals_are_reached_from_anywhere_without_touching_anything(seed
     follower = Follower(FROG_PLANNER, Limits(max_velocity=0.26 if seed % 2 else 0.18))
     for goal in FROG_GOALS:
         yaw = float(robot.noise.uniform(-math.pi, math.pi))
-        follower.start(Pose(*goal, yaw))
+        follower.start(Pose2D(*goal, yaw))
         last = drive(follower, robot)
         assert last.done, last.reason
         # The goals lie inside objects, so the robot stands beside them.
@@ -62,9 +63,9 @@ def test_all_frog_goals_are_reached_from_anywhere_without_touching_anything(seed
 
 
 def test_free_goal_is_reached_within_its_tolerances() -> None:
-    robot = Robot(Pose(0.5, 0.5, 3.0), ROOM)
+    robot = Robot(Pose2D(0.5, 0.5, 3.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.2, 2.4, 1.0))
+    follower.start(Pose2D(3.2, 2.4, 1.0))
     assert drive(follower, robot).done
     assert math.dist(robot.pose.position, (3.2, 2.4)) <= 0.08
     assert abs(robot.pose.yaw - 1.0) <= 0.15
@@ -73,7 +74,7 @@ def test_free_goal_is_reached_within_its_tolerances() -> None:
 def test_max_velocity_holds_at_all_times_also_when_it_changes_under_way() -> None:
     robot = random_start(3)
     follower = Follower(FROG_PLANNER, Limits(max_velocity=0.10))
-    follower.start(Pose(1.8, 1.8, 0.0))
+    follower.start(Pose2D(1.8, 1.8, 0.0))
 
     def speed_up(command: Command) -> None:
         if robot.time < 10.0:
@@ -87,18 +88,18 @@ def test_max_velocity_holds_at_all_times_also_when_it_changes_under_way() -> Non
 
 
 def test_robot_that_may_hardly_drive_still_arrives() -> None:
-    robot = Robot(Pose(1.0, 1.0, 0.0), ROOM)
+    robot = Robot(Pose2D(1.0, 1.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits(max_velocity=0.02))
-    follower.start(Pose(1.4, 1.5, 0.0))
+    follower.start(Pose2D(1.4, 1.5, 0.0))
     last = drive(follower, robot)
     assert last.done, last.reason
     assert last.recoveries == 0
 
 
 def test_robot_that_may_not_drive_waits_until_it_may() -> None:
-    robot = Robot(Pose(1.0, 1.0, 0.0), ROOM)
+    robot = Robot(Pose2D(1.0, 1.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits(max_velocity=0.0))
-    follower.start(Pose(2.0, 2.0, 0.0))
+    follower.start(Pose2D(2.0, 2.0, 0.0))
     for _ in range(1000):
         command = follower.update(robot.time, robot.pose, robot.twist, robot.scan())
         robot.drive(command.v, command.w)
@@ -111,9 +112,9 @@ def test_robot_that_may_not_drive_waits_until_it_may() -> None:
 
 def test_goal_behind_a_wall_is_reached_around_it() -> None:
     boxes = [*ROOM, Box(2.0, 1.4, 0.1, 2.8)]
-    robot = Robot(Pose(1.2, 0.8, 0.0), boxes)
+    robot = Robot(Pose2D(1.2, 0.8, 0.0), boxes)
     follower = Follower(GridPlanner(rasterise(boxes, (84, 84), (-0.1, -0.1))), Limits())
-    follower.start(Pose(2.8, 0.8, -1.5))
+    follower.start(Pose2D(2.8, 0.8, -1.5))
     assert drive(follower, robot).done
     assert robot.collisions == []
 
@@ -121,8 +122,8 @@ def test_goal_behind_a_wall_is_reached_around_it() -> None:
 def test_unreachable_goal_fails_at_once_and_says_why() -> None:
     boxes = [*ROOM, Box(2.0, 2.0, 0.1, 4.0)]
     follower = Follower(GridPlanner(rasterise(boxes, (84, 84), (-0.1, -0.1))), Limits())
-    follower.start(Pose(3.0, 2.0, 0.0))
-    robot = Robot(Pose(1.0, 2.0, 0.0), boxes)
+    follower.start(Pose2D(3.0, 2.0, 0.0))
+    robot = Robot(Pose2D(1.0, 2.0, 0.0), boxes)
     command = follower.update(0.0, robot.pose, robot.twist, robot.scan())
     assert command.failed
     assert "no path from (1.000, 2.000) to (3.000, 2.000)" in command.reason
@@ -131,9 +132,9 @@ def test_unreachable_goal_fails_at_once_and_says_why() -> None:
 
 @pytest.mark.parametrize("offset", [-0.15])
 def test_box_that_is_not_on_the_map_is_avoided(offset: float) -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), [*ROOM, Box(2.0, 2.0 + offset, 0.4, 0.6)])
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), [*ROOM, Box(2.0, 2.0 + offset, 0.4, 0.6)])
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     last = drive(follower, robot)
     assert last.done, last.reason
     assert robot.collisions == []
@@ -150,7 +151,7 @@ def test_clutter_that_is_not_on_the_map_is_never_touched(seed: int) -> None:
         if clear_of_start and clear_of_goal:
             robot.boxes = [*robot.boxes, box]
     follower = Follower(FROG_PLANNER, Limits())
-    follower.start(Pose(1.8, -1.7, 0.0))
+    follower.start(Pose2D(1.8, -1.7, 0.0))
     last = drive(follower, robot)
     assert last.done, last.reason
     assert robot.collisions == []
@@ -159,9 +160,9 @@ def test_clutter_that_is_not_on_the_map_is_never_touched(seed: int) -> None:
 def test_someone_who_walks_into_the_way_stops_the_robot_and_leaving_lets_it_go_on() -> None:
     corridor = [Box(2.0, 1.5, 4.0, 0.1), Box(2.0, 2.5, 4.0, 0.1)]
     planner = GridPlanner(rasterise([*ROOM, *corridor], (84, 84), (-0.1, -0.1)))
-    robot = Robot(Pose(0.6, 2.0, 0.0), [*ROOM, *corridor])
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), [*ROOM, *corridor])
     follower = Follower(planner, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     stood = []
 
     def walk(command: Command) -> None:
@@ -178,9 +179,9 @@ def test_someone_who_walks_into_the_way_stops_the_robot_and_leaving_lets_it_go_o
 
 
 def test_someone_who_crosses_in_front_is_not_run_into() -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), ROOM)
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
 
     def cross(command: Command) -> None:
         robot.boxes = [*ROOM, Box(1.8, 3.2 - 0.25 * robot.time, 0.3, 0.3)]
@@ -190,9 +191,9 @@ def test_someone_who_crosses_in_front_is_not_run_into() -> None:
 
 
 def test_way_that_stays_blocked_fails_with_the_reason_after_bounded_recoveries() -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), [*ROOM, Box(2.0, 2.0, 0.1, 4.0)])
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), [*ROOM, Box(2.0, 2.0, 0.1, 4.0)])
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     last = drive(follower, robot)
     assert last.failed
     assert last.recoveries == 6
@@ -202,17 +203,17 @@ def test_way_that_stays_blocked_fails_with_the_reason_after_bounded_recoveries()
 
 def test_two_ways_that_are_both_blocked_do_not_keep_the_robot_going_forever() -> None:
     divider = Box(2.0, 2.0, 0.2, 1.8)
-    robot = Robot(Pose(0.6, 2.0, 0.0), [*ROOM, divider, Box(2.0, 0.5, 0.2, 1.2), Box(2.0, 3.5, 0.2, 1.2)])
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), [*ROOM, divider, Box(2.0, 0.5, 0.2, 1.2), Box(2.0, 3.5, 0.2, 1.2)])
     follower = Follower(GridPlanner(rasterise([*ROOM, divider], (84, 84), (-0.1, -0.1))), Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     assert drive(follower, robot).failed
     assert robot.collisions == []
 
 
 def test_robot_without_scans_stands_and_fails_after_a_while() -> None:
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.0, 3.0, 0.0))
-    commands = [follower.update(0.05 * i, Pose(1.0, 1.0, 0.0), Twist(), None) for i in range(250)]
+    follower.start(Pose2D(3.0, 3.0, 0.0))
+    commands = [follower.update(0.05 * i, Pose2D(1.0, 1.0, 0.0), Twist2D(), None) for i in range(250)]
     assert all((command.v, command.w) == (0.0, 0.0) for command in commands)
     assert commands[150].phase == "waiting"
     assert commands[150].faults[0].subject == "scan"
@@ -221,9 +222,9 @@ def test_robot_without_scans_stands_and_fails_after_a_while() -> None:
 
 
 def test_lidar_that_falls_silent_stops_the_robot() -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), ROOM)
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     for _ in range(60):
         command = follower.update(robot.time, robot.pose, robot.twist, robot.scan())
         robot.drive(command.v, command.w)
@@ -236,9 +237,9 @@ def test_lidar_that_falls_silent_stops_the_robot() -> None:
 
 
 def test_distance_and_time_left_shrink_to_nothing() -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), ROOM)
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     left: list[tuple[float, float]] = []
     drive(follower, robot, lambda command: left.append((command.distance_left, command.time_left)))
     assert left[0][0] == pytest.approx(2.8, abs=0.1)
@@ -248,9 +249,9 @@ def test_distance_and_time_left_shrink_to_nothing() -> None:
 
 
 def test_cancelled_drive_brakes() -> None:
-    robot = Robot(Pose(0.6, 2.0, 0.0), ROOM)
+    robot = Robot(Pose2D(0.6, 2.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 2.0, 0.0))
+    follower.start(Pose2D(3.4, 2.0, 0.0))
     for _ in range(40):
         command = follower.update(robot.time, robot.pose, robot.twist, robot.scan())
         robot.drive(command.v, command.w)
@@ -261,9 +262,9 @@ def test_cancelled_drive_brakes() -> None:
 
 def test_new_map_with_a_wall_in_the_way_gives_a_new_path() -> None:
     boxes = [*ROOM, Box(2.0, 1.4, 0.1, 2.8)]
-    robot = Robot(Pose(0.6, 1.0, 0.0), ROOM)
+    robot = Robot(Pose2D(0.6, 1.0, 0.0), ROOM)
     follower = Follower(ROOM_PLANNER, Limits())
-    follower.start(Pose(3.4, 1.0, 0.0))
+    follower.start(Pose2D(3.4, 1.0, 0.0))
     follower.update(robot.time, robot.pose, robot.twist, robot.scan())
     before = polyline_length(follower.path)
     follower.planner = GridPlanner(rasterise(boxes, (84, 84), (-0.1, -0.1)))
@@ -275,7 +276,7 @@ def cluttered_drive(seed: int) -> tuple[Follower, Robot]:
     robot = random_start(seed)
     robot.boxes = [*FROG_BOXES, Box(0.3, -0.6, 0.3, 0.3), Box(-0.4, 0.4, 0.2, 0.3)]
     follower = Follower(FROG_PLANNER, Limits())
-    follower.start(Pose(1.8, 1.8, 0.5))
+    follower.start(Pose2D(1.8, 1.8, 0.5))
     return follower, robot
 
 

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import FloatArray, polyline_length
+from regraft.planar import FloatArray
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.planner import SPACING, GridPlanner, NoPath
+from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_GOALS, Box, frog_map, rasterise
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from regraft.services.navigator.geometry import Pose, Twist, compose, to_base_frame
+from regraft.planar import Pose2D, Twist2D
 from regraft.services.navigator.planning.planner import GridPlanner
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.sight import Sight
@@ -17,11 +17,11 @@ ROOM = [
     Box(4.05, 2.0, 0.1, 4.0),
 ]
 PLANNER = GridPlanner(rasterise(ROOM, (84, 84), (-0.1, -0.1)))
-POSE = Pose(1.0, 2.0, 0.3)
+POSE = Pose2D(1.0, 2.0, 0.3)
 BOX = Box(2.0, 2.0, 0.3, 0.3)
 
 
-def look(sight: Sight, robot: Robot, pose: Pose | None = None) -> None:
+def look(sight: Sight, robot: Robot, pose: Pose2D | None = None) -> None:
     """Let the robot look around at its time."""
     sight.absorb(robot.time, pose or robot.pose, robot.twist, robot.scan(), PLANNER)
 
@@ -62,9 +62,9 @@ def test_box_behind_beams_that_get_lost_stays_remembered_for_a_while() -> None:
     marks = len(sight.unmapped)
     nothing = np.full(360, np.inf)
     for turn in range(1, 3):
-        sight.absorb(0.2 * turn, POSE, Twist(), Scan(0.2 * turn, nothing), PLANNER)
+        sight.absorb(0.2 * turn, POSE, Twist2D(), Scan(0.2 * turn, nothing), PLANNER)
     assert len(sight.unmapped) == marks
-    sight.absorb(0.6, POSE, Twist(), Scan(0.6, nothing), PLANNER)
+    sight.absorb(0.6, POSE, Twist2D(), Scan(0.6, nothing), PLANNER)
     assert len(sight.unmapped) == 0
 
 
@@ -84,11 +84,11 @@ def test_what_was_seen_follows_when_the_pose_in_the_map_jumps() -> None:
     sight, robot = Sight(), Robot(POSE, [*ROOM, BOX])
     look(sight, robot)
     obstacles, unmapped = sight.obstacles, sight.unmapped
-    jump = Pose(0.04, -0.03, 0.02)
-    jumped = compose(jump, robot.pose)
-    sight.absorb(0.05, jumped, Twist(), robot.scan(), PLANNER)
-    assert np.allclose(to_base_frame(sight.obstacles, jumped), to_base_frame(obstacles, robot.pose))
-    assert np.allclose(to_base_frame(sight.unmapped, jumped), to_base_frame(unmapped, robot.pose))
+    jump = Pose2D(0.04, -0.03, 0.02)
+    jumped = jump.compose(robot.pose)
+    sight.absorb(0.05, jumped, Twist2D(), robot.scan(), PLANNER)
+    assert np.allclose(jumped.inward(sight.obstacles), robot.pose.inward(obstacles))
+    assert np.allclose(jumped.inward(sight.unmapped), robot.pose.inward(unmapped))
 
 
 def test_motion_is_no_jump() -> None:
@@ -97,7 +97,7 @@ def test_motion_is_no_jump() -> None:
         look(sight, robot)
         robot.drive(0.26, 0.5)
     assert sight.track.jumps == 0
-    assert sight.track.correction == Pose(0.0, 0.0, 0.0)
+    assert sight.track.correction == Pose2D(0.0, 0.0, 0.0)
 
 
 def test_obstacles_that_a_new_map_has_are_no_longer_unmapped_and_the_others_stay() -> None:

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Footprint, Limits
-from regraft.services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.sensing.scan import Scan
 
-SENSOR = Pose(-0.064, 0.0, 0.0)
+SENSOR = Pose2D(-0.064, 0.0, 0.0)
 RANGE = 3.5
 
 
@@ -77,7 +77,7 @@ def cast(boxes: list[Box], origin: tuple[float, float], angles: FloatArray) -> F
     return nearest
 
 
-def touches(outline: Footprint, pose: Pose, box: Box) -> bool:
+def touches(outline: Footprint, pose: Pose2D, box: Box) -> bool:
     """Tell whether the robot overlaps a box (separating axes of two rectangles)."""
     gap_x, gap_y = abs(pose.x - box.x) - box.size_x / 2, abs(pose.y - box.y) - box.size_y / 2
     if max(gap_x, gap_y) > outline.circumradius:
@@ -98,14 +98,14 @@ def touches(outline: Footprint, pose: Pose, box: Box) -> bool:
 class Robot:
     """A differential drive without slip that saturates its wheels and follows commands at once."""
 
-    pose: Pose
+    pose: Pose2D
     boxes: list[Box]
     noise: np.random.Generator = field(default_factory=lambda: np.random.default_rng(1))
     time: float = 0.0
-    twist: Twist = field(default_factory=Twist)
+    twist: Twist2D = field(default_factory=Twist2D)
     outline: Footprint = field(default_factory=Footprint)
     fastest: float = 0.0
-    collisions: list[tuple[Pose, Box]] = field(default_factory=list)
+    collisions: list[tuple[Pose2D, Box]] = field(default_factory=list)
     _scan: Scan | None = None
 
     def scan(self) -> Scan:
@@ -121,10 +121,10 @@ class Robot:
 
     def drive(self, v: float, w: float, period: float = 0.05) -> None:
         """Move for a period under a command, as the wheels can, and note what is touched."""
-        self.twist = replace(Limits(), max_velocity=1.0, max_turn_rate=9.0).saturate(Twist(v, w))
+        self.twist = replace(Limits(), max_velocity=1.0, max_turn_rate=9.0).saturate(Twist2D(v, w))
         self.fastest = max(self.fastest, abs(self.twist.v))
         middle = self.pose.yaw + self.twist.w * period / 2
-        self.pose = Pose(
+        self.pose = Pose2D(
             self.pose.x + self.twist.v * period * math.cos(middle),
             self.pose.y + self.twist.v * period * math.sin(middle),
             wrap_angle(self.pose.yaw + self.twist.w * period),

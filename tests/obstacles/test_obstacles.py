@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.maps import Goals
+from regraft.planar import Pose2D
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.obstacles.obstacles import Obstacles
 from regraft.services.obstacles.tour import short_tour, tour_length
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig

@@ -11,11 +11,11 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.bus_schema.messages.sensors import Image
 from regraft.component.goal import Goal
+from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
 from regraft.sim_service.cameras.camera_mount import camera_mount
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.world import World
 from regraft.testing import Rig

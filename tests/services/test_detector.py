@@ -12,10 +12,10 @@ from regraft.bus_schema.messages.perception import Detect, Detection, Detections
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.planar import Pose2D
 from regraft.services.detector.detector import Detector
 from regraft.sim_service.cameras.renderers import RendererName
 from regraft.sim_service.layout.placement import draw_placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
+from regraft.planar import Pose2D
 from regraft.sim_service import picture
 from regraft.sim_service.cameras.camera import CameraSettings, Image, SensorNoise
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.cameras.renderers import FORCE, RendererName, make_camera, probe
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation
 from tests.renderers import renderers, without_opengl

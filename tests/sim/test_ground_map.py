@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from regraft.planar import Pose2D
 from regraft.sim_service.layout.goals import GoalError, viewing_goals
 from regraft.sim_service.layout.ground_map import FREE, OCCUPIED, Rasteriser
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visibility import sees_body
 from regraft.sim_service.simulation import Simulation

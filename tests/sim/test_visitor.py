@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visitor import COURTESY, Walk, WalkError, parse_walk
 from regraft.sim_service.simulation import Simulation, SimulationSettings

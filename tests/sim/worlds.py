@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from regraft.planar import Pose2D
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.poses import Pose2D
 from regraft.sim_service.layout.scene import Scene, load_scene
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 

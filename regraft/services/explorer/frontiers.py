@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 from scipy.ndimage import binary_dilation, find_objects, label  # type: ignore[import-untyped, unused-ignore]
 
+from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.explorer.ground import EIGHT, Cells, Ground, Mask
-from regraft.services.navigator.geometry import FloatArray, Point, Pose
 
 TARGETS = 7
 """How many cells of a frontier a view is judged by."""
@@ -50,7 +50,7 @@ class Frontier:
     """
 
     target: Point
-    goal: Pose
+    goal: Pose2D
     length: float
     distance: float
 
@@ -122,7 +122,7 @@ class _Standing:
             (tight, settings.far),
         ]
 
-    def view(self, behind: Cells) -> tuple[Point, Pose, float] | None:
+    def view(self, behind: Cells) -> tuple[Point, Pose2D, float] | None:
         """Return a frontier's target, the pose to look at it and the length of the way there; None if there is none."""
         middle = behind[np.argmin(np.hypot(*(behind - behind.mean(axis=0)).T))]
         spread = np.linspace(0, len(behind) - 1, min(TARGETS, len(behind))).round().astype(int)
@@ -133,7 +133,7 @@ class _Standing:
             if place is not None:
                 x, y = self._ground.point(place)
                 yaw = math.atan2(target[1] - y, target[0] - x)
-                return target, Pose(x, y, yaw), float(self._ways[place])
+                return target, Pose2D(x, y, yaw), float(self._ways[place])
         return None
 
     def _nearest_view(self, places: Cells, targets: Cells, within: float, least: float) -> tuple[int, int] | None:

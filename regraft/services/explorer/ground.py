@@ -12,7 +12,7 @@ from scipy.ndimage import binary_closing, distance_transform_edt, label  # type:
 from scipy.sparse import csr_array  # type: ignore[import-untyped, unused-ignore]
 from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped, unused-ignore]
 
-from regraft.services.navigator.geometry import FloatArray, Point
+from regraft.planar import FloatArray, Point
 from regraft.services.navigator.planning.grid import OccupancyGrid
 
 Mask = NDArray[np.bool_]

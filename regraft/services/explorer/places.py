@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from regraft.planar import Point, Pose2D
 from regraft.services.explorer.frontiers import Frontier
 from regraft.services.explorer.ground import Ground
-from regraft.services.navigator.geometry import Point, Pose
 
 SAME_TARGET = 0.30
 """Frontiers whose targets (m) are closer than this are the same."""
@@ -124,7 +124,7 @@ class Places:
         self.last = None
         if state["last"] is not None:
             tx, ty, x, y, yaw, length, distance = state["last"]
-            self.last = Frontier((tx, ty), Pose(x, y, yaw), length, distance)
+            self.last = Frontier((tx, ty), Pose2D(x, y, yaw), length, distance)
 
     def _index(self, frontier: Frontier) -> int | None:
         near = [i for i, place in enumerate(self._places) if math.dist(place.target, frontier.target) < SAME_TARGET]

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from regraft.bus_schema.messages import geometry, maps, sensors
+from regraft.planar import Pose2D
 from regraft.services.mapper.maps.grid import Grid
-from regraft.services.mapper.maps.poses import Pose
 from regraft.services.mapper.maps.scan import Scan
 
 MAP_FRAME = "map"
 
 
-def planar_pose(pose: geometry.Pose) -> Pose:
+def planar_pose(pose: geometry.Pose) -> Pose2D:
     """Return a pose seen from above."""
-    return Pose(pose.x, pose.y, pose.yaw)
+    return Pose2D(pose.x, pose.y, pose.yaw)
 
 
-def localized(odometry: sensors.Odometry, pose: Pose) -> sensors.Odometry:
+def localized(odometry: sensors.Odometry, pose: Pose2D) -> sensors.Odometry:
     """Return an odometry with the robot's pose in the map instead of its own."""
     placed = geometry.Pose.planar(pose.x, pose.y, pose.yaw)
     return sensors.Odometry(odometry.stamp, MAP_FRAME, odometry.child_frame, placed, odometry.twist)

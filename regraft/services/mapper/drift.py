@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from regraft.services.mapper.maps.poses import Pose, wrap_angle
+from regraft.planar import Pose2D, wrap_angle
 
 WINDOW = 30.0
 """s over which corrections are added up: errors of single matches cancel, those of the odometry do not."""
@@ -32,10 +32,10 @@ class DriftWatch:
     """Adds up the corrections of the last half minute."""
 
     def __init__(self) -> None:
-        self._corrections: deque[tuple[float, Pose]] = deque()
+        self._corrections: deque[tuple[float, Pose2D]] = deque()
         self._drifting = False
 
-    def add(self, stamp: float, guess: Pose, fixed: Pose) -> None:
+    def add(self, stamp: float, guess: Pose2D, fixed: Pose2D) -> None:
         """Take in that, at a time (s), the odometry led to ``guess`` and the scan to ``fixed``."""
         self._corrections.append((stamp, guess.to(fixed)))
         while self._corrections[0][0] < stamp - WINDOW:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.planar import Pose2D, wrap_angle
 from regraft.services.mapper.drift import DriftWatch
 from regraft.services.mapper.maps.grid import Grid
 from regraft.services.mapper.maps.map_files import FiledMap
-from regraft.services.mapper.maps.poses import Pose, wrap_angle
 from regraft.services.mapper.maps.rays import insert
 from regraft.services.mapper.maps.scan import Scan
 from regraft.services.mapper.matching.localizer import Fix, Localizer
@@ -59,11 +59,11 @@ class Mapping:
         self.frozen = False
         self._settings = settings
         self._grid: Grid | None = None
-        self._correction = Pose()
+        self._correction = Pose2D()
         self._odometry = OdometryLog()
         self._waiting: Scan | None = None
-        self._last_scan: tuple[Scan, Pose] | None = None
-        self._inserted: tuple[float, Pose] | None = None
+        self._last_scan: tuple[Scan, Pose2D] | None = None
+        self._inserted: tuple[float, Pose2D] | None = None
         self._ratios: deque[float] = deque(maxlen=RATIOS)
 
     @property
@@ -82,7 +82,7 @@ class Mapping:
         """Mean share of echoes that fitted the map, None before the first match."""
         return sum(self._ratios) / len(self._ratios) if self._ratios else None
 
-    def take_odometry(self, stamp: float, pose: Pose) -> Jump | None:
+    def take_odometry(self, stamp: float, pose: Pose2D) -> Jump | None:
         """Take in an odometry (its own frame); returns the jump if it made one.
 
         No robot jumps: after one, the pose in the map goes on from where it was.
@@ -99,7 +99,7 @@ class Mapping:
             self._take(waiting)
         return jump
 
-    def in_map(self, pose: Pose) -> Pose:
+    def in_map(self, pose: Pose2D) -> Pose2D:
         """Return a pose in the odometry's frame as one in the map."""
         return self._correction.compose(pose)
 
@@ -131,7 +131,7 @@ class Mapping:
             self.fits = insert(self._grid, fix.pose, scan)
         return True
 
-    def _repeats(self, scan: Scan, odometry: Pose) -> bool:
+    def _repeats(self, scan: Scan, odometry: Pose2D) -> bool:
         """Tell whether a scan is the same as the one before: it says nothing, and a lie if the robot moved."""
         last, self._last_scan = self._last_scan, (scan, odometry)
         if last is None or not np.array_equal(last[0].ranges, scan.ranges):
@@ -141,23 +141,23 @@ class Mapping:
         self.frozen = last[1].distance(odometry) > MOVED or abs(wrap_angle(odometry.yaw - last[1].yaw)) > TURNED
         return True
 
-    def _is_news(self, stamp: float, pose: Pose) -> bool:
+    def _is_news(self, stamp: float, pose: Pose2D) -> bool:
         if self._inserted is None:
             return True
         then, where = self._inserted
         moved = where.distance(pose) > MOVED or abs(wrap_angle(pose.yaw - where.yaw)) > TURNED
         return moved or not 0.0 <= stamp - then < AT_LEAST_EVERY - 1e-6
 
-    def last_scan(self) -> tuple[Scan, Pose] | None:
+    def last_scan(self) -> tuple[Scan, Pose2D] | None:
         """Return the last scan, and the odometry's pose then."""
         return self._last_scan
 
-    def suppose(self, found: Match, odometry: Pose) -> None:
+    def suppose(self, found: Match, odometry: Pose2D) -> None:
         """Take the robot to have been at a match when the odometry was there; the next scan shows whether it was."""
         self._correction = found.pose.compose(odometry.inverse())
         self.drift.forget()
 
-    def believe(self, stamp: float, pose: Pose) -> bool:
+    def believe(self, stamp: float, pose: Pose2D) -> bool:
         """Take the robot to have been at a pose (map) at a time (s); False if its odometry is not known of then."""
         odometry = self._odometry.at(stamp)
         if odometry is None:
@@ -209,10 +209,10 @@ class Mapping:
             grid = Grid(self._settings.resolution, (0.0, 0.0), self._settings.resolution, self._settings.largest)
             grid.restore(state["grid"])
             self._grid = grid
-        self._correction = Pose(*map(float, state["correction"]))
+        self._correction = Pose2D(*map(float, state["correction"]))
         self._odometry = OdometryLog()
         if state["odometry"] is not None:
             stamp, *pose = map(float, state["odometry"])
-            self._odometry.add(stamp, Pose(*pose))
+            self._odometry.add(stamp, Pose2D(*pose))
         self._waiting = self._last_scan = self._inserted = None
         self.localizer.forget()

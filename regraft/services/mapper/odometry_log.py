@@ -7,7 +7,7 @@ from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
 
-from regraft.services.mapper.maps.poses import Pose, wrap_angle
+from regraft.planar import Pose2D, wrap_angle
 
 KEPT = 2.0
 """s of odometry that are remembered, for scans that come late."""
@@ -21,8 +21,8 @@ SLACK, SLACK_TURN = 0.05, 0.1
 class Jump:
     """The odometry went from one pose to another faster than a robot can."""
 
-    before: Pose
-    after: Pose
+    before: Pose2D
+    after: Pose2D
 
 
 class OdometryLog:
@@ -30,14 +30,14 @@ class OdometryLog:
 
     def __init__(self) -> None:
         self._stamps: deque[float] = deque()
-        self._poses: deque[Pose] = deque()
+        self._poses: deque[Pose2D] = deque()
 
     @property
-    def newest(self) -> tuple[float, Pose] | None:
+    def newest(self) -> tuple[float, Pose2D] | None:
         """The newest stamp and pose, None before the first."""
         return (self._stamps[-1], self._poses[-1]) if self._stamps else None
 
-    def add(self, stamp: float, pose: Pose) -> Jump | None:
+    def add(self, stamp: float, pose: Pose2D) -> Jump | None:
         """Take in a pose; returns the jump if it is one, and the poses before it are then forgotten.
 
         A stamp that is not newer than the newest is taken for a repetition, and ignored.
@@ -60,7 +60,7 @@ class OdometryLog:
             self._poses.popleft()
         return jump
 
-    def at(self, stamp: float) -> Pose | None:
+    def at(self, stamp: float) -> Pose2D | None:
         """Return the pose at a time (s), between two entries in proportion; None outside of what is remembered."""
         after = bisect_left(self._stamps, stamp)
         if after == len(self._stamps):
@@ -71,4 +71,4 @@ class OdometryLog:
             return None
         before = after - 1
         share = (stamp - self._stamps[before]) / (self._stamps[after] - self._stamps[before])
-        return self._poses[before].towards(self._poses[after], share)
+        return self._poses[before].interpolate(self._poses[after], share)

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from regraft.bus_schema.messages import geometry, maps, sensors
-from regraft.services.navigator.geometry import Pose, Twist
+from regraft.planar import Pose2D, Twist2D
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.sensing.scan import Scan
 
 
-def planar_pose(pose: geometry.Pose) -> Pose:
+def planar_pose(pose: geometry.Pose) -> Pose2D:
     """Return a pose seen from above."""
-    return Pose(pose.x, pose.y, pose.yaw)
+    return Pose2D(pose.x, pose.y, pose.yaw)
 
 
-def planar_twist(twist: geometry.Twist) -> Twist:
+def planar_twist(twist: geometry.Twist) -> Twist2D:
     """Return a twist in the plane."""
-    return Twist(twist.forward, twist.turn)
+    return Twist2D(twist.forward, twist.turn)
 
 
 def grid_of(message: maps.OccupancyGrid) -> OccupancyGrid:

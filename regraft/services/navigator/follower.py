@@ -6,11 +6,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from regraft.planar import Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.control import Controller, Decision, Situation
 from regraft.services.navigator.driving.controller import RolloutController
 from regraft.services.navigator.driving.recovery import ProgressMonitor, Recovery
 from regraft.services.navigator.driving.robot import Limits
-from regraft.services.navigator.geometry import Pose, Twist, wrap_angle
 from regraft.services.navigator.planning.planner import GridPlanner, Path
 from regraft.services.navigator.planning.route import Route
 from regraft.services.navigator.sensing.scan import Scan
@@ -95,7 +95,7 @@ class Follower:
         self._motion = MotionWatch()
         self._time: float | None = None
         self._stamp = -math.inf
-        self._told = Twist()
+        self._told = Twist2D()
         self._started_at: float | None
         self._waiting_since: float | None
         self._held_since: float | None
@@ -118,7 +118,7 @@ class Follower:
         """The path that is being followed, (N, 2) in m; empty before the first plan."""
         return self._route.path
 
-    def start(self, goal: Pose) -> None:
+    def start(self, goal: Pose2D) -> None:
         """Drive to `goal` (map frame) from the next update on, instead of to any goal before."""
         self._begin("driving", goal)
 
@@ -126,7 +126,9 @@ class Follower:
         """Give the goal up; the next updates brake."""
         self._begin("idle", None)
 
-    def update(self, time: float, pose: Pose, twist: Twist, scan: Scan | None, stamp: float | None = None) -> Command:
+    def update(
+        self, time: float, pose: Pose2D, twist: Twist2D, scan: Scan | None, stamp: float | None = None
+    ) -> Command:
         """Return the command for now.
 
         `time` (s) is the component's clock, `pose` the robot in the map's frame and `twist` its measured motion,
@@ -165,12 +167,12 @@ class Follower:
         """Continue from a snapshot. Raises ValueError for another version's state."""
         if state.get("version") != STATE_VERSION:
             raise ValueError(f"the state has version {state.get('version')}, not {STATE_VERSION}")
-        self._begin(state["phase"], None if state["goal"] is None else Pose(*state["goal"]))
+        self._begin(state["phase"], None if state["goal"] is None else Pose2D(*state["goal"]))
         self._time, self._reason, self._hindrance = state["time"], state["reason"], state["hindrance"]
         self._started_at, self._spent = state["started_at"], state["spent"]
         self._waiting_since = state["waiting_since"]
         self._held_since, self._held_until = state["held"]
-        self._turning, self._told = state["turning"], Twist(*state["told"])
+        self._turning, self._told = state["turning"], Twist2D(*state["told"])
         for name, part in self._parts().items():
             part.restore(state[name])
 
@@ -185,7 +187,7 @@ class Follower:
             "recovery": self._recovery,
         }
 
-    def _begin(self, phase: Phase, goal: Pose | None) -> None:
+    def _begin(self, phase: Phase, goal: Pose2D | None) -> None:
         self._phase: Phase = phase
         self._goal = goal
         self._reason = ""
@@ -202,7 +204,7 @@ class Follower:
         self._recovery = Recovery()
         self._motion.reset()
 
-    def _perceive(self, time: float, stamp: float, pose: Pose, twist: Twist, scan: Scan | None) -> Fault | None:
+    def _perceive(self, time: float, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None) -> Fault | None:
         """Take in what the senses tell; return what is wrong with them, in which case the robot can't drive."""
         since = -math.inf if self._started_at is None else self._started_at
         self._stamp = stamp
@@ -220,7 +222,7 @@ class Follower:
         if self._goal is None or self._phase in ("arrived", "failed"):
             return stop
         # Without a trustworthy odometry, braking starts from the latest command.
-        brake = Decision(now.limits.approach(self._told, Twist(), now.period))
+        brake = Decision(now.limits.approach(self._told, Twist2D(), now.period))
         if lost is not None or self._sight.stamp == -math.inf:
             self._wait(time, lost.text if lost else SCAN_TEXTS[ScanFault.SILENT])
             return brake
@@ -249,7 +251,7 @@ class Follower:
             self._waiting_since = None
             self._phase = "recovering" if self._recovery.active else "driving"
 
-    def _keep_planned(self, time: float, pose: Pose, goal: Pose) -> bool:
+    def _keep_planned(self, time: float, pose: Pose2D, goal: Pose2D) -> bool:
         """Plan where that is due; tell whether there is a path to follow."""
         if self._recovery.active:
             return True
@@ -279,7 +281,7 @@ class Follower:
             self._try_recovery(time, now, fault.text)
         return True
 
-    def _drive(self, now: Situation, goal: Pose) -> Decision:
+    def _drive(self, now: Situation, goal: Pose2D) -> Decision:
         end = self._route.path[-1]
         # Turning in place may shift the robot a little: that need not be driven back.
         slack = 2.0 if self._phase == "turning" else 1.0
@@ -335,19 +337,19 @@ class Follower:
     def _fail(self, reason: str) -> None:
         self._phase, self._reason = "failed", reason
 
-    def _command(self, twist: Twist, pose: Pose, lost: Fault | None) -> Command:
+    def _command(self, twist: Twist2D, pose: Pose2D, lost: Fault | None) -> Command:
         faults = [] if lost is None else [lost]
         if self._motion.fault is not None:
             faults.append(self._motion.fault)
         self._told = twist
         if self._goal is None or self._phase in ("arrived", "failed"):
             # Exactly standing, for callers who stop asking now.
-            self._told = Twist()
+            self._told = Twist2D()
             return Command(0.0, 0.0, self._phase, 0.0, 0.0, self._recovery.total, self._reason, tuple(faults))
         distance, time_left = self._left(pose)
         return Command(twist.v, twist.w, self._phase, distance, time_left, self._recovery.total, faults=tuple(faults))
 
-    def _left(self, pose: Pose) -> tuple[float, float]:
+    def _left(self, pose: Pose2D) -> tuple[float, float]:
         """Return how far (m) and for how long (s) it still is; 0 before there is a path."""
         if self._goal is None or not len(self._route.path):
             return 0.0, 0.0

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from regraft.services.navigator.geometry import FloatArray, Pose
+from regraft.planar import FloatArray, Pose2D
 
 
-def stretch_ahead(path: FloatArray, pose: Pose, length: float) -> FloatArray:
+def stretch_ahead(path: FloatArray, pose: Pose2D, length: float) -> FloatArray:
     """Return the part of a path (N, 2) that begins beside the robot and is at least `length` (m) long, if it is."""
     if len(path) < 2:
         return path
@@ -35,3 +35,8 @@ def lengths_along(points: FloatArray) -> FloatArray:
     steps = points[1:] - points[:-1]
     np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)), out=along[1:])
     return along
+
+
+def polyline_length(points: FloatArray) -> float:
+    """Return the length (m) of the polyline through (N, 2) points."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from regraft.services.navigator.geometry import Point
+from regraft.planar import Point
 
 SAME = 0.35
 """m: what is found this near to where a thing was is that thing."""

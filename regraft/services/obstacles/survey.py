@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.explorer.ground import Cells, Ground
-from regraft.services.navigator.geometry import FloatArray, Point, Pose
 from regraft.services.obstacles.names import Names
 from regraft.services.obstacles.things import Thing, find_things
 from regraft.services.obstacles.tour import short_tour
@@ -31,7 +31,7 @@ class Viewed:
 
     name: str
     centre: Point
-    pose: Pose | None
+    pose: Pose2D | None
 
     @property
     def distance(self) -> float:
@@ -44,8 +44,8 @@ class Survey:
 
     def __init__(self) -> None:
         self._names = Names()
-        self._poses: dict[str, Pose] = {}
-        self._ways: tuple[tuple[Pose, ...], FloatArray] = ((), np.zeros((0, 0)))
+        self._poses: dict[str, Pose2D] = {}
+        self._ways: tuple[tuple[Pose2D, ...], FloatArray] = ((), np.zeros((0, 0)))
 
     def look(self, ground: Ground, settings: SurveySettings) -> list[Viewed]:
         """Return the things of a map in the order of a short tour from the robot; those without a pose come last."""
@@ -67,9 +67,9 @@ class Survey:
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
         self._names.restore(state["names"])
-        self._poses = {name: Pose(*parts) for name, parts in state["poses"].items()}
+        self._poses = {name: Pose2D(*parts) for name, parts in state["poses"].items()}
 
-    def _pose(self, ground: Ground, name: str, thing: Thing, settings: ViewSettings) -> Pose | None:
+    def _pose(self, ground: Ground, name: str, thing: Thing, settings: ViewSettings) -> Pose2D | None:
         before = self._poses.get(name)
         if before is not None and still_good(ground, thing, before, settings):
             return before
@@ -78,7 +78,7 @@ class Survey:
             self._poses[name] = pose
         return pose
 
-    def _order(self, ground: Ground, poses: list[Pose]) -> list[int]:
+    def _order(self, ground: Ground, poses: list[Pose2D]) -> list[int]:
         if not poses:
             return []
         cells = np.array([ground.grid.cell_of(pose.position) for pose in poses], np.intp)

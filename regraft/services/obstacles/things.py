@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes, find_objects, label  # type: ignore[import-untyped, unused-ignore]
 
+from regraft.planar import Point
 from regraft.services.explorer.ground import EIGHT, Ground, Mask
-from regraft.services.navigator.geometry import Point
 
 Rows = NDArray[np.intp]
 FEWEST = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from regraft.services.navigator.geometry import FloatArray
+from regraft.planar import FloatArray
 
 
 def short_tour(lengths: FloatArray) -> list[int]:

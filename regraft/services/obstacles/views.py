@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from regraft.planar import FloatArray, Pose2D
 from regraft.services.explorer.ground import Ground, Mask
-from regraft.services.navigator.geometry import FloatArray, Pose
 from regraft.services.obstacles.things import Thing
 
 BEARINGS = 72
@@ -33,7 +33,7 @@ class ViewSettings:
     room: float = 0.30
 
 
-def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose | None:
+def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose2D | None:
     """Return the best pose to look at a thing, facing its middle; None if there is none.
 
     The robot can stand there, get there, and sees the thing with nothing in between. Of several poses the one with
@@ -55,7 +55,7 @@ def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose | No
     return facing(thing, x, y)
 
 
-def still_good(ground: Ground, thing: Thing, pose: Pose, settings: ViewSettings) -> bool:
+def still_good(ground: Ground, thing: Thing, pose: Pose2D, settings: ViewSettings) -> bool:
     """Tell whether a pose that was found on an earlier map still shows the thing on this one."""
     place = np.array([pose.position])
     ahead = math.atan2(thing.centre[1] - pose.y, thing.centre[0] - pose.x)
@@ -65,9 +65,9 @@ def still_good(ground: Ground, thing: Thing, pose: Pose, settings: ViewSettings)
     )
 
 
-def facing(thing: Thing, x: float, y: float) -> Pose:
+def facing(thing: Thing, x: float, y: float) -> Pose2D:
     """Return the pose at a place (m) that faces a thing's middle."""
-    return Pose(x, y, math.atan2(thing.centre[1] - y, thing.centre[0] - x))
+    return Pose2D(x, y, math.atan2(thing.centre[1] - y, thing.centre[0] - x))
 
 
 def _outline(ground: Ground, thing: Thing, directions: FloatArray) -> FloatArray:

@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from regraft.planar import Pose2D
 from regraft.sim_service.layout.ground_map import FREE, GroundMap, Rasteriser
-from regraft.sim_service.layout.poses import Pose2D, wrap_angle
+from regraft.sim_service.layout.headings import wrap_heading
 from regraft.sim_service.layout.scene import Scene
 
 BEARINGS = 72
@@ -89,7 +90,9 @@ class _Search:
         """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if it is no good."""
         outline = self._outline(x, y, bearing, cells)
         distance = outline + standoff
-        pose = Pose2D(x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_angle(bearing + math.pi))
+        pose = Pose2D(
+            x + distance * math.cos(bearing), y + distance * math.sin(bearing), wrap_heading(bearing + math.pi)
+        )
         if not self._map.is_free(pose.x, pose.y):
             return 0.0, pose
         cell = self._map.cell(pose.x, pose.y)

@@ -15,7 +15,7 @@ from typing import Any
 
 import mujoco
 
-from regraft.sim_service.layout.poses import Pose2D
+from regraft.planar import Pose2D
 from regraft.sim_service.layout.scene import Scene
 
 JOINTS = ("visitor_x", "visitor_y", "visitor_yaw")

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from regraft.sim_service.layout.poses import Twist2D
+from regraft.planar import Twist2D
 from regraft.sim_service.layout.scene import Scene, SceneError
 
 

@@ -7,7 +7,8 @@ from typing import Any, Self
 
 import mujoco
 
-from regraft.sim_service.layout.poses import Pose2D, Twist2D, wrap_angle
+from regraft.planar import Pose2D, Twist2D
+from regraft.sim_service.layout.headings import wrap_heading
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.robot.drive import DifferentialDrive
 
@@ -125,7 +126,7 @@ class Odometry:
         pose = Pose2D(
             last.pose.x + forward * math.cos(heading),
             last.pose.y + forward * math.sin(heading),
-            wrap_angle(last.pose.yaw + turn),
+            wrap_heading(last.pose.yaw + turn),
         )
         period = time - last.time
         return OdometryReading(time, pose, Twist2D(forward / period, turn / period))

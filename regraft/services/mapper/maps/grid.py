@@ -16,7 +16,7 @@ from regraft.bus_schema.annotations import PlainValue
 
 Cells = NDArray[np.int8]
 Echoes = NDArray[np.uint16]
-Points = NDArray[np.float64]
+FloatArray = NDArray[np.float64]
 
 UNIT = 0.05
 """Natural logarithm of the odds that one step of a cell stands for: whole numbers make states repeatable."""
@@ -59,7 +59,7 @@ class Window:
         """Return a copy, for work beside the grid that changes on."""
         return replace(self, cells=self.cells.copy(), echoes=self.echoes.copy())
 
-    def surface(self) -> Points:
+    def surface(self) -> FloatArray:
         """Return where (n, 2; m) the surfaces lie in the occupied cells: the means of their echoes."""
         rows, columns = np.nonzero((self.cells >= OCCUPIED) & (self.echoes[..., 2] > 0))
         sums = self.echoes[rows, columns].astype(np.float64)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from regraft.planar import Pose2D
 from regraft.services.mapper.maps.grid import ENOUGH, FINE, SUREST, UNKNOWN, Grid, Window
-from regraft.services.mapper.maps.poses import Pose
 from regraft.services.mapper.maps.scan import Scan
 
 HIT = 17
@@ -23,7 +23,7 @@ SHORT_OF_END = 1.0
 """Cells before an echo that are not called free: a beam that grazes a wall runs through its cells."""
 
 
-def insert(grid: Grid, pose: Pose, scan: Scan) -> bool:
+def insert(grid: Grid, pose: Pose2D, scan: Scan) -> bool:
     """Write a scan, taken with the robot's base at ``pose`` (map frame), into the grid.
 
     Every cell changes once: occupied if any beam ends in it, else free if any crosses it. Returns False if part of
@@ -32,7 +32,7 @@ def insert(grid: Grid, pose: Pose, scan: Scan) -> bool:
     sensor = pose.compose(scan.sensor)
     echoed = scan.echoed
     lengths = np.where(echoed, scan.ranges, scan.range_max).astype(np.float32)
-    ends = sensor.place(lengths[:, None] * scan.beams)
+    ends = sensor.outward(lengths[:, None] * scan.beams)
     low, high = ends.min(axis=0).tolist(), ends.max(axis=0).tolist()
     fits = grid.cover(
         (low[0] - grid.resolution, low[1] - grid.resolution), (high[0] + grid.resolution, high[1] + grid.resolution)
@@ -43,7 +43,9 @@ def insert(grid: Grid, pose: Pose, scan: Scan) -> bool:
     return fits
 
 
-def _update(window: Window, sensor: Pose, scan: Scan, echoed: NDArray[np.bool_], lengths: NDArray[np.float32]) -> None:
+def _update(
+    window: Window, sensor: Pose2D, scan: Scan, echoed: NDArray[np.bool_], lengths: NDArray[np.float32]
+) -> None:
     directions = _in_cells(window, sensor, scan)
     short = lengths - np.float32(SHORT_OF_END * window.resolution)
     change = np.zeros(window.cells.size, np.int16)
@@ -77,14 +79,14 @@ def _note_echoes(window: Window, x: NDArray[np.float32], y: NDArray[np.float32])
     np.add.at(window.echoes, (rows[open_], columns[open_]), within[open_].astype(np.uint16))
 
 
-def _in_cells(window: Window, sensor: Pose, scan: Scan) -> NDArray[np.float32]:
+def _in_cells(window: Window, sensor: Pose2D, scan: Scan) -> NDArray[np.float32]:
     """Return the beams' directions (2, n) in the map frame, in cells per metre."""
     cos, sin = math.cos(sensor.yaw) / window.resolution, math.sin(sensor.yaw) / window.resolution
     x, y = scan.beams[:, 0], scan.beams[:, 1]
     return np.stack([cos * x - sin * y, sin * x + cos * y]).astype(np.float32)
 
 
-def _from(window: Window, sensor: Pose, ways: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _from(window: Window, sensor: Pose2D, ways: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where ways (2, ...; cells) from the sensor lead, as columns and rows of the window, not rounded."""
     first_x = np.float32((sensor.x - window.x) / window.resolution)
     first_y = np.float32((sensor.y - window.y) / window.resolution)
@@ -92,7 +94,7 @@ def _from(window: Window, sensor: Pose, ways: NDArray[np.float32]) -> tuple[NDAr
 
 
 def _crossed(
-    window: Window, sensor: Pose, directions: NDArray[np.float32], lengths: NDArray[np.float32]
+    window: Window, sensor: Pose2D, directions: NDArray[np.float32], lengths: NDArray[np.float32]
 ) -> NDArray[np.intp]:
     """Return the cells, as indices into the flat window, that beams (2, n) cross within their lengths (n; m)."""
     if not len(lengths):

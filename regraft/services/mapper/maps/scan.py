@@ -9,13 +9,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.mapper.maps.poses import Points, Pose
-
-FloatArray = NDArray[np.float64]
+from regraft.planar import FloatArray, Pose2D
 
 
 @lru_cache(maxsize=4)
-def _beams(angle_min: float, angle_increment: float, count: int) -> Points:
+def _beams(angle_min: float, angle_increment: float, count: int) -> FloatArray:
     angles = angle_min + angle_increment * np.arange(count)
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
@@ -30,14 +28,14 @@ class Scan:
 
     stamp: float
     ranges: FloatArray
-    sensor: Pose
+    sensor: Pose2D
     angle_min: float = 0.0
     angle_increment: float = math.tau / 360
     range_min: float = 0.12
     range_max: float = 3.5
 
     @property
-    def beams(self) -> Points:
+    def beams(self) -> FloatArray:
         """The directions (n, 2) of the beams in the sensor's frame, as unit vectors."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))
 
@@ -47,7 +45,7 @@ class Scan:
         ranges = self.ranges
         return np.isfinite(ranges) & (ranges >= self.range_min) & (ranges <= self.range_max)
 
-    def points(self) -> Points:
+    def points(self) -> FloatArray:
         """Return the echoes (m, 2; m) in the base frame."""
         echoed = self.echoed
-        return self.sensor.place(self.ranges[echoed, None] * self.beams[echoed])
+        return self.sensor.outward(self.ranges[echoed, None] * self.beams[echoed])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from regraft.planar import Pose2D, wrap_angle
 from regraft.services.mapper.maps.grid import Grid
-from regraft.services.mapper.maps.poses import Pose, wrap_angle
 from regraft.services.mapper.maps.scan import Scan
 from regraft.services.mapper.matching.matcher import Match, match
 from regraft.services.mapper.matching.search import search_near
@@ -46,7 +46,7 @@ class Fix:
     ``match`` is None where the map does not yet say where the robot is, or is not asked.
     """
 
-    pose: Pose
+    pose: Pose2D
     fits: bool
     match: Match | None = None
 
@@ -60,7 +60,7 @@ class Localizer(Protocol):
     def lost(self) -> bool:
         """Whether the scans have not fitted the map for some time."""
 
-    def locate(self, grid: Grid, scan: Scan, guess: Pose) -> Fix:
+    def locate(self, grid: Grid, scan: Scan, guess: Pose2D) -> Fix:
         """Return where the robot was at a scan, by the odometry at ``guess`` (map frame)."""
 
     def forget(self) -> None:
@@ -78,7 +78,7 @@ class TrustingLocalizer:
         """Never: who does not look cannot tell."""
         return False
 
-    def locate(self, grid: Grid, scan: Scan, guess: Pose) -> Fix:
+    def locate(self, grid: Grid, scan: Scan, guess: Pose2D) -> Fix:
         """Return the guess."""
         return Fix(guess, bool(scan.echoed.sum() >= MIN_ECHOES))
 
@@ -105,7 +105,7 @@ class MatchingLocalizer:
         """Whether the scans have not fitted the map for some time."""
         return self._misfits >= LOST_TIMEOUT
 
-    def locate(self, grid: Grid, scan: Scan, guess: Pose) -> Fix:
+    def locate(self, grid: Grid, scan: Scan, guess: Pose2D) -> Fix:
         """Return where the scan fits the map, near the guess; the guess where it fits nowhere."""
         echoes = scan.points()
         if len(echoes) < MIN_ECHOES:
@@ -125,12 +125,12 @@ class MatchingLocalizer:
         self._misfits += 1
         return Fix(guess, False, found)
 
-    def _is_believed(self, found: Match, guess: Pose) -> bool:
+    def _is_believed(self, found: Match, guess: Pose2D) -> bool:
         near = guess.distance(found.pose) <= self.limits.distance
         turned = abs(wrap_angle(found.pose.yaw - guess.yaw)) <= self.limits.turn
         return near and turned and found.inliers >= MIN_EXPECTED and found.ratio >= self.limits.ratio
 
-    def _surface_around(self, grid: Grid, scan: Scan, guess: Pose) -> Surface:
+    def _surface_around(self, grid: Grid, scan: Scan, guess: Pose2D) -> Surface:
         self._age += 1
         self._scans += 1
         surface = self._surface

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from regraft.services.mapper.maps.poses import Points, Pose, wrap_angle
-from regraft.services.mapper.matching.surface import FloatArray, Surface
+from regraft.planar import FloatArray, Pose2D, wrap_angle
+from regraft.services.mapper.matching.surface import Surface
 
 STEPS = 10
 CLOSE_ENOUGH = 5e-4
@@ -42,7 +42,7 @@ class Match:
     ``inliers`` echoes lie at known surfaces, of ``expected`` that lie on known ground or at known surfaces.
     """
 
-    pose: Pose
+    pose: Pose2D
     inliers: int
     expected: int
 
@@ -52,31 +52,31 @@ class Match:
         return self.inliers / self.expected if self.expected else 1.0
 
 
-def fit(surface: Surface, echoes: Points, pose: Pose) -> Match:
+def fit(surface: Surface, echoes: FloatArray, pose: Pose2D) -> Match:
     """Tell how well echoes (n, 2; m, base frame) fit the map at a pose."""
-    placed = pose.place(echoes)
+    placed = pose.outward(echoes)
     distances, _ = surface.tree.query(placed, distance_upper_bound=FITS)
     matched = np.isfinite(distances)
     expected = matched | surface.knows(placed)
     return Match(pose, int(np.count_nonzero(matched)), int(np.count_nonzero(expected)))
 
 
-def match(surface: Surface, echoes: Points, guess: Pose, prior: Prior | None = None) -> Match:
+def match(surface: Surface, echoes: FloatArray, guess: Pose2D, prior: Prior | None = None) -> Match:
     """Return the best pose near a guess for echoes (n, 2; m, base frame)."""
     prior = prior or Prior()
     echoes = echoes[:: math.ceil(len(echoes) / MAX_ECHOES)] if len(echoes) else echoes
     pose = guess
     for _ in range(STEPS if len(echoes) and len(surface.points) else 0):
         step = _step(surface, echoes, pose, guess, prior)
-        pose = Pose(pose.x + step[0], pose.y + step[1], wrap_angle(pose.yaw + step[2]))
+        pose = Pose2D(pose.x + step[0], pose.y + step[1], wrap_angle(pose.yaw + step[2]))
         if math.hypot(step[0], step[1]) < CLOSE_ENOUGH and abs(step[2]) < CLOSE_ENOUGH:
             break
     return fit(surface, echoes, pose)
 
 
-def _step(surface: Surface, echoes: Points, pose: Pose, guess: Pose, prior: Prior) -> list[float]:
+def _step(surface: Surface, echoes: FloatArray, pose: Pose2D, guess: Pose2D, prior: Prior) -> list[float]:
     """Return the next change (m, m, rad) of the pose."""
-    placed = pose.place(echoes)
+    placed = pose.outward(echoes)
     distances, nearest = surface.tree.query(placed, distance_upper_bound=REACH)
     near = np.isfinite(distances)
     placed, nearest, distances = placed[near], nearest[near], distances[near]

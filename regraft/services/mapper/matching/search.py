@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
+from regraft.planar import FloatArray, Pose2D, wrap_angle
 from regraft.services.mapper.maps.grid import UNKNOWN, Window
-from regraft.services.mapper.maps.poses import Points, Pose, wrap_angle
-from regraft.services.mapper.matching.field import Field, FloatArray
+from regraft.services.mapper.matching.field import Field
 from regraft.services.mapper.matching.matcher import Match, Prior, match
 from regraft.services.mapper.matching.surface import Surface
 
@@ -28,7 +28,7 @@ UNLIKE = 0.04
 """Share of the echoes by which the best place must fit better than any other: rooms are often nearly symmetric."""
 
 
-def search_near(surface: Surface, echoes: Points, guess: Pose, reach: float, turn: float) -> Match | None:
+def search_near(surface: Surface, echoes: FloatArray, guess: Pose2D, reach: float, turn: float) -> Match | None:
     """Return the best match within ``reach`` (m, each axis) and ``turn`` (rad) of a guess, None without a map."""
     if not len(echoes) or not len(surface.points):
         return None
@@ -41,7 +41,7 @@ def search_near(surface: Surface, echoes: Points, guess: Pose, reach: float, tur
     return match(surface, echoes, best, LOOSE)
 
 
-def search_everywhere(window: Window, echoes: Points) -> Match | None:
+def search_everywhere(window: Window, echoes: FloatArray) -> Match | None:
     """Return the only match, of all places on the known free ground of a map; None if several are as good."""
     surface = Surface.of(window)
     places = _free_places(window)
@@ -57,24 +57,24 @@ def search_everywhere(window: Window, echoes: Points) -> Match | None:
     return best
 
 
-def candidates(field: Field, echoes: Points, places: Points, headings: FloatArray, most: int) -> list[Pose]:
+def candidates(field: Field, echoes: FloatArray, places: FloatArray, headings: FloatArray, most: int) -> list[Pose2D]:
     """Return at most so many of the best poses, ``APART``, of all ``places`` (m, 2; m) with all ``headings`` (rad)."""
     chosen = echoes[:: math.ceil(len(echoes) / MAX_ECHOES)]
     scores = np.empty((len(headings), len(places)), np.float32)
     for number, heading in enumerate(headings):
-        turned = Pose(yaw=float(heading)).place(chosen)
+        turned = Pose2D(yaw=float(heading)).outward(chosen)
         scores[number] = field.at(places[:, :1] + turned[:, 0], places[:, 1:] + turned[:, 1]).mean(axis=1)
     best_headings, best_scores = scores.argmax(axis=0), scores.max(axis=0)
-    found: list[Pose] = []
+    found: list[Pose2D] = []
     while len(found) < most and best_scores.max() >= 0.0:
         place = int(best_scores.argmax())
         x, y = places[place].tolist()
-        found.append(Pose(x, y, wrap_angle(float(headings[best_headings[place]]))))
+        found.append(Pose2D(x, y, wrap_angle(float(headings[best_headings[place]]))))
         best_scores[np.hypot(places[:, 0] - x, places[:, 1] - y) <= APART] = -1.0
     return found
 
 
-def _free_places(window: Window) -> Points:
+def _free_places(window: Window) -> FloatArray:
     step = max(1, round(FAR_STEP / window.resolution))
     rows, columns = np.nonzero(window.cells[::step, ::step] < UNKNOWN)
     corner = np.array([window.x, window.y])

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from regraft.planar import FloatArray
 from regraft.services.mapper.maps.grid import UNKNOWN, Window
-from regraft.services.mapper.maps.poses import Points
 
-FloatArray = NDArray[np.float64]
 NEIGHBOURS = 5
 NEIGHBOURHOOD = 2.5
 """Cells around a point in which its neighbours are looked for."""
@@ -21,13 +20,13 @@ STRAIGHT = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Points (n, 2; m) of a map's surfaces.
+    """FloatArray (n, 2; m) of a map's surfaces.
 
     ``weights`` (n, 3) are the entries xx, xy, yy of the matrix by which a miss of each point counts: 1 across the
     surface, and along it the less, the straighter it is.
     """
 
-    points: Points
+    points: FloatArray
     weights: FloatArray
     tree: cKDTree
     window: Window
@@ -39,7 +38,7 @@ class Surface:
         tree = cKDTree(points, leafsize=16, balanced_tree=False, compact_nodes=False)
         return cls(points, _weights(points, tree, NEIGHBOURHOOD * window.resolution), tree, window)
 
-    def knows(self, points: Points) -> NDArray[np.bool_]:
+    def knows(self, points: FloatArray) -> NDArray[np.bool_]:
         """Tell of places (n, 2; m) whether something was learnt of their cells."""
         window = self.window
         rows, columns = window.cells.shape
@@ -51,7 +50,7 @@ class Surface:
         return known
 
 
-def _weights(points: Points, tree: cKDTree, reach: float) -> FloatArray:
+def _weights(points: FloatArray, tree: cKDTree, reach: float) -> FloatArray:
     """Return the weights of points from how their neighbours lie: by the axes of their scatter."""
     if len(points) < NEIGHBOURS:
         return np.tile([1.0, 0.0, 1.0], (len(points), 1))

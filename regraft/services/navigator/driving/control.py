@@ -6,9 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
+from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollouts import Rollouts, forecast, in_place, nearby
-from regraft.services.navigator.geometry import FloatArray, Pose, Twist, to_base_frame, wrap_angle
 
 # Turn in place first when the way lies further aside than TURN_FROM, until it does by less than TURN_UNTIL.
 TURN_FROM = 0.785
@@ -27,13 +27,13 @@ class Situation:
     motion now, `period` (s) the time until the next decision.
     """
 
-    pose: Pose
-    twist: Twist
+    pose: Pose2D
+    twist: Twist2D
     obstacles: FloatArray
     limits: Limits
     period: float = 0.05
 
-    def reachable(self, target: Twist) -> Twist:
+    def reachable(self, target: Twist2D) -> Twist2D:
         """Return the twist nearest to `target` that the robot can have at the next decision."""
         return self.limits.approach(self.twist, target, self.period)
 
@@ -46,7 +46,7 @@ class Decision:
     every way on, so the twist brings the robot to a stand.
     """
 
-    twist: Twist
+    twist: Twist2D
     turning: bool = False
     blocked: bool = False
 
@@ -89,12 +89,12 @@ class Manoeuvres:
         for way in (angle, angle - math.copysign(math.tau, angle)):
             if self.can_turn(now, way):
                 rate = min(max(TURN_GAIN * abs(way), SLOWEST_TURN), now.limits.max_turn_rate)
-                return Decision(now.reachable(Twist(0.0, math.copysign(rate, way))), turning=True)
+                return Decision(now.reachable(Twist2D(0.0, math.copysign(rate, way))), turning=True)
         return self.halt(now)
 
     def back_up(self, now: Situation, speed: float) -> Decision:
         """Choose the twist that drives straight back at `speed` (m/s) while the rear is free."""
-        target = now.limits.saturate(Twist(-speed, 0.0))
+        target = now.limits.saturate(Twist2D(-speed, 0.0))
         targets = (np.array([target.v]), np.zeros(1))
         back = forecast(targets, now.twist, now.limits, self.horizon, self.step)
         if not self._admissible(back, self.near(now, self.horizon * speed)):
@@ -117,7 +117,7 @@ class Manoeuvres:
 
     def stop(self, now: Situation) -> Decision:
         """Brake as hard as the limits allow."""
-        return Decision(now.reachable(Twist()))
+        return Decision(now.reachable(Twist2D()))
 
     def halt(self, now: Situation) -> Decision:
         """Brake because obstacles forbid every way on."""
@@ -126,7 +126,7 @@ class Manoeuvres:
     def near(self, now: Situation, travel: float) -> FloatArray:
         """Return, in the base frame, the obstacles (N, 2) that matter for a way of `travel` (m)."""
         reach = self.footprint.circumradius + self.margin + travel
-        return nearby(to_base_frame(now.obstacles, now.pose), reach)
+        return nearby(now.pose.inward(now.obstacles), reach)
 
     def gap(self, points: FloatArray) -> float:
         """Return how far (m) the outline is from the nearest of some points (N, 2) in the base frame."""

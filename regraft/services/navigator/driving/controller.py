@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.control import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
 from regraft.services.navigator.driving.rollouts import Rollouts, candidates, forecast
-from regraft.services.navigator.geometry import FloatArray, Twist, to_base_frame
 from regraft.services.navigator.polyline import points_along, stretch_ahead
 
 AIM = 0.35  # m along the path: where to look when deciding whether to turn in place first
@@ -45,7 +45,7 @@ class RolloutController:
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
         """Choose the twist that brings the robot along `path` (N, 2)."""
         length = self.manoeuvres.horizon * now.limits.max_velocity + 2 * AIM
-        ahead = to_base_frame(stretch_ahead(path, now.pose, length), now.pose)
+        ahead = now.pose.inward(stretch_ahead(path, now.pose, length))
         aim = points_along(ahead, np.array([AIM]))[0]
         bearing = math.atan2(aim[1], aim[0])
         if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
@@ -69,7 +69,7 @@ class RolloutController:
             return doing.halt(now)
         costs = np.where(admissible, self._costs(now, tried, nearest, ahead), np.inf)
         best = int(costs.argmin())
-        return Decision(now.reachable(Twist(float(tried.v[best]), float(tried.w[best]))))
+        return Decision(now.reachable(Twist2D(float(tried.v[best]), float(tried.w[best]))))
 
     def _costs(self, now: Situation, tried: Rollouts, nearest: FloatArray, ahead: FloatArray) -> FloatArray:
         length = max(self.manoeuvres.horizon * now.limits.max_velocity, SHORTEST)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.control import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
 from regraft.services.navigator.driving.rollouts import forecast
-from regraft.services.navigator.geometry import FloatArray, Twist, to_base_frame
 from regraft.services.navigator.polyline import points_along, stretch_ahead
 
 # Points of the path (m ahead) to steer to: the farthest whose arc is free, as near ones are hunted nervously.
@@ -37,7 +37,7 @@ class PursuitController:
     def follow(self, now: Situation, path: FloatArray, turning: bool = False) -> Decision:
         """Choose the twist that brings the robot along `path` (N, 2)."""
         reach = float(LOOK_AHEAD[0])
-        ahead = to_base_frame(stretch_ahead(path, now.pose, 2 * reach), now.pose)
+        ahead = now.pose.inward(stretch_ahead(path, now.pose, 2 * reach))
         carrots = points_along(ahead, LOOK_AHEAD)
         bearing = math.atan2(carrots[1, 1], carrots[1, 0])
         if abs(bearing) > (TURN_UNTIL if turning else TURN_FROM):
@@ -72,5 +72,5 @@ class PursuitController:
         if not free.any():
             return doing.halt(now)
         best = int(free.argmax())
-        target = now.limits.saturate(Twist(float(tried.v[best]), float(tried.w[best])))
+        target = now.limits.saturate(Twist2D(float(tried.v[best]), float(tried.w[best])))
         return Decision(now.reachable(target))

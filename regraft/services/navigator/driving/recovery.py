@@ -3,8 +3,8 @@
 import math
 from typing import Any, Literal
 
+from regraft.planar import Pose2D, wrap_angle
 from regraft.services.navigator.driving.control import Decision, Manoeuvres, Situation
-from regraft.services.navigator.geometry import Pose, wrap_angle
 
 Action = Literal["none", "turn", "back_up", "wait"]
 
@@ -24,13 +24,13 @@ class ProgressMonitor:
         """Moving less than `distance` (m) and turning less than `angle` (rad) in `window` (s) is stuck."""
         self._window, self._distance, self._angle = window, distance, angle
         self._since: float | None = None
-        self._from = Pose(0.0, 0.0, 0.0)
+        self._from = Pose2D(0.0, 0.0, 0.0)
 
     def reset(self) -> None:
         """Start watching anew: the robot did not try."""
         self._since = None
 
-    def stuck(self, time: float, pose: Pose, max_velocity: float) -> bool:
+    def stuck(self, time: float, pose: Pose2D, max_velocity: float) -> bool:
         """Tell whether the robot, at `pose` and `time` (s), is stuck.
 
         A robot that is only allowed to creep needs to cover no more than a tenth of what it could.
@@ -48,7 +48,7 @@ class ProgressMonitor:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
-        self._since, self._from = state["since"], Pose(*state["from"])
+        self._since, self._from = state["since"], Pose2D(*state["from"])
 
 
 class Recovery:
@@ -62,7 +62,7 @@ class Recovery:
         self.total = 0
         self._action: Action = "none"
         self._started = 0.0
-        self._from = Pose(0.0, 0.0, 0.0)
+        self._from = Pose2D(0.0, 0.0, 0.0)
         self._yaw = 0.0
 
     @property
@@ -103,7 +103,7 @@ class Recovery:
         self._action, self._from = "none", now.pose
         return None
 
-    def watch(self, pose: Pose) -> None:
+    def watch(self, pose: Pose2D) -> None:
         """Forget past attempts once the robot is well away from where it was stuck."""
         away = math.hypot(pose.x - self._from.x, pose.y - self._from.y)
         if not self.active and away > OUT_OF_TROUBLE:
@@ -123,4 +123,4 @@ class Recovery:
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
         self.attempts, self.total, self._action = state["attempts"], state["total"], state["action"]
-        self._started, self._from, self._yaw = state["started"], Pose(*state["from"]), state["yaw"]
+        self._started, self._from, self._yaw = state["started"], Pose2D(*state["from"]), state["yaw"]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import Twist
+from regraft.planar import Twist2D
 
 Floats = NDArray[np.floating[Any]]
 
@@ -76,7 +76,7 @@ class Limits:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be greater than 0, not {getattr(self, name)}")
 
-    def saturate(self, twist: Twist) -> Twist:
+    def saturate(self, twist: Twist2D) -> Twist2D:
         """Scale v and w together until neither a wheel nor a limit is exceeded; the curvature stays."""
         fastest_wheel = abs(twist.v) + abs(twist.w) * self.track / 2
         scale = min(
@@ -85,11 +85,11 @@ class Limits:
             self.max_velocity / abs(twist.v) if twist.v else 1.0,
             self.max_turn_rate / abs(twist.w) if twist.w else 1.0,
         )
-        return Twist(twist.v * scale, twist.w * scale)
+        return Twist2D(twist.v * scale, twist.w * scale)
 
-    def approach(self, current: Twist, target: Twist, period: float) -> Twist:
+    def approach(self, current: Twist2D, target: Twist2D, period: float) -> Twist2D:
         """Return the twist nearest to `target` that can be reached from `current` in `period` seconds."""
         most_v, most_w = self.acceleration * period, self.turn_acceleration * period
         v = min(max(target.v, current.v - most_v), current.v + most_v)
         w = min(max(target.w, current.w - most_w), current.w + most_w)
-        return self.saturate(Twist(v, w))
+        return self.saturate(Twist2D(v, w))

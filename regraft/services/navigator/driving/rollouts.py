@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from regraft.planar import FloatArray, Twist2D
 from regraft.services.navigator.driving.robot import Footprint, Limits
-from regraft.services.navigator.geometry import FloatArray, Twist
 
 # Shares of the greatest velocity and of the greatest turning rate that are tried. Gentle curves are tried
 # more finely: they decide whether a narrow gap is met straight.
@@ -50,17 +50,17 @@ class Rollouts:
 def candidates(limits: Limits) -> tuple[FloatArray, FloatArray]:
     """Return the target twists worth trying, (v, w), each (N,): curves, turns in place, and standing."""
     tried = [
-        limits.saturate(Twist(speed * limits.max_velocity, curve * limits.max_turn_rate))
+        limits.saturate(Twist2D(speed * limits.max_velocity, curve * limits.max_turn_rate))
         for speed in SPEEDS
         for curve in CURVES
     ]
-    tried += [limits.saturate(Twist(0.0, turn * limits.max_turn_rate)) for turn in TURNS]
-    tried.append(Twist())
+    tried += [limits.saturate(Twist2D(0.0, turn * limits.max_turn_rate)) for turn in TURNS]
+    tried.append(Twist2D())
     return np.array([twist.v for twist in tried]), np.array([twist.w for twist in tried])
 
 
 def forecast(
-    targets: tuple[FloatArray, FloatArray], current: Twist, limits: Limits, horizon: float, step: float
+    targets: tuple[FloatArray, FloatArray], current: Twist2D, limits: Limits, horizon: float, step: float
 ) -> Rollouts:
     """Drive each target (v, w) for `horizon` seconds, accelerating from `current`; a pose every `step`."""
     v, w = targets

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import FloatArray, Point
+from regraft.planar import FloatArray, Point
 
 # Nav2's map server calls a cell occupied from 65 % on.
 OCCUPIED_FROM = 65

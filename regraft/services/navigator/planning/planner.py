@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import FloatArray, Point
+from regraft.planar import FloatArray, Point
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.search import CellGraph
 from regraft.services.navigator.planning.smoothing import shortcut, smooth, subdivide

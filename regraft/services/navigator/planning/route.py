@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from regraft.services.navigator.geometry import FloatArray, Point, Pose, polyline_length
+from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.navigator.planning.planner import NO_POINTS, TURNING_CLEARANCE, GridPlanner, NoPath, Path
-from regraft.services.navigator.polyline import lengths_along
+from regraft.services.navigator.polyline import lengths_along, polyline_length
 
 # The path ahead is watched for obstacles this far and this much to each side (half a Waffle and a margin).
 WATCHED_AHEAD = 1.5
@@ -68,7 +68,7 @@ class Route:
         self._planned_at = -math.inf
         self._stale = True
 
-    def keep(self, time: float, pose: Pose, goal: Pose, planner: GridPlanner, unmapped: FloatArray) -> bool:
+    def keep(self, time: float, pose: Pose2D, goal: Pose2D, planner: GridPlanner, unmapped: FloatArray) -> bool:
         """Plan where that is due; tell whether there is a path to follow.
 
         `unmapped` (N, 2) are the obstacles seen that the map lacks.
@@ -85,13 +85,13 @@ class Route:
             self._no_way_around = blocked and self._blocked(pose, unmapped)
         return len(self.path) > 0
 
-    def distance_left(self, pose: Pose) -> float:
+    def distance_left(self, pose: Pose2D) -> float:
         """Return how far (m) it is to the path and along it to its end."""
         nearest = self._nearest(pose)
         x, y = self._path[nearest]
         return math.hypot(x - pose.x, y - pose.y) + float(self._along[-1] - self._along[nearest])
 
-    def remaining(self, pose: Pose) -> FloatArray:
+    def remaining(self, pose: Pose2D) -> FloatArray:
         """Return the part of the path that is still to be driven."""
         if not len(self.path):
             return self.path
@@ -127,11 +127,11 @@ class Route:
         self._path = path
         self._along = lengths_along(path)
 
-    def _nearest(self, pose: Pose) -> int:
+    def _nearest(self, pose: Pose2D) -> int:
         offsets = self._path - (pose.x, pose.y)
         return int(np.einsum("ij,ij->i", offsets, offsets).argmin())
 
-    def _due(self, since: float, pose: Pose, unmapped: FloatArray) -> bool:
+    def _due(self, since: float, pose: Pose2D, unmapped: FloatArray) -> bool:
         """Tell whether it is time to plan, so long (s) after the last plan."""
         if since < self._period:
             return False
@@ -141,12 +141,12 @@ class Route:
         learnt = self._new_map or not np.array_equal(unmapped, self._planned_around)
         return learnt and since >= LEISURE * self._period
 
-    def _off(self, pose: Pose) -> bool:
+    def _off(self, pose: Pose2D) -> bool:
         nearest = self._nearest(pose)
         x, y = self._path[nearest]
         return math.hypot(x - pose.x, y - pose.y) > OFF_PATH
 
-    def _replan(self, time: float, pose: Pose, goal: Pose, planner: GridPlanner, blocked: bool) -> None:
+    def _replan(self, time: float, pose: Pose2D, goal: Pose2D, planner: GridPlanner, blocked: bool) -> None:
         unmapped = self._planned_around
         start = planner.leave_obstacle(pose.position, MAP_ERROR, unmapped)
         try:
@@ -163,7 +163,7 @@ class Route:
             self._take(path)
         self._worth = planner.cost(self._path)
 
-    def _plan(self, start: Point, goal: Pose, planner: GridPlanner, unmapped: FloatArray) -> Path:
+    def _plan(self, start: Point, goal: Pose2D, planner: GridPlanner, unmapped: FloatArray) -> Path:
         if self._target is None:
             target = planner.approach(start, goal.position, self._reach)
             if not len(self.path):
@@ -178,7 +178,7 @@ class Route:
             self.no_path = str(error)
         return path
 
-    def _blocked(self, pose: Pose, unmapped: FloatArray) -> bool:
+    def _blocked(self, pose: Pose2D, unmapped: FloatArray) -> bool:
         """Tell whether something that the map lacks stands on the path ahead."""
         if not len(unmapped) or not len(self.path):
             return False

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from regraft.services.navigator.geometry import FloatArray
+from regraft.planar import FloatArray
 from regraft.services.navigator.planning.terrain import Ground
 
 LOOK_AHEAD = 40  # points: how long one straight stretch may become, 2 m at 0.05 m cells

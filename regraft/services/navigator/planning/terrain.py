@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped, unused-ignore]
 
-from regraft.services.navigator.geometry import FloatArray
+from regraft.planar import FloatArray
 from regraft.services.navigator.planning.grid import OccupancyGrid
 
 # Driving at the lethal radius counts as this many times the length of driving in the open, and less and

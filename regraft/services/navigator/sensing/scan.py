@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import FloatArray, Pose, to_fixed_frame
+from regraft.planar import FloatArray, Pose2D
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +22,7 @@ class Scan:
     ranges: FloatArray
     angle_min: float = 0.0
     angle_increment: float = math.tau / 360
-    sensor: Pose = field(default=Pose(-0.064, 0.0, 0.0))
+    sensor: Pose2D = field(default=Pose2D(-0.064, 0.0, 0.0))
     range_min: float = 0.12
     range_max: float = 3.5
 
@@ -57,10 +57,10 @@ class Scan:
         echo = self.echoes()
         angles = self.angle_min + self.angle_increment * np.flatnonzero(echo)
         beams = np.column_stack([np.cos(angles), np.sin(angles)])
-        return to_fixed_frame(ranges[echo, None] * beams, self.sensor)
+        return self.sensor.outward(ranges[echo, None] * beams)
 
 
-def thin(points: FloatArray, origin: Pose, cell: float) -> FloatArray:
+def thin(points: FloatArray, origin: Pose2D, cell: float) -> FloatArray:
     """Keep of (N, 2) points, in each square of side `cell` (m), only the one nearest to `origin`."""
     if not len(points):
         return points

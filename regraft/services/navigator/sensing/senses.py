@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from regraft.services.navigator.geometry import FloatArray, Pose, Twist, wrap_angle
+from regraft.planar import FloatArray, Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.sensing.scan import Scan
 
 Subject = Literal["scan", "odometry", "motion"]
@@ -60,8 +60,8 @@ class ScanWatch:
         self._stamp = -math.inf
         self._ranges: FloatArray = np.empty(0)
         self._repeats = 0
-        self._first_at = Pose(0.0, 0.0, 0.0)
-        self._rich_at: Pose | None = None
+        self._first_at = Pose2D(0.0, 0.0, 0.0)
+        self._rich_at: Pose2D | None = None
         self._content: ScanFault | None = None
 
     @property
@@ -73,7 +73,7 @@ class ScanWatch:
         """Tell whether a scan has not been looked at yet."""
         return scan is not None and scan.stamp != self._stamp
 
-    def look(self, pose: Pose, scan: Scan, clearance: float) -> None:
+    def look(self, pose: Pose2D, scan: Scan, clearance: float) -> None:
         """Look at a new scan.
 
         `pose` is the robot's in a frame that does not jump, `clearance` (m) how far the map's nearest obstacle is.
@@ -86,7 +86,7 @@ class ScanWatch:
         silent = time - max(self._stamp, since) > SILENT_TIMEOUT
         self.fault = ScanFault.SILENT if silent else self._content
 
-    def _frozen(self, pose: Pose, scan: Scan) -> ScanFault | None:
+    def _frozen(self, pose: Pose2D, scan: Scan) -> ScanFault | None:
         if len(scan.ranges) != len(self._ranges) or not np.array_equal(scan.ranges, self._ranges, equal_nan=True):
             self._ranges, self._repeats, self._first_at = scan.ranges, 1, pose
             return None
@@ -98,7 +98,7 @@ class ScanWatch:
         still = self._repeats < REPEATS or not (moved or turned) or not np.isfinite(scan.ranges).any()
         return None if still else ScanFault.FROZEN
 
-    def _blind(self, pose: Pose, scan: Scan, clearance: float) -> ScanFault | None:
+    def _blind(self, pose: Pose2D, scan: Scan, clearance: float) -> ScanFault | None:
         """Return whether too few beams come back, where the map or the scans before show that some should."""
         share = float(scan.echoes().mean()) if len(scan.ranges) else 0.0
         if share >= FEW:
@@ -130,8 +130,8 @@ class ScanWatch:
         self.fault, self._content = _fault(state["fault"]), _fault(state["content"])
         self._stamp = state["stamp"]
         self._ranges, self._repeats = np.array(state["ranges"], np.float64), state["repeats"]
-        self._first_at = Pose(*state["first_at"])
-        self._rich_at = None if state["rich_at"] is None else Pose(*state["rich_at"])
+        self._first_at = Pose2D(*state["first_at"])
+        self._rich_at = None if state["rich_at"] is None else Pose2D(*state["rich_at"])
 
 
 def _code(fault: ScanFault | None) -> str | None:
@@ -150,14 +150,14 @@ class MotionWatch:
         """Return the fault, until motion is seen again."""
         self._told = self._turned = self._got = 0.0
         self._doubtful = 0.0
-        self._last: tuple[float, Pose] | None = None
+        self._last: tuple[float, Pose2D] | None = None
 
     def reset(self) -> None:
         """Judge anew; what is wrong stays until it is seen to be right."""
         self._told = self._turned = self._got = self._doubtful = 0.0
         self._last = None
 
-    def check(self, stamp: float, pose: Pose, twist: Twist, told: Twist) -> bool:
+    def check(self, stamp: float, pose: Pose2D, twist: Twist2D, told: Twist2D) -> bool:
         """Take in pose and twist at `stamp` (s) and the twist commanded since; tell whether to stop now."""
         last = self._last
         if last is not None and stamp == last[0]:
@@ -201,8 +201,8 @@ class MotionWatch:
         self.fault = None if state["fault"] is None else Fault(*state["fault"])
         self._told, self._turned, self._got, self._doubtful = state["sums"]
         last = state["last"]
-        self._last = None if last is None else (last[0], Pose(*last[1:]))
+        self._last = None if last is None else (last[0], Pose2D(*last[1:]))
 
 
-def _travel(twist: Twist, seconds: float) -> float:
+def _travel(twist: Twist2D, seconds: float) -> float:
     return (abs(twist.v) + ASIDE * abs(twist.w)) * seconds

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.services.navigator.geometry import FloatArray, Pose, Twist, interpolate, to_base_frame, to_fixed_frame
+from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.planning.planner import NO_POINTS, GridPlanner
 from regraft.services.navigator.sensing.scan import Scan, thin
 from regraft.services.navigator.sensing.track import Track
@@ -38,14 +38,14 @@ class Sight:
         self.unmapped: FloatArray = NO_POINTS
         """The remembered obstacles that the map lacks, (N, 2) in m in the map's frame."""
         self.track = Track()
-        self.pose = Pose(0.0, 0.0, 0.0)
+        self.pose = Pose2D(0.0, 0.0, 0.0)
         """Where the robot is in the track's frame."""
         # All of these are in the track's frame. A mark's value: when it was last seen, and beams lost since.
         self._seen: FloatArray = NO_POINTS
-        self._poses: list[tuple[float, Pose]] = []
+        self._poses: list[tuple[float, Pose2D]] = []
         self._marks: dict[tuple[int, int], tuple[float, int]] = {}
 
-    def absorb(self, stamp: float, pose: Pose, twist: Twist, scan: Scan | None, planner: GridPlanner) -> None:
+    def absorb(self, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None, planner: GridPlanner) -> None:
         """Take in where the robot is at `stamp` (s), how it moves, and the latest scan, which may be an old one."""
         jumps = self.track.jumps
         self.pose = self.track.follow(stamp, pose, twist)
@@ -79,7 +79,7 @@ class Sight:
         """Take over the state of a snapshot."""
         self.stamp = state["stamp"]
         self._seen = np.array(state["seen"], dtype=np.float64).reshape(-1, 2)
-        self._poses = [(then, Pose(x, y, yaw)) for then, x, y, yaw in state["poses"]]
+        self._poses = [(then, Pose2D(x, y, yaw)) for then, x, y, yaw in state["poses"]]
         self._marks = {(x, y): (stamp, lost) for x, y, stamp, lost in state["marks"]}
         self.track.restore(state["track"])
         self.pose = self._poses[-1][1] if self._poses else self.pose
@@ -88,7 +88,7 @@ class Sight:
     def _look(self, scan: Scan, planner: GridPlanner) -> None:
         self.stamp = scan.stamp
         taken_at = self._pose_at(scan.stamp)
-        self._seen = thin(to_fixed_frame(scan.points(), taken_at), taken_at, THINNED)
+        self._seen = thin(taken_at.outward(scan.points()), taken_at, THINNED)
         self._clear(scan, taken_at)
         new = self._seen[~_explained(self._in_map(self._seen), planner)]
         for x, y in np.floor(new / MARK).astype(int).tolist():
@@ -100,29 +100,29 @@ class Sight:
         self.obstacles, self.unmapped = self._in_map(self._seen), self._in_map(self._centres())
 
     def _in_map(self, points: FloatArray) -> FloatArray:
-        return to_fixed_frame(points, self.track.correction) if len(points) else points
+        return self.track.correction.outward(points) if len(points) else points
 
     def _centres(self) -> FloatArray:
         if not self._marks:
             return NO_POINTS
         return (np.array(list(self._marks), dtype=np.float64) + 0.5) * MARK
 
-    def _pose_at(self, stamp: float) -> Pose:
+    def _pose_at(self, stamp: float) -> Pose2D:
         earlier = self._poses[0]
         for then, where in self._poses:
             if then >= stamp:
                 span = then - earlier[0]
                 fraction = min(max((stamp - earlier[0]) / span, 0.0), 1.0) if span > 0.0 else 1.0
-                return interpolate(earlier[1], where, fraction)
+                return earlier[1].interpolate(where, fraction)
             earlier = (then, where)
         return earlier[1]
 
-    def _clear(self, scan: Scan, taken_at: Pose) -> None:
+    def _clear(self, scan: Scan, taken_at: Pose2D) -> None:
         """Drop the marks that the scan looks through, those under the robot, and those long unconfirmed."""
         if not self._marks:
             return
-        seen_from_base = to_base_frame(self._centres(), taken_at)
-        seen = to_base_frame(seen_from_base, scan.sensor)
+        seen_from_base = taken_at.inward(self._centres())
+        seen = scan.sensor.inward(seen_from_base)
         distance = np.hypot(seen[:, 0], seen[:, 1])
         ranges = scan.towards(seen)
         lost = np.isposinf(ranges) & (distance + SEEN_THROUGH < scan.range_max)

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from regraft.services.navigator.geometry import Pose, Twist, compose, inverse, wrap_angle
+from regraft.planar import Pose2D, Twist2D, wrap_angle
 
 # A pose that is this much off what the motion says has jumped: a little at once, more after a longer time.
 JUMP_DISTANCE, JUMP_DISTANCE_RATE = 0.01, 0.05  # m, m/s
@@ -20,13 +20,13 @@ class Track:
     """
 
     def __init__(self) -> None:
-        self.correction = Pose(0.0, 0.0, 0.0)
+        self.correction = Pose2D(0.0, 0.0, 0.0)
         self.jumps = 0
         """How often the pose has jumped."""
         self._stamp = -math.inf
-        self._last = Pose(0.0, 0.0, 0.0)
+        self._last = Pose2D(0.0, 0.0, 0.0)
 
-    def follow(self, stamp: float, pose: Pose, twist: Twist) -> Pose:
+    def follow(self, stamp: float, pose: Pose2D, twist: Twist2D) -> Pose2D:
         """Take in a pose in the map and the motion, both at `stamp` (s); return the pose in the track's frame."""
         since = stamp - self._stamp
         if 0.0 < since <= SILENCE:
@@ -34,12 +34,12 @@ class Track:
             miss = math.hypot(pose.x - expected.x, pose.y - expected.y)
             turn = abs(wrap_angle(pose.yaw - expected.yaw))
             if miss > JUMP_DISTANCE + JUMP_DISTANCE_RATE * since or turn > JUMP_ANGLE + JUMP_ANGLE_RATE * since:
-                jump = compose(pose, inverse(expected))
-                self.correction = compose(jump, self.correction)
+                jump = pose.compose(expected.inverse())
+                self.correction = jump.compose(self.correction)
                 self.jumps += 1
         if since != 0.0:
             self._stamp, self._last = stamp, pose
-        return compose(inverse(self.correction), pose)
+        return self.correction.inverse().compose(pose)
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state as plain data."""
@@ -48,11 +48,11 @@ class Track:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of a snapshot."""
-        self.correction, self._last = Pose(*state["correction"]), Pose(*state["last"])
+        self.correction, self._last = Pose2D(*state["correction"]), Pose2D(*state["last"])
         self._stamp, self.jumps = state["stamp"], state["jumps"]
 
 
-def _moved(pose: Pose, twist: Twist, seconds: float) -> Pose:
+def _moved(pose: Pose2D, twist: Twist2D, seconds: float) -> Pose2D:
     heading = pose.yaw + twist.w * seconds / 2
     way = twist.v * seconds
-    return Pose(pose.x + way * math.cos(heading), pose.y + way * math.sin(heading), pose.yaw + twist.w * seconds)
+    return Pose2D(pose.x + way * math.cos(heading), pose.y + way * math.sin(heading), pose.yaw + twist.w * seconds)
