@@ -38,7 +38,8 @@ from .errors import (
 )
 from .load import load_file, load_text
 from .mocking import mock_models
-from .nodes.control import Control
+from .node_registry import Registry
+from .nodes.control_node import Control
 from .nodes.coroutine import CoroutineAction, Steps
 from .nodes.decorator import Decorator
 from .nodes.leaf import Condition, StatefulAction, SyncAction
@@ -47,7 +48,6 @@ from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
 from .nodes.node import Node, NodeSetup, PostTickHook, PreTickHook
 from .nodes.ports import InOut, Input, Output
 from .nodes.runtime import TransitionHook
-from .registry import Registry
 from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status, is_completed, status_from_name, status_name
 from .substitution import MockConfig
 from .tree import Tree

@@ -7,9 +7,9 @@ from pathlib import Path
 from .clock import Clock, MonotonicClock
 from .data.blackboard import Blackboard
 from .mocking import mock_unknown_types
+from .node_registry import Registry
 from .nodes.limits import Limits
 from .nodes.runtime import Runtime
-from .registry import Registry
 from .tree import Tree
 from .xml.builder import Builder
 from .xml.checks import check_structure, total_size

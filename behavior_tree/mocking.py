@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from .errors import RegistryError
+from .node_registry import Registry
 from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
 from .nodes.node import Node
-from .registry import Registry
 from .substitution import MockAction, MockCondition, MockControl, MockDecorator
 from .xml.collection import TreeCollection
 from .xml.document import Element

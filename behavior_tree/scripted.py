@@ -8,10 +8,10 @@ letter behind.
 from collections.abc import MutableSequence
 from typing import Final
 
+from .node_registry import Registry
 from .nodes.leaf import Condition, StatefulAction, SyncAction
 from .nodes.node import Node, NodeSetup
 from .nodes.ports import Input, Output
-from .registry import Registry
 from .status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 LETTERS: Final = "IRSFK"

@@ -1,6 +1,6 @@
 """Nodes that tick several unfinished children in one tick."""
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import Node, NodeSetup
 from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from ..data.values import parse_int, parse_real
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..nodes.ports import Input
 from ..script.operators import TOLERANCE

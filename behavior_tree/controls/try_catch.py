@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status

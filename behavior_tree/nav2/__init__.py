@@ -12,8 +12,8 @@ poses, goals and paths. A PauseResumeController is told by its `request_pause` a
 
 from typing import Final
 
+from ..node_registry import Registry
 from ..nodes.node import Node
-from ..registry import Registry
 from .distance import DistanceController
 from .goals import GoalUpdatedController, GoalUpdater
 from .paths import PathLongerOnApproach

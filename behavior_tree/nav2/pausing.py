@@ -4,7 +4,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import ClassVar, Final
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..nodes.ports import Input
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Status

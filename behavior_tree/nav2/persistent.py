@@ -1,6 +1,6 @@
 """A sequence that keeps its place on the blackboard."""
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import Node
 from ..nodes.ports import InOut
 from ..status import FAILURE, RUNNING, SUCCESS, Status

@@ -1,6 +1,6 @@
 """Control nodes that keep several children going at once."""
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 

@@ -1,6 +1,6 @@
 """The node whose children take turns."""
 
-from ..nodes.control import Control
+from ..nodes.control_node import Control
 from ..nodes.node import NodeSetup
 from ..nodes.ports import Input
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status

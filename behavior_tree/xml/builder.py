@@ -6,12 +6,12 @@ from typing import Final
 from ..data.blackboard import Blackboard
 from ..data.values import literal_value, parse_bool
 from ..errors import LoadError, TreeError
+from ..node_registry import Registry
 from ..nodes.leaf import StatefulAction
 from ..nodes.manifest import NodeKind
 from ..nodes.node import Node, NodeSetup
 from ..nodes.runtime import Runtime
 from ..nodes.text import board_key
-from ..registry import Registry
 from ..substitution import Substitution
 from .attributes import compile_conditions, sort_attributes
 from .binding import bind_ports

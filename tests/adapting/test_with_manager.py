@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
 from regraft.bus_schema.messages.protocol.control import Snapshot

@@ -25,7 +25,7 @@ modes:
 
 components:
   bt_executor: {class: 'regraft.services.bt_executor.executor:Executor'}
-  bandits: {class: 'regraft.adaptation_manager.planners.bandits.planner:BanditPlanner', parameters: {seed: 7}}
+  bandits: {class: 'regraft.adaptation_manager.planners.bandits.bandit_planner:BanditPlanner', parameters: {seed: 7}}
 """
 TREE = tree('<Script code="rounds := 3"/>', '<Sleep name="wait" msec="100000000"/>', name="Patrol")
 PROPOSAL = {

@@ -24,7 +24,7 @@ from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Follower
 from regraft.services.navigator.planning.grid import OccupancyGrid
-from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing import scan
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robot.odometry import OdometrySettings

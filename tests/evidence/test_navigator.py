@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from regraft.planar import Pose2D, Twist2D
-from regraft.services.navigator.driving.control import Controller
-from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.local_controller import Controller
 from regraft.services.navigator.driving.pursuit import PursuitController
 from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.driving.rollout_controller import RolloutController
 from regraft.services.navigator.follower import Follower
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.planning.grid import OccupancyGrid
-from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.services.navigator.qualities import NEAR, is_safe
 from regraft.services.navigator.sensing.scan import Scan

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from regraft import CallFailed
-from regraft.adaptation_manager.planners.bandits import planner
+from regraft.adaptation_manager.planners.bandits import bandit_planner
 from regraft.adaptation_manager.planners.bandits.space import options_of
 from tests.planners.parts import SPEEDS, bench
 
@@ -87,7 +87,7 @@ def test_a_space_without_options_is_searched_once_however_often_it_is_asked_for(
         searches.append(given)
         return options_of(*given)
 
-    monkeypatch.setattr(planner, "options_of", counted)
+    monkeypatch.setattr(bandit_planner, "options_of", counted)
     with bench() as bandits:
         for _ in range(5):
             with pytest.raises(CallFailed, match="leaves no option"):

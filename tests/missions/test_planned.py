@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from regraft.adaptation_manager.planners.forecast.planner import ForecastPlanner
+from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.model.adaptation import SetParameters
 from regraft.testing import Rig
 from tests.missions.acting import CORNER, OWN

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.messages.mission import MissionState
 from regraft.bus_schema.messages.perception import Detections
 from regraft.bus_schema.messages.quality import Quality

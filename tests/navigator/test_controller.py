@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
-from regraft.services.navigator.driving.control import Manoeuvres, Situation
-from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
 from regraft.services.navigator.driving.robot import Footprint, Limits
+from regraft.services.navigator.driving.rollout_controller import RolloutController
 
 from .world import Box, Robot
 

@@ -10,7 +10,7 @@ import pytest
 from regraft.planar import Pose2D, Twist2D, wrap_angle
 from regraft.services.navigator.driving.robot import Limits
 from regraft.services.navigator.follower import Command, Follower
-from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_BOXES, FROG_GOALS, Box, Robot, frog_map, rasterise

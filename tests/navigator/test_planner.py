@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from regraft.planar import FloatArray
 from regraft.services.navigator.planning.grid import OccupancyGrid
-from regraft.services.navigator.planning.planner import SPACING, GridPlanner, NoPath
+from regraft.services.navigator.planning.grid_planner import SPACING, GridPlanner, NoPath
 from regraft.services.navigator.polyline import polyline_length
 
 from .world import FROG_GOALS, Box, frog_map, rasterise

@@ -3,7 +3,7 @@
 import numpy as np
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
-from regraft.services.navigator.driving.control import Manoeuvres, Situation
+from regraft.services.navigator.driving.local_controller import Manoeuvres, Situation
 from regraft.services.navigator.driving.recovery import MAX_ATTEMPTS, ProgressMonitor, Recovery
 from regraft.services.navigator.driving.robot import Limits
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from regraft.planar import Pose2D, Twist2D
-from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.sight import Sight
 

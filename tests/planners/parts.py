@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest

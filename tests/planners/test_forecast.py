@@ -13,7 +13,7 @@ from jsonschema import Draft202012Validator
 
 from regraft import CallFailed, Component, Output, Parameter
 from regraft.adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
-from regraft.adaptation_manager.planners.forecast.planner import ForecastPlanner
+from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Twist

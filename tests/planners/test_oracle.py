@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from mabwiser.mab import MAB, LearningPolicy
 
-from regraft.adaptation_manager.planners.bandits.registry import Strategies
 from regraft.adaptation_manager.planners.bandits.strategy import Offer, Strategy
+from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 
 ARMS = ["a", "b", "c", "d"]
 WORTH = [0.3, 0.5, 0.65, 0.4]

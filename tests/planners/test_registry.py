@@ -9,8 +9,8 @@ from random import Random
 
 import pytest
 
-from regraft.adaptation_manager.planners.bandits.registry import BadStrategy, Strategies
 from regraft.adaptation_manager.planners.bandits.strategy import Decision, Knobs, Offer, Strategy
+from regraft.adaptation_manager.planners.bandits.strategy_registry import BadStrategy, Strategies
 from regraft.bus_schema.annotations import PlainValue
 from tests.planners.parts import bench
 

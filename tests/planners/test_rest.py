@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE

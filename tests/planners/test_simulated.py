@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from regraft import Component
-from regraft.adaptation_manager.planners.bandits.planner import BanditPlanner
+from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture, TopicSpec

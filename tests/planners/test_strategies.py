@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft.adaptation_manager.planners.bandits.registry import Strategies
 from regraft.adaptation_manager.planners.bandits.strategies.averages import Average
 from regraft.adaptation_manager.planners.bandits.strategies.ucb import Ucb1, Ucb1Knobs, UcbTuned
 from regraft.adaptation_manager.planners.bandits.strategy import Knobs, Offer, Strategy
+from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 
 ALL = Strategies()
 LEARNING = tuple(name for name in ALL.names() if name != "random")

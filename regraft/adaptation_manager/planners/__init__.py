@@ -9,6 +9,6 @@ reach the manager by the same door. ``who`` names the planner in the journal, ``
 asks whether an option is possible at all.
 
 A planner that can be asked offers ``planners/NAME/propose`` and ``planners/NAME/describe``, with the messages of
-``regraft.bus_schema.messages.planning``. ``asking`` is what planners have in common: seeing the architecture, having
-changes carried out, taking turns.
+``regraft.bus_schema.messages.planning``. ``manager_client`` is what planners have in common: seeing the architecture,
+having changes carried out, taking turns.
 """

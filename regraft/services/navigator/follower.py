@@ -7,11 +7,11 @@ from typing import Any, Literal
 import numpy as np
 
 from regraft.planar import Pose2D, Twist2D, wrap_angle
-from regraft.services.navigator.driving.control import Controller, Decision, Situation
-from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.local_controller import Controller, Decision, Situation
 from regraft.services.navigator.driving.recovery import ProgressMonitor, Recovery
 from regraft.services.navigator.driving.robot import Limits
-from regraft.services.navigator.planning.planner import GridPlanner, Path
+from regraft.services.navigator.driving.rollout_controller import RolloutController
+from regraft.services.navigator.planning.grid_planner import GridPlanner, Path
 from regraft.services.navigator.planning.route import Route
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import LOST_TIMEOUT, SCAN_TEXTS, Fault, MotionWatch, ScanFault, ScanWatch

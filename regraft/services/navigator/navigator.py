@@ -13,11 +13,11 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.model.description import Resources
 from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
-from regraft.services.navigator.driving.control import Controller
-from regraft.services.navigator.driving.controller import RolloutController
+from regraft.services.navigator.driving.local_controller import Controller
 from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.driving.rollout_controller import RolloutController
 from regraft.services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
-from regraft.services.navigator.planning.planner import GridPlanner
+from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.qualities import ROLLOUTS, Caution, drive_energy, drive_time, driving_qualities, is_safe
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import Fault

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from regraft.bus_schema.model.description import Resources
-from regraft.services.navigator.driving.control import Controller
+from regraft.services.navigator.driving.local_controller import Controller
 from regraft.services.navigator.driving.pursuit import PursuitController
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.qualities import PURSUIT, Caution

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Option
 from regraft.adaptation_manager.planners.bandits.inputs import Credit
-from regraft.adaptation_manager.planners.bandits.registry import Strategies
 from regraft.adaptation_manager.planners.bandits.strategy import CannotLearn, Knobs, Offer, Strategy
+from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Ticket, Told, stakes_of, ticket_from
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage

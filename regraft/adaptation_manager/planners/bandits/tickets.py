@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind
 from regraft.adaptation_manager.planners.bandits.inputs import Credit, seconds
-from regraft.adaptation_manager.planners.bandits.standing import stands
+from regraft.adaptation_manager.planners.bandits.option_state import stands
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
 

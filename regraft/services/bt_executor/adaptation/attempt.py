@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from regraft.services.bt_executor.adaptation.asking import AttemptSteps
+from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.durations import AT_ONCE
 from regraft.services.bt_executor.adaptation.port_values.ports import duration_of, policy_of

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from behavior_tree import FAILURE, RUNNING, Node, NodeSetup, Status
 from regraft.bus_schema.annotations import PlainValue
-from regraft.services.bt_executor.adaptation.asking import AttemptSteps
 from regraft.services.bt_executor.adaptation.attempt import Attempt
+from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.external import ExternalStrategy
 from regraft.services.bt_executor.adaptation.internal import InternalPlan
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.ports import check_ports
 from regraft.services.bt_executor.adaptation.results import Result
-from regraft.services.bt_executor.leaves.asking import write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import write_if_connected
 from regraft.services.bt_executor.leaves.context import LeafContext
 
 

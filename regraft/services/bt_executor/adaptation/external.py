@@ -8,8 +8,8 @@ from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft.services.bt_executor.adaptation.asking import Asker, AttemptSteps
 from regraft.services.bt_executor.adaptation.credit import Meter
+from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.names import read_names

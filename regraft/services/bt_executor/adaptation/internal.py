@@ -10,7 +10,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.services.bt_executor.adaptation.asking import Asker, AttemptSteps, Turns
+from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps, Turns
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.ports import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import Decorator, Input, NodeSetup, Output
-from regraft.services.bt_executor.adaptation.asking import AttemptSteps
+from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
 from regraft.services.bt_executor.adaptation.port_values.ports import locations_of, subjects_of
 from regraft.services.bt_executor.adaptation.results import Result
 from regraft.services.bt_executor.adaptation.rules.desired_changes import DesiredChange

@@ -6,7 +6,7 @@ from typing import Any
 
 from behavior_tree import SUCCESS, Input, Output, Status
 from regraft.bus_schema.messages.maps import Frontier, MapFile, NextFrontier, SaveMap
-from regraft.services.bt_executor.leaves.asking import Asking, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import Asking, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
 
 

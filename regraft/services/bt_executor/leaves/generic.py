@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from behavior_tree import SUCCESS, Input, Node, Output, Status
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
-from regraft.services.bt_executor.leaves.asking import Asking, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import Asking, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
 from regraft.services.bt_executor.leaves.plain_messages import (
     as_plain,

@@ -18,7 +18,7 @@ from behavior_tree import (
     SyncAction,
 )
 from regraft.bus_schema.messages.maps import Goals
-from regraft.services.bt_executor.leaves.asking import require_ports, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import require_ports, write_if_connected
 from regraft.services.bt_executor.leaves.context import LeafContext
 
 

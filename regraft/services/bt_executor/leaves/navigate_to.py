@@ -8,7 +8,7 @@ from behavior_tree import SUCCESS, Input, Node, Output, Status
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.maps import NamedGoal
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
-from regraft.services.bt_executor.leaves.asking import Asking, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import Asking, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
 
 

@@ -6,7 +6,7 @@ import re
 from typing import Any, Final
 
 from behavior_tree import SUCCESS, Input, Node, NodeSetup, Status, SyncAction
-from regraft.services.bt_executor.leaves.asking import require_ports
+from regraft.services.bt_executor.leaves.asking_leaf import require_ports
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.leaves.plain_messages import as_plain
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from behavior_tree import RUNNING, SUCCESS, Input, Node, NodeSetup, Output, StatefulAction, Status
-from regraft.services.bt_executor.leaves.asking import require_ports, write_if_connected
+from regraft.services.bt_executor.leaves.asking_leaf import require_ports, write_if_connected
 from regraft.services.bt_executor.leaves.context import LeafContext
 
 

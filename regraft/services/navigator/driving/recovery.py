@@ -4,7 +4,7 @@ import math
 from typing import Any, Literal
 
 from regraft.planar import Pose2D, wrap_angle
-from regraft.services.navigator.driving.control import Decision, Manoeuvres, Situation
+from regraft.services.navigator.driving.local_controller import Decision, Manoeuvres, Situation
 
 Action = Literal["none", "turn", "back_up", "wait"]
 

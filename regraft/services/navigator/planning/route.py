@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from regraft.planar import FloatArray, Point, Pose2D
-from regraft.services.navigator.planning.planner import NO_POINTS, TURNING_CLEARANCE, GridPlanner, NoPath, Path
+from regraft.services.navigator.planning.grid_planner import NO_POINTS, TURNING_CLEARANCE, GridPlanner, NoPath, Path
 from regraft.services.navigator.polyline import lengths_along, polyline_length
 
 # The path ahead is watched for obstacles this far and this much to each side (half a Waffle and a margin).

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
-from regraft.services.navigator.planning.planner import NO_POINTS, GridPlanner
+from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner
 from regraft.services.navigator.sensing.scan import Scan, thin
 from regraft.services.navigator.sensing.track import Track
 

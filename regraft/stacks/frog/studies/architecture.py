@@ -74,7 +74,7 @@ PLANNING: Changes = {
             },
         },
         "system_reflection": {"parameters": {"mapping": [*MAPPING, *POSE, CORNER_HEALTH]}},
-        "forecast": {"class": "regraft.adaptation_manager.planners.forecast.planner:ForecastPlanner"},
+        "forecast": {"class": "regraft.adaptation_manager.planners.forecast.forecast_planner:ForecastPlanner"},
     },
 }
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from regraft.planar import FloatArray, Twist2D
-from regraft.services.navigator.driving.control import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
+from regraft.services.navigator.driving.local_controller import TURN_FROM, TURN_UNTIL, Decision, Manoeuvres, Situation
 from regraft.services.navigator.driving.rollouts import Rollouts, candidates, forecast
 from regraft.services.navigator.polyline import points_along, stretch_ahead
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.asking import AdaptationOrder, CarriedOut, Manager, Turns
 from regraft.adaptation_manager.planners.bandits.context import numbers_of
 from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
 from regraft.adaptation_manager.planners.bandits.space import options_of
-from regraft.adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
 from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
+from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Final
 
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.asking import AdaptationOrder, Manager, Turns
 from regraft.adaptation_manager.planners.bandits.context import numbers_of
 from regraft.adaptation_manager.planners.bandits.dimensions import Option
 from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
 from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
-from regraft.adaptation_manager.planners.bandits.registry import Strategies
+from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
 from regraft.adaptation_manager.planners.bandits.space import options_of
-from regraft.adaptation_manager.planners.bandits.standing import changes_for, check_dimensions
+from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Told
+from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
