@@ -18,7 +18,8 @@ from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.gathering import wait_for_members
-from regraft.lockstep.liveness import LivenessTracker, Run
+from regraft.lockstep.join_requests import JoinRequests
+from regraft.lockstep.liveness import Run
 from regraft.lockstep.member import NOT_COME
 from regraft.lockstep.membership import Membership, MemberState, Pair
 from regraft.lockstep.run_report import RunReport
@@ -50,9 +51,8 @@ class Coordinator:
         first_run = runtime.assignment.incarnation == 1
         self.report = RunReport(publisher, self._keys.clock("time"), reproducible=first_run)
         self._name = runtime.assignment.name
-        self._living = LivenessTracker()
-        self._joining: dict[str, Join] = {}
         self._admission = Admission(runtime, self._admit, self._release, self._succeed)
+        self._joins = JoinRequests(self.membership, self._admission.may_join)
         self._ended_in_slot: set[Run] = set()
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
@@ -63,7 +63,7 @@ class Coordinator:
         """Listen to members, and be found by them."""
         runtime = self._runtime
         takers: dict[str, Callable[[Sample], None]] = {
-            "join": self._typed(Join, self._take_join),
+            "join": self._typed(Join, self._joins.take),
             "ack": self._typed(Ack, self._dispatcher.take_ack),
             "marker_ack": self._typed(MarkerAck, self._take_marker_ack),
             "slot_request": self._typed(SlotRequest, self._take_slot_request),
@@ -88,18 +88,6 @@ class Coordinator:
 
     # --- what members say ---
 
-    def _take_join(self, join: Join) -> None:
-        member = self.membership.members.get(join.member)
-        waiting = self._joining.get(join.member)
-        if (
-            not self._admission.may_join(join)
-            or not self._living.admits(join, [run.incarnation for run in (member, waiting) if run is not None])
-            or (waiting is not None and join.incarnation < waiting.incarnation)
-        ):
-            return
-        if member is None or join.incarnation > member.incarnation:
-            self._joining[join.member] = join
-
     def _take_marker_ack(self, ack: MarkerAck) -> None:
         reader = self.membership.members.get(ack.member)
         pair = (ack.key, ack.source, ack.member)
@@ -117,25 +105,22 @@ class Coordinator:
             member.outside |= self._strangers(request.outside)
 
     def _strangers(self, sources: tuple[str, ...]) -> set[str]:
-        return {source for source in sources if source not in self.membership.members and source not in self._joining}
+        return {
+            source for source in sources if source not in self.membership.members and source not in self._joins.pending
+        }
 
     def _presence(self, presence: Presence) -> None:
         name, _, number = presence.key.split("/")[-3:]
         if name == self._name or not (number.isascii() and number.isdecimal()):
             return
-        incarnation = int(number)
+        run = (name, int(number))
         if presence.present:
-            early = self._living.appeared((name, incarnation))
-            if early is not None:
-                self._take_join(early)
+            self._joins.appeared(run)
             return
-        waited = self._living.vanished((name, incarnation))
-        joining = self._joining.get(name)
-        if joining is not None and joining.incarnation == incarnation:
-            del self._joining[name]
-        self._ended(name, incarnation)
+        waited = self._joins.vanished(run)
+        self._ended(*run)
         for join in waited:
-            self._take_join(join)
+            self._joins.take(join)
 
     def _ended(self, name: str, incarnation: int) -> None:
         member = self.membership.members.get(name)
@@ -160,17 +145,15 @@ class Coordinator:
 
     def _admit(self, run: ClockMember) -> bool:
         """Take a run in now if it has asked to join; in a slot, where it makes no difference when it asked."""
-        join = self._joining.get(run.member)
-        if join is not None and join.incarnation == run.incarnation:
+        if self._joins.asks(run):
             self._welcome(run.member)
         member = self.membership.members.get(run.member)
         return member is not None and member.incarnation == run.incarnation
 
     def _release(self, run: ClockMember) -> bool:
         """Let a run go in order: nothing of what it did is lost, and the run stays reproducible."""
-        join, member = self._joining.get(run.member), self.membership.members.get(run.member)
-        if join is not None and join.incarnation == run.incarnation:
-            del self._joining[run.member]
+        self._joins.drop(run)
+        member = self.membership.members.get(run.member)
         if member is not None and member is not self.local and member.incarnation == run.incarnation:
             self.membership.leave(run.member)
             self._forget(run.member)
@@ -180,23 +163,21 @@ class Coordinator:
         """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
         member = self.membership.members.get(run.member)
         if member is None:  # it was dropped, since the run before stood still without anybody to take over
-            waiting = self._living.waiting((run.member, run.incarnation))
-            if waiting is not None:
-                self._joining[run.member] = waiting
+            self._joins.expect(run)
             return self._admit(run)
-        if run.incarnation > member.incarnation and self._living.has((run.member, run.incarnation)):
-            self._joining.pop(run.member, None)
+        if run.incarnation > member.incarnation and self._joins.lives(run):
+            self._joins.pending.pop(run.member, None)
             member.succeed(run.incarnation)
         return member.incarnation == run.incarnation
 
     def take_in(self) -> None:
         """Take in who asked to join, and wire them; between ticks only."""
-        while self._joining:
-            self._welcome(min(self._joining))
+        while self._joins.pending:
+            self._welcome(min(self._joins.pending))
         self.wire()
 
     def _welcome(self, name: str) -> None:
-        join = self._joining.pop(name)
+        join = self._joins.pending.pop(name)
         if name in self.membership.members:
             self._drop(name, "it was replaced by a newer run")
         self.membership.add(name, join.incarnation, join.wiring, join.next_wake)
@@ -393,7 +374,7 @@ class Coordinator:
         """
         missing = wait_for_members(
             set(names),
-            lambda: self._joining.keys() | self.membership.members,
+            lambda: self._joins.pending.keys() | self.membership.members,
             self._runtime,
             self._inbox.pump,
             Patience(seconds),

@@ -7,23 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from regraft.bus.memory_bus import MemoryHub
-from tests.adaptation.host_stub import HostStub
-from tests.adaptation.parts import Fragile
-from tests.adaptation.system import System, small_architecture
+from tests.adaptation.system import System, small_architecture, started
 
 
 @pytest.fixture
 def bare_system(tmp_path: Path) -> Iterator[System]:
     """All components, but no manager yet."""
-    Fragile.release.clear()
-    hub = MemoryHub()
-    architecture = small_architecture()
-    system = System(hub, architecture, HostStub(hub, architecture), tmp_path / "journal.sqlite")
-    for name in architecture.components:
-        system.start(name)
-    yield system
-    system.end()
+    with started(small_architecture(), tmp_path) as system:
+        yield system
 
 
 @pytest.fixture

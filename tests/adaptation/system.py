@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -262,3 +263,17 @@ def small_architecture(constraints: tuple[Constraint, ...] = ()) -> Architecture
     twists = {name: TopicSpec(name, "regraft/Twist") for name in ("numbers", "others", "hints", "spare")}
     topics = {**twists, "scan": TopicSpec("scan", "regraft/LaserScan")}
     return Architecture(SYSTEM, 1, False, {spec.name: spec for spec in specs}, topics, constraints=constraints)
+
+
+@contextmanager
+def started(architecture: Architecture, folder: Path) -> Iterator[System]:
+    """Run all components of an architecture, without a manager; its journal will be in ``folder``."""
+    Fragile.release.clear()
+    hub = MemoryHub()
+    system = System(hub, architecture, HostStub(hub, architecture), folder / "journal.sqlite")
+    for name in architecture.components:
+        system.start(name)
+    try:
+        yield system
+    finally:
+        system.end()

@@ -13,7 +13,6 @@ from regraft.adaptation_manager.execution import transaction
 from regraft.adaptation_manager.journal.journal import Journal
 from regraft.adaptation_manager.manager import AdaptationManager
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.model.adaptation import (
     Add,
     Change,
@@ -27,9 +26,8 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import SYSTEM, Running, System, spec_of
+from tests.adaptation.system import SYSTEM, Running, System, spec_of, started
 from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Ask, Item, Report, Sink, Source, Totaller
 from tests.waiting import PATIENCE, wait_until
@@ -68,16 +66,10 @@ def _architecture() -> Architecture:
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[System]:
     """A source, a totaller that adds up what it says, a sink that checks, and a manager."""
-    Fragile.release.clear()
-    hub = MemoryHub()
-    architecture = _architecture()
-    system = System(hub, architecture, HostStub(hub, architecture), tmp_path / "journal.sqlite")
-    for name in architecture.components:
-        system.start(name)
-    system.start_manager()
-    _hears_on(system)
-    yield system
-    system.end()
+    with started(_architecture(), tmp_path) as system:
+        system.start_manager()
+        _hears_on(system)
+        yield system
 
 
 def _report(system: System) -> Report:

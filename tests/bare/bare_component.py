@@ -392,8 +392,7 @@ def main() -> int:
         Member(component).run()
     else:
         component.run()
-    closing: Any = session
-    closing.close()
+    session.close()  # type: ignore[no-untyped-call]
     return 0
 
 

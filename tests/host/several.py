@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.lifecycle import State
 from tests.host.guests import Guest, Link
@@ -68,6 +69,13 @@ class Site:
         """Return a component's process if it is that host's."""
         seen = self.system.client.hosts().get(host)
         return next((p for p in seen.processes if p.component == name), None) if seen else None
+
+    def snapshot(self, name: str) -> dict[str, int]:
+        """Return the state that a component would save."""
+        snapshot = self.system.client.control(name, "state")
+        assert isinstance(snapshot, Snapshot)
+        state: dict[str, int] = snapshot.state
+        return state
 
     def wait_active(self, name: str, beyond: int = 0) -> int:
         """Wait until a later run of a component is active; returns its incarnation."""
