@@ -9,6 +9,17 @@ from numpy.typing import NDArray
 from regraft.planar import FloatArray, Pose2D
 
 
+def outward(pose: Pose2D, points: FloatArray) -> FloatArray:
+    """Return points (N, 2) of a frame in the outer one.
+
+    `Pose2D.outward` does so too, but rounds differently: with that one every recorded search would be another.
+    """
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    rotation = np.array([[cos, -sin], [sin, cos]])
+    moved: FloatArray = points @ rotation.T + np.array([pose.x, pose.y])
+    return moved
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
     """One turn of a planar lidar, taken at `stamp` (s).
@@ -57,7 +68,7 @@ class Scan:
         echo = self.echoes()
         angles = self.angle_min + self.angle_increment * np.flatnonzero(echo)
         beams = np.column_stack([np.cos(angles), np.sin(angles)])
-        return self.sensor.outward(ranges[echo, None] * beams)
+        return outward(self.sensor, ranges[echo, None] * beams)
 
 
 def thin(points: FloatArray, origin: Pose2D, cell: float) -> FloatArray:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner
-from regraft.services.navigator.sensing.scan import Scan, thin
+from regraft.services.navigator.sensing.scan import Scan, outward, thin
 from regraft.services.navigator.sensing.track import Track
 
 THINNED = 0.03  # m
@@ -88,7 +88,7 @@ class Sight:
     def _look(self, scan: Scan, planner: GridPlanner) -> None:
         self.stamp = scan.stamp
         taken_at = self._pose_at(scan.stamp)
-        self._seen = thin(taken_at.outward(scan.points()), taken_at, THINNED)
+        self._seen = thin(outward(taken_at, scan.points()), taken_at, THINNED)
         self._clear(scan, taken_at)
         new = self._seen[~_explained(self._in_map(self._seen), planner)]
         for x, y in np.floor(new / MARK).astype(int).tolist():
@@ -100,7 +100,7 @@ class Sight:
         self.obstacles, self.unmapped = self._in_map(self._seen), self._in_map(self._centres())
 
     def _in_map(self, points: FloatArray) -> FloatArray:
-        return self.track.correction.outward(points) if len(points) else points
+        return outward(self.track.correction, points) if len(points) else points
 
     def _centres(self) -> FloatArray:
         if not self._marks:
