@@ -1,9 +1,10 @@
-# All that one does with Regraft. The packages that it needs are installed into .venv first, as requirements.lock pins them.
+# All that one does with Regraft. The packages that it needs are installed into .venv first, as the files in requirements/ pin them.
 PYTHON ?= python3
 # A dozen processes start at once: let Python keep what it compiles, also where the environment says not to.
 unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
-INSTALL = $(BIN)/pip install --disable-pip-version-check -c requirements.lock
+INSTALL = $(BIN)/pip install --disable-pip-version-check
+COMPILE = build/lock/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --upgrade --no-header --no-annotate
 
 .PHONY: help frog test check bench evidence attack lock clean
 
@@ -31,21 +32,27 @@ evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
 attack: .venv/ready ## Attack everything anew, and say what held (six minutes)
 	$(BIN)/pytest -n 2 -m attack tests/attack
 
-lock: .venv/ready ## Write the versions in use to requirements.lock
-	$(BIN)/pip freeze --exclude-editable > requirements.lock
+lock: ## Choose the newest versions that fit, and write them to requirements/ with their hashes
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/pip install --quiet --disable-pip-version-check pip-tools==7.6.2
+	$(COMPILE) --extra robot --output-file requirements/robot.txt pyproject.toml
+	$(COMPILE) --extra dev --constraint requirements/robot.txt --output-file requirements/dev.txt pyproject.toml
+	sed -i '/^# WARNING: pip install will require/,/^regraft @/d' requirements/dev.txt
 
 clean: ## Remove what was installed and cached
 	rm -rf .venv build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
 # FROG's packages are compiled as they are imported, which is a fraction of them.
-.venv/frog: pyproject.toml requirements.lock | .venv/bin/pip
+.venv/frog: pyproject.toml requirements/robot.txt | .venv/bin/pip
 	@echo "installing what FROG needs into .venv: 450 MB, about half a minute"
-	$(INSTALL) --no-compile -e '.[robot]'
+	$(INSTALL) --no-compile --require-hashes -r requirements/robot.txt
+	$(INSTALL) --no-deps -e .
 	@touch $@
 
-.venv/ready: pyproject.toml requirements.lock | .venv/bin/pip
+.venv/ready: pyproject.toml requirements/dev.txt | .venv/bin/pip
 	@echo "installing everything into .venv, tests and checks too: 910 MB, about a minute"
-	$(INSTALL) -e '.[dev]'
+	$(INSTALL) --require-hashes -r requirements/dev.txt
+	$(INSTALL) --no-deps -e .
 	@touch .venv/frog $@
 
 # Python 3.11's venv has setuptools, which FROG does not need.
