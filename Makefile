@@ -4,9 +4,9 @@ PYTHON ?= python3
 unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 INSTALL = $(BIN)/pip install --disable-pip-version-check
-COMPILE = build/lock/bin/pip-compile --quiet --generate-hashes --strip-extras --allow-unsafe --upgrade --no-header --no-annotate
+COMPILE = build/lock/bin/pip-compile --quiet --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --generate-hashes --strip-extras --allow-unsafe --upgrade --no-header --no-annotate
 
-.PHONY: help frog test check bench evidence attack lock clean
+.PHONY: help frog test check bench evidence attack docs lock clean
 
 help: ## Say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -32,12 +32,17 @@ evidence: .venv/ready ## What is too slow for the tests: seeds, load, endurance
 attack: .venv/ready ## Attack everything anew, and say what held (six minutes)
 	$(BIN)/pytest -n 2 -m attack tests/attack
 
+docs: .venv/docs ## Build the documentation as a site, in build/docs
+	$(BIN)/sphinx-build -q -W --keep-going docs build/docs
+	@echo "build/docs/index.html"
+
 lock: ## Choose the newest versions that fit, and write them to requirements/ with their hashes
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/pip install --quiet --disable-pip-version-check pip-tools==7.6.2
 	$(COMPILE) --extra robot --output-file requirements/robot.txt pyproject.toml
 	$(COMPILE) --extra dev --constraint requirements/robot.txt --output-file requirements/dev.txt pyproject.toml
-	sed -i '/^# WARNING: pip install will require/,/^regraft @/d' requirements/dev.txt
+	$(COMPILE) --extra robot --extra docs --constraint requirements/dev.txt --output-file requirements/docs.txt pyproject.toml
+	sed -i '/^regraft @/d;/^#/d;/^$$/d' requirements/*.txt
 
 clean: ## Remove what was installed and cached
 	rm -rf .venv build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
@@ -52,6 +57,11 @@ clean: ## Remove what was installed and cached
 .venv/ready: pyproject.toml requirements/dev.txt | .venv/bin/pip
 	@echo "installing everything into .venv, tests and checks too: 910 MB, about a minute"
 	$(INSTALL) --require-hashes -r requirements/dev.txt
+	$(INSTALL) --no-deps -e .
+	@touch .venv/frog $@
+
+.venv/docs: pyproject.toml requirements/docs.txt | .venv/bin/pip
+	$(INSTALL) --require-hashes -r requirements/docs.txt
 	$(INSTALL) --no-deps -e .
 	@touch .venv/frog $@
 

@@ -116,3 +116,25 @@ def test_frog_imports_nothing_that_only_tests_need(stack: str) -> None:
     assert {"pytest", "mypy", "sklearn"} <= foreign
     command = [sys.executable, "-c", LOAD, str(ROOT / "regraft/stacks/frog" / stack), ",".join(foreign)]
     assert run(command, ROOT).strip() == ""
+
+
+def test_every_page_is_in_the_contents_of_the_site() -> None:
+    contents = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^([a-z][\w/-]*)$", contents, re.MULTILINE))
+    assert {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"} == listed - {"decisions/README"}
+
+
+@pytest.mark.parametrize("name", ["robot", "dev", "docs"])
+def test_everything_that_is_installed_has_a_hash(name: str) -> None:
+    lines = (ROOT / "requirements" / f"{name}.txt").read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+    assert len(lines) > 20
+    assert [line for line in lines if "==" not in line or "--hash=sha256:" not in line] == []
+
+
+def test_what_frog_needs_is_the_same_for_tests_and_docs() -> None:
+    pins = {}
+    for name in ("robot", "dev", "docs"):
+        text = (ROOT / "requirements" / f"{name}.txt").read_text(encoding="utf-8")
+        pins[name] = dict(re.findall(r"^([\w.-]+)==(\S+)", text, re.MULTILINE))
+    for name in ("dev", "docs"):
+        assert {package: pins[name].get(package) for package in pins["robot"]} == pins["robot"]
