@@ -71,18 +71,18 @@ class AdaptationManager(Component):
 
     def on_activate(self) -> None:
         """Take over: from the hosts, from the journal, and from any older manager."""
-        self._line = AdaptationQueue()
+        self._queue = AdaptationQueue()
         self._throttle = Throttle()
         self._gate = StartupGate()
-        self._books = ArchitectureStore(self.journal, self.kit.event)
-        self._telling = JournalPublisher(self.kit, self.adaptations, self.architecture, self._current)
-        self._working = Worker(self.kit, self._line, self._gate, self._books, self._telling, self._bounds)
-        self.kit.spawn(self._working.run(), "adaptations")
+        self._store = ArchitectureStore(self.journal, self.kit.event)
+        self._publisher = JournalPublisher(self.kit, self.adaptations, self.architecture, self._current)
+        self._worker = Worker(self.kit, self._queue, self._gate, self._store, self._publisher, self._bounds)
+        self.kit.spawn(self._worker.run(), "adaptations")
 
     def on_deactivate(self) -> None:
         """Close the journal; what was under way is undone at the next activation."""
-        self._working.close()
-        self._books.close()
+        self._worker.close()
+        self._store.close()
 
     # --- services ---
 
@@ -112,7 +112,7 @@ class AdaptationManager(Component):
         reason = wanted.reason or f"undo {undone.id}"
         request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
         return await self._stand_in_line(
-            request, lambda r: undo_of(undone, r, self._books.ready(), self._current())
+            request, lambda r: undo_of(undone, r, self._store.ready(), self._current())
         ).ended()
 
     @service("adaptation_manager/cancel")
@@ -123,11 +123,11 @@ class AdaptationManager(Component):
         if isinstance(entry, AdaptationReport):
             return entry
         entry.cancelled = True
-        if entry is not self._line.serving:
-            self._line.waiting.remove(entry)
+        if entry is not self._queue.serving:
+            self._queue.waiting.remove(entry)
             report = replace(self._pending(entry), outcome=Outcome.CANCELLED, error="cancelled while it waited")
-            self._books.never_began(report)
-            self._working.finish(entry, report)
+            self._store.never_began(report)
+            self._worker.finish(entry, report)
         return await entry.ended()
 
     @service("adaptation_manager/confirm")
@@ -157,7 +157,7 @@ class AdaptationManager(Component):
         if wanted.before and before is None:
             raise RequestRefused(f"there is no adaptation {wanted.before!r}", RefusalCode.NOT_FOUND, field="before")
         found = self._read(lambda j: j.page(before, wanted.limit + 1))
-        entries = tuple(self._books.line(report) for report in found[: wanted.limit])
+        entries = tuple(self._store.line(report) for report in found[: wanted.limit])
         return JournalPage(entries, len(found) > wanted.limit)
 
     @service("adaptation_manager/architecture")
@@ -179,16 +179,16 @@ class AdaptationManager(Component):
         return Bounds(self.answer_within, self.bind_within, self.undo_within, self.start_within)
 
     def _current(self) -> Architecture:
-        return self._books.current()
+        return self._store.current()
 
     def _read(self, read: Callable[[Journal], T]) -> T:
         try:
-            return read(self._books.readable())
+            return read(self._store.readable())
         except JournalError as error:
             raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
 
     def _entry(self, given: str) -> Entry | None:
-        return next((e for e in self._line.entries() if e.number and str(e.number) == given), None)
+        return next((e for e in self._queue.entries() if e.number and str(e.number) == given), None)
 
     def _entry_or_end(self, given: str) -> Entry | AdaptationReport:
         """Return an adaptation that waits or is under way, or how it has ended; raises RequestRefused."""
@@ -203,21 +203,21 @@ class AdaptationManager(Component):
             return self._pending(entry)
         number = _number(given)
         found = self._read(lambda j: j.report(number)) if number is not None else None
-        return self._books.line(found) if found is not None else None
+        return self._store.line(found) if found is not None else None
 
     def _same_key(self, request: AdaptationRequest) -> Entry | AdaptationReport | None:
         known: Entry | AdaptationReport | None
-        known = next((entry for entry in self._line.entries() if entry.request.key == request.key), None)
-        if known is None and self._books.journal is not None:
+        known = next((entry for entry in self._queue.entries() if entry.request.key == request.key), None)
+        if known is None and self._store.journal is not None:
             written = self._read(lambda j: j.by_key(request.key))
-            known = self._books.line(written) if written is not None else None
+            known = self._store.line(written) if written is not None else None
         if known is not None and replace(known.request, wait=True) != replace(request, wait=True):
             why = f"idempotency key {request.key!r} was used for another request"
             raise RequestRefused(why, RefusalCode.KEY_REUSED)
         return known
 
     def _stand_in_line(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
-        waiting = self._line.waiting
+        waiting = self._queue.waiting
         if len(waiting) >= self.queue_limit:
             why = f"the queue is full: {len(waiting)} adaptations wait already"
             raise RequestRefused(why, RefusalCode.QUEUE_FULL, retry_after=TURN * self.source_limit)
@@ -230,9 +230,9 @@ class AdaptationManager(Component):
             burst=self.burst,
             most_waiting=self.source_limit,
         )
-        numbered = not request.dry_run and self._books.journal is not None
-        entry = Entry(self._books.next_number() if numbered else 0, request, prepare, source)
-        self._line.join(entry)
+        numbered = not request.dry_run and self._store.journal is not None
+        entry = Entry(self._store.next_number() if numbered else 0, request, prepare, source)
+        self._queue.enqueue(entry)
         return entry
 
     async def _answer(self, entry: Entry, request: AdaptationRequest) -> AdaptationReport:

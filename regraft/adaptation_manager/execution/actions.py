@@ -27,71 +27,75 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.lifecycle import Transition, after, route
 
 
-async def perform(site: ExecutionContext, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
+async def perform(context: ExecutionContext, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
     """Reach the end that ``action`` names; raises ControlFailed where it cannot be reached.
 
     ``meanwhile`` is called while a component is setting its values.
     """
     if isinstance(action, ApplyParameters):
-        await _give_values(site, action, meanwhile)
+        await _give_values(context, action, meanwhile)
     elif isinstance(action, ConnectPort):
-        await _connect_port(site, action)
+        await _connect_port(context, action)
     elif isinstance(action, ReachState):
-        await _reach_state(site, action)
+        await _reach_state(context, action)
     elif isinstance(action, RunProcess):
-        await run_process(site, action)
+        await run_process(context, action)
     elif isinstance(action, Activate):
-        await take_part(site, action)
+        await take_part(context, action)
     elif isinstance(action, RunSuccessor):
-        await run_successor(site, action)
+        await run_successor(context, action)
     elif isinstance(action, TakeOver):
-        await take_over(site, action)
+        await take_over(context, action)
     elif isinstance(action, Restore):
-        await give_back(site, action)
+        await give_back(context, action)
     elif isinstance(action, LeaveStopped):
-        await leave_stopped(site, action.component, action.host)
+        await leave_stopped(context, action.component, action.host)
     elif isinstance(action, StartAgain):
-        await start_again(site, action.component, action.host)
+        await start_again(context, action.component, action.host)
     elif isinstance(action, EndSuccessor):
-        await end_successor(site, action)
+        await end_successor(context, action)
     else:
-        await end_process(site, action.component, action.host)
+        await end_process(context, action.component, action.host)
 
 
-async def _give_values(site: ExecutionContext, action: ApplyParameters, meanwhile: Callable[[], object] | None) -> None:
+async def _give_values(
+    context: ExecutionContext, action: ApplyParameters, meanwhile: Callable[[], object] | None
+) -> None:
     if action.values:
-        site.touch(action.component)
-        asked = site.controls.set_parameters(action.component, action.values, site.revision)
+        context.touch(action.component)
+        asked = context.controls.set_parameters(action.component, action.values, context.revision)
         if meanwhile is not None:
             meanwhile()
         await asked.view()
 
 
-async def _connect_port(site: ExecutionContext, action: ConnectPort) -> None:
-    view = await site.controls.read(action.component).view()
-    await _connect(site, view, action.port, action.topic)
+async def _connect_port(context: ExecutionContext, action: ConnectPort) -> None:
+    view = await context.controls.read(action.component).view()
+    await _connect(context, view, action.port, action.topic)
 
 
-async def _connect(site: ExecutionContext, view: ComponentView, port: str, topic: str) -> None:
+async def _connect(context: ExecutionContext, view: ComponentView, port: str, topic: str) -> None:
     now = view.connections.get(port, "")
     if now == topic:
-        await abandon(site, view.component, port)
+        await abandon(context, view.component, port)
     elif now:
-        await move_port(site, view.component, port, topic)
+        await move_port(context, view.component, port, topic)
 
 
-async def _reach_state(site: ExecutionContext, action: ReachState) -> None:
-    view = await site.controls.read(action.component).view()
+async def _reach_state(context: ExecutionContext, action: ReachState) -> None:
+    view = await context.controls.read(action.component).view()
     if view.state is action.state:
         return
-    site.touch(action.component)
+    context.touch(action.component)
     for transition in _way(view, action):
-        view = await site.controls.transition(action.component, transition, site.revision, hold=action.hold).view()
+        view = await context.controls.transition(
+            action.component, transition, context.revision, hold=action.hold
+        ).view()
         # A process is configured with the connections that it was started with; they may have changed since.
         if transition is Transition.CONFIGURE:
             for port, topic in sorted(action.connections.items()):
                 if view.connections.get(port, topic) != topic:
-                    await _connect(site, view, port, topic)
+                    await _connect(context, view, port, topic)
 
 
 def _way(view: ComponentView, action: ReachState) -> tuple[Transition, ...]:

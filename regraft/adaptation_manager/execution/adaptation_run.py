@@ -37,8 +37,8 @@ class AdaptationRun:
     entry: Entry
     report: AdaptationReport
     plan: Plan
-    site: ExecutionContext
-    books: ArchitectureStore
+    context: ExecutionContext
+    store: ArchitectureStore
     watch: Watch | None = None
     all_ended: bool = True
     transaction: Transaction = field(init=False)
@@ -47,7 +47,7 @@ class AdaptationRun:
     def __post_init__(self) -> None:
         self.transaction = Transaction(
             self.plan,
-            self.site,
+            self.context,
             lambda states: self._note(states),
             self._hold if self.watch is not None else self._commit,
             lambda: self.entry.cancelled,
@@ -58,7 +58,7 @@ class AdaptationRun:
     async def begin(self) -> AdaptationReport:
         """Carry it out; returns how it ended, or that it is to be confirmed. Raises JournalError before it begins."""
         revision = self.plan.after.revision
-        self.books.ready().begin(replace(self.report, revision_after=revision), self.plan)
+        self.store.ready().begin(replace(self.report, revision_after=revision), self.plan)
         if not self.plan.only_gives_values or self.watch is not None:
             self.entry.phases.speak(self._tell_phase)
         return await self._after(await self.transaction.run())
@@ -66,16 +66,16 @@ class AdaptationRun:
     # --- what becomes durable ---
 
     def _note(self, states: dict[int, StepState]) -> None:
-        self.books.ready().progress(self.entry.number, states)
+        self.store.ready().progress(self.entry.number, states)
 
     def _commit(self, steps: list[StepReport]) -> None:
-        applied = replace(self._reported(self.site.outcome, steps), error=self.site.loss)
-        self.books.applied(applied, self.plan)
+        applied = replace(self._reported(self.context.outcome, steps), error=self.context.loss)
+        self.store.applied(applied, self.plan)
         self.report = applied
 
     def _hold(self, steps: list[StepReport]) -> None:
         held = self._reported(Outcome.CONFIRMING, steps)
-        self.books.confirming(held, self.plan.after)
+        self.store.confirming(held, self.plan.after)
         self.report = self.entry.shown = held
 
     def _reported(self, outcome: Outcome, steps: list[StepReport]) -> AdaptationReport:
@@ -91,15 +91,15 @@ class AdaptationRun:
     # --- the end, or the time until it is confirmed ---
 
     async def _after(self, outcome: Outcome) -> AdaptationReport:
-        self._since = self.site.kit.now()
+        self._since = self.context.kit.now()
         if outcome is Outcome.CONFIRMING:
             self.entry.phases.enter(Phase.CONFIRM)
             if self.watch is not None:
                 self.watch.start()
             self._tell_confirming()
             return self.report
-        if outcome is self.site.outcome:
-            self.all_ended = await conclude(self.site, self.plan, self.site.kit.event)
+        if outcome is self.context.outcome:
+            self.all_ended = await conclude(self.context, self.plan, self.context.kit.event)
             return self.report
         found = (Violation(None, "", "", self.transaction.error),) if outcome is Outcome.REJECTED else ()
         self.report = replace(
@@ -108,8 +108,8 @@ class AdaptationRun:
             violations=found,
             error=self.transaction.error,
         )
-        self.all_ended = not self.site.unfinished
-        self.books.ended(self.report)
+        self.all_ended = not self.context.unfinished
+        self.store.ended(self.report)
         return self.report
 
     async def look(self, last: bool) -> AdaptationReport | None:
@@ -120,7 +120,7 @@ class AdaptationRun:
         try:
             wrong = "" if self.entry.cancelled else await self.watch.look(last)
         except Exception as error:
-            self.site.kit.log.exception("an adaptation could not be watched")
+            self.context.kit.log.exception("an adaptation could not be watched")
             wrong = f"it could not be watched: {type(error).__name__}: {error}"
         if self.entry.cancelled:
             return await self._withdraw(Outcome.CANCELLED, "cancelled before it was confirmed")
@@ -138,31 +138,31 @@ class AdaptationRun:
         return await self._after(await self.transaction.withdraw(outcome, why))
 
     def _leave(self) -> None:
-        self.entry.phases.leave(max(0.0, self.site.kit.now() - self._since))
+        self.entry.phases.leave(max(0.0, self.context.kit.now() - self._since))
 
     # --- telling ---
 
     def _tell_phase(self, phase: PhaseReport) -> None:
         text = f"adaptation {self.report.id}: {phase.phase.value} took {phase.duration:.3f} s"
         details = {"id": self.report.id, "phase": phase.phase.value, "duration": phase.duration}
-        self.site.kit.event("adaptation.phase", text, **details)
+        self.context.kit.event("adaptation.phase", text, **details)
 
     def _tell_confirming(self) -> None:
         window = self.report.request.confirm
         text = f"adaptation {self.report.id} is done, and is watched for {window:g} s before it is final"
         revision = self.report.revision_after
-        self.site.kit.event("adaptation.confirming", text, id=self.report.id, revision=revision, confirm=window)
-        self.site.kit.set_status_text(f"revision {revision}, not final yet; {text}")
+        self.context.kit.event("adaptation.confirming", text, id=self.report.id, revision=revision, confirm=window)
+        self.context.kit.set_status_text(f"revision {revision}, not final yet; {text}")
 
 
 async def confirm(carrying: AdaptationRun, finish: Callable[[AdaptationReport], object]) -> None:
     """Look at an adaptation again and again until it ends, and call ``finish`` with its report in the slot of that."""
-    kit = carrying.site.kit
+    kit = carrying.context.kit
     until = kit.now() + carrying.report.request.confirm
     while True:
         await kit.sleep(min(LOOK_INTERVAL, max(0.0, until - kit.now())))
         async with kit.exclusive() as slot:
-            carrying.site.touch = slot.touch
+            carrying.context.touch = slot.touch
             report = await carrying.look(last=kit.now() >= until - NEARLY)
             if report is not None:
                 finish(report)

@@ -14,32 +14,34 @@ GRACE = 3.0
 """Seconds that a process may take to end by itself."""
 
 
-async def conclude(site: ExecutionContext, plan: Plan, tell: Callable[[str, str], object]) -> bool:
+async def conclude(context: ExecutionContext, plan: Plan, tell: Callable[[str, str], object]) -> bool:
     """End what was removed, then the runs that were succeeded; what fails is told. Returns whether all has ended."""
-    all_ended = await end_removed(site, plan.removed, tell)
+    all_ended = await end_removed(context, plan.removed, tell)
     for component, host in plan.succeeded:
-        all_ended &= await retire_or_tell(site, component, host, tell)
+        all_ended &= await retire_or_tell(context, component, host, tell)
     return all_ended
 
 
-async def clear_up(site: ExecutionContext, tell: Callable[[str, str], object]) -> bool:
+async def clear_up(context: ExecutionContext, tell: Callable[[str, str], object]) -> bool:
     """End what runs and has no place in the architecture; what fails is told. Returns whether all has ended.
 
     A manager died, or a host was silent, when it was to end.
     """
-    all_ended = await end_strangers(site, tell)
-    for name in sorted(site.controls.processes):
+    all_ended = await end_strangers(context, tell)
+    for name in sorted(context.controls.processes):
         component = name.removesuffix(BESIDE)
-        if component != name and component in site.after.components:
-            host = site.hosts.where(site.controls.processes[name]) or site.after.components[component].host
-            all_ended &= await retire_or_tell(site, component, host, tell)
+        if component != name and component in context.after.components:
+            host = context.hosts.where(context.controls.processes[name]) or context.after.components[component].host
+            all_ended &= await retire_or_tell(context, component, host, tell)
     return all_ended
 
 
-async def retire_or_tell(site: ExecutionContext, component: str, host: str, tell: Callable[[str, str], object]) -> bool:
+async def retire_or_tell(
+    context: ExecutionContext, component: str, host: str, tell: Callable[[str, str], object]
+) -> bool:
     """End the run beside a component; returns whether it has ended."""
     try:
-        await retire(site, component, host, GRACE)
+        await retire(context, component, host, GRACE)
     except ControlFailed as error:
         tell("adaptation.unfinished", f"the run of {component} that was succeeded has not ended: {error}")
         return False

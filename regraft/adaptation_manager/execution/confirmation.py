@@ -33,7 +33,7 @@ class Watch:
     requirements that were broken before and have not been met since: they have until the end.
     """
 
-    site: ExecutionContext
+    context: ExecutionContext
     plan: Plan
     requirements: tuple[str, ...]
     named: frozenset[str] = frozenset()
@@ -52,7 +52,7 @@ class Watch:
     async def begin(self) -> list[Violation]:
         """Note how things are before anything is done; returns the requirements that nobody tells of."""
         if self.requirements:
-            await self.site.refresh()
+            await self.context.refresh()
         found = []
         for index, (name, quality) in enumerate(await self._qualities()):
             if quality is None:
@@ -65,10 +65,10 @@ class Watch:
                 self.owed.add(name)
         for name in self.components:
             spec = self.plan.before.components.get(name)
-            if spec is None or not spec.managed or self.site.controls.living(name) is None:
+            if spec is None or not spec.managed or self.context.controls.living(name) is None:
                 continue
             try:
-                view = await self.site.controls.read(name).view()
+                view = await self.context.controls.read(name).view()
             except ControlFailed:
                 continue
             self.faults[name, view.incarnation] = view.faults
@@ -76,13 +76,13 @@ class Watch:
 
     def start(self) -> None:
         """Watch the runs that were found when the adaptation was verified."""
-        living = {name: self.site.controls.living(name) for name in self.components}
+        living = {name: self.context.controls.living(name) for name in self.components}
         self.runs = {name: process.incarnation for name, process in living.items() if process is not None}
 
     async def look(self, last: bool) -> str:
         """Return what is not well any more, empty if all is; ``last`` if it will not be looked at again."""
         try:
-            await self.site.refresh()
+            await self.context.refresh()
         except ControlFailed as error:
             return str(error)
         problems = [await self._problem(name) for name in self.components]
@@ -91,8 +91,8 @@ class Watch:
 
     async def _problem(self, name: str) -> str:
         spec = self.plan.after.components[name]
-        process = self.site.controls.processes.get(name)
-        if self.site.controls.living(name) is None or process is None:
+        process = self.context.controls.processes.get(name)
+        if self.context.controls.living(name) is None or process is None:
             return f"{name} has ended: {process.exit_reason if process else 'it has no process'}"
         run = process.incarnation
         if self.runs.get(name) != run:
@@ -100,7 +100,7 @@ class Watch:
         if not spec.managed:
             return ""
         try:
-            view = await self.site.controls.read(name).view()
+            view = await self.context.controls.read(name).view()
         except NoAnswer as error:
             return f"{name} is gone" if error.gone else str(error)
         except ControlFailed as error:
@@ -119,9 +119,9 @@ class Watch:
     def _ask(self, requirement: str) -> Future[list[Answer]] | None:
         if not REQUIREMENT_NAME.fullmatch(requirement):
             return None
-        key = Keys(self.site.kit.system).quality(requirement)
+        key = Keys(self.context.kit.system).quality(requirement)
         try:
-            return self.site.kit.ask(key, b"", stretched(self.site.bounds.answer))
+            return self.context.kit.ask(key, b"", stretched(self.context.bounds.answer))
         except BusError:
             return None
 

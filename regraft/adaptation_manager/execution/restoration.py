@@ -20,14 +20,14 @@ Wanted = dict[str, dict[str, object]]
 """By component, and by where it is found: what is to be there again."""
 
 
-def wanted_again(site: ExecutionContext, undone: Sequence[PlannedStep]) -> Wanted:
+def wanted_again(context: ExecutionContext, undone: Sequence[PlannedStep]) -> Wanted:
     """Return how the components of undone steps are to be again: all their values and connections, and their states.
 
     A state is given only where a step has changed it: a component may have failed long before.
     """
     found: Wanted = {}
     for step in reversed(undone):
-        spec = site.before.components.get(step.component)
+        spec = context.before.components.get(step.component)
         if spec is not None and spec.managed:
             found.setdefault(spec.name, values_of(spec)).update(_state(step))
     return found
@@ -59,27 +59,27 @@ def _state(step: PlannedStep) -> dict[str, object]:
     return {} if state is None else {"state": state.value}
 
 
-async def not_restored(site: ExecutionContext, wanted: Wanted) -> dict[str, str]:
+async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:
     """Return what is not as it is ``wanted``, in words by component; looks again while that may still come.
 
     A component that does not run, or does not answer, is left out: its host starts it as it was before.
     """
-    patience = Patience(site.bounds.undo)
+    patience = Patience(context.bounds.undo)
     while True:
         try:
-            await site.refresh()
+            await context.refresh()
         except ControlFailed:
             return {}  # nobody knows who runs: who does is told of the former specs when its host answers
-        found = await _compared(site, wanted)
+        found = await _compared(context, wanted)
         if not found or patience.is_over():
             return found
         wanted = {name: wanted[name] for name in found}
-        await site.pause(RETRY_INTERVAL)
+        await context.pause(RETRY_INTERVAL)
 
 
-async def _compared(site: ExecutionContext, wanted: Wanted) -> dict[str, str]:
+async def _compared(context: ExecutionContext, wanted: Wanted) -> dict[str, str]:
     found = {}
-    asked = {name: site.controls.read(name) for name in sorted(wanted) if site.controls.living(name)}
+    asked = {name: context.controls.read(name) for name in sorted(wanted) if context.controls.living(name)}
     for name, reading in asked.items():
         try:
             wrong = differences(await reading.view(), wanted[name])

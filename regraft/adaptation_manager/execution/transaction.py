@@ -53,7 +53,7 @@ class Transaction:
     """
 
     plan: Plan
-    site: ExecutionContext
+    context: ExecutionContext
     note: Callable[[dict[int, StepState]], None]
     commit: Callable[[list[StepReport]], None]
     cancelled: Callable[[], bool]
@@ -73,10 +73,10 @@ class Transaction:
                 await self._do(index)
             self._check_cancelled()
             self.phases.enter(Phase.VERIFY)
-            await verify(self.plan, self.site, self.update or self._give_specs())
+            await verify(self.plan, self.context, self.update or self._give_specs())
             self.phases.leave()
             self.commit(self.steps)
-            return self.site.outcome if self.final else Outcome.CONFIRMING
+            return self.context.outcome if self.final else Outcome.CONFIRMING
         except CancelWanted:
             self.error = "cancelled"
             return await self._undo(Outcome.CANCELLED)
@@ -92,7 +92,7 @@ class Transaction:
         """Make what only had to be confirmed final; undoes it if that cannot be written."""
         try:
             self.commit(self.steps)
-            return self.site.outcome
+            return self.context.outcome
         except JournalError as error:
             self.error = str(error)
             return await self._undo(Outcome.ROLLED_BACK)
@@ -124,14 +124,14 @@ class Transaction:
         # Setting values is all or nothing, so after the last of them there is nothing that the hosts could wait for.
         overlapping = self.plan.only_gives_values and number == len(self.steps)
         try:
-            await perform(self.site, self.plan.steps[index].do, self._give_specs if overlapping else None)
+            await perform(self.context, self.plan.steps[index].do, self._give_specs if overlapping else None)
         except Exception as error:
             self._mark(index, StepState.FAILED, str(error), time.monotonic() - began)
             raise
         self._mark(index, StepState.DONE, "", time.monotonic() - began)
 
     def _give_specs(self) -> Update:
-        self.update = self.site.hosts.begin_giving(self.plan.changes)
+        self.update = self.context.hosts.begin_giving(self.plan.changes)
         return self.update
 
     def _mark(self, index: int, state: StepState, error: str = "", duration: float | None = None) -> None:
@@ -141,7 +141,7 @@ class Transaction:
 
     async def _undo(self, outcome: Outcome) -> Outcome:
         self.phases.leave()
-        problems = await undo(self.site, self.plan.way_back(), self.plan.steps, self.steps)
+        problems = await undo(self.context, self.plan.way_back(), self.plan.steps, self.steps)
         if problems:
             self.error = f"{self.error}; could not be undone: {'; '.join(problems)}"
             return Outcome.STUCK
@@ -153,7 +153,7 @@ def _is_fenced(error: Exception) -> bool:
 
 
 async def undo(
-    site: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
+    context: ExecutionContext, former: UpdateSpecs, planned: tuple[PlannedStep, ...], steps: list[StepReport]
 ) -> list[str]:
     """Undo the begun ones of ``steps`` in reverse; returns what stands, in words. Updates ``steps``.
 
@@ -161,10 +161,10 @@ async def undo(
     end the components are read back: what is not as before was not undone, whatever they have answered.
     """
     problems = []
-    site.revision = site.before.revision
+    context.revision = context.before.revision
     try:
-        await _give(site, former)
-        await site.refresh()
+        await _give(context, former)
+        await context.refresh()
     except ControlFailed as error:
         names = sorted({*(spec.name for spec in former.specs), *former.removed})
         problems.append(f"the former specs of {', '.join(names)}: {error}")
@@ -172,18 +172,18 @@ async def undo(
         step = steps[index]
         if step.state not in (StepState.STARTED, StepState.DONE, StepState.FAILED):
             continue
-        problem = await _undo_step(site, planned[index], step.state)
+        problem = await _undo_step(context, planned[index], step.state)
         state = StepState.UNDO_FAILED if problem else StepState.UNDONE
         steps[index] = replace(step, state=state, error="; ".join(filter(None, (step.error, problem))))
         if problem:
             problems.append(f"{step.component}: {step.action}: {problem}")
-    return problems + await _read_back(site, planned, steps)
+    return problems + await _read_back(context, planned, steps)
 
 
-async def _read_back(site: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
+async def _read_back(context: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
     """Return where components are not as they were before; a step that was undone for nothing is marked as such."""
     undone = [step for step, report in zip(planned, steps, strict=True) if report.state is StepState.UNDONE]
-    wrong = await not_restored(site, wanted_again(site, undone))
+    wrong = await not_restored(context, wanted_again(context, undone))
     for index, step in enumerate(steps):
         if step.state is StepState.UNDONE and step.component in wrong:
             error = "; ".join(filter(None, (step.error, f"read back: {wrong[step.component]}")))
@@ -191,29 +191,29 @@ async def _read_back(site: ExecutionContext, planned: tuple[PlannedStep, ...], s
     return [f"read back: {difference}" for difference in wrong.values()]
 
 
-async def _give(site: ExecutionContext, former: UpdateSpecs) -> None:
+async def _give(context: ExecutionContext, former: UpdateSpecs) -> None:
     """Give hosts the former specs; one that is found to be gone learns of them when it joins. Raises ControlFailed."""
-    patience = Patience(site.bounds.undo)
+    patience = Patience(context.bounds.undo)
     while True:
         try:
-            await site.hosts.give(former)
+            await context.hosts.give(former)
             return
         except ControlFailed as error:
             if error.code is not None or patience.is_over():
                 raise
-        await site.pause(UNDO_INTERVAL)
-        await site.refresh()
+        await context.pause(UNDO_INTERVAL)
+        await context.refresh()
 
 
-async def _undo_step(site: ExecutionContext, step: PlannedStep, state: StepState) -> str:
+async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepState) -> str:
     """Undo one step, trying again until the bound; returns why it stands, empty if it does not."""
-    patience = Patience(site.bounds.undo)
+    patience = Patience(context.bounds.undo)
     while True:
-        if site.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
+        if context.controls.living(step.component) is None and not isinstance(step.undo, OF_PROCESSES):
             # Nothing of the step is left: if the process starts again, it does so from the former specs.
             return ""
         try:
-            await perform(site, step.undo)
+            await perform(context, step.undo)
             return ""
         except ControlFailed as error:
             if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
@@ -222,9 +222,9 @@ async def _undo_step(site: ExecutionContext, step: PlannedStep, state: StepState
                 return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
-        await site.pause(UNDO_INTERVAL)
+        await context.pause(UNDO_INTERVAL)
         try:
-            await site.refresh()
+            await context.refresh()
         except ControlFailed as error:
             if patience.is_over():
                 return str(error)

@@ -25,7 +25,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 
 
-async def verify(plan: Plan, site: ExecutionContext, update: Update) -> None:
+async def verify(plan: Plan, context: ExecutionContext, update: Update) -> None:
     """Wait until the hosts have the new specs, and read every component of the plan back.
 
     A component that was restarted meanwhile is as good as any other, if it came back with what it should
@@ -37,29 +37,29 @@ async def verify(plan: Plan, site: ExecutionContext, update: Update) -> None:
     """
     staying = {name for name, spec in plan.after.components.items() if spec.managed}
     names = sorted({step.component for step in plan.steps} & staying)
-    reading = {} if plan.only_gives_values else {name: site.controls.read(name) for name in names}
-    site.controls.processes |= await update.processes()
+    reading = {} if plan.only_gives_values else {name: context.controls.read(name) for name in names}
+    context.controls.processes |= await update.processes()
     wrong = []
     for name in names:
-        wrong += differences(await _newest_view(site, name, reading.get(name)), _wanted_of(plan, name))
+        wrong += differences(await _newest_view(context, name, reading.get(name)), _wanted_of(plan, name))
     if wrong:
         raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
 
 
-async def _newest_view(site: ExecutionContext, name: str, asked: PendingQuery | None) -> ComponentView:
+async def _newest_view(context: ExecutionContext, name: str, asked: PendingQuery | None) -> ComponentView:
     if asked is None:
-        view = site.controls.last_answer(name, site.after.components[name].host)
+        view = context.controls.last_answer(name, context.after.components[name].host)
         if view is not None:
             return view
-        await site.refresh()
-    elif site.controls.is_living(asked):
+        await context.refresh()
+    elif context.controls.is_living(asked):
         try:
             return await asked.view()
         except NoAnswer as error:
             if not error.gone:
                 raise
-            await site.refresh()
-    return await site.controls.read(name).view()
+            await context.refresh()
+    return await context.controls.read(name).view()
 
 
 def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:

@@ -39,23 +39,23 @@ ASK_HOSTS_INTERVAL = 0.5
 
 
 class Worker:
-    """Serves the line when the manager has taken over: from the hosts, from the journal, from any older manager."""
+    """Serves the queue when the manager has taken over: from the hosts, from the journal, from any older manager."""
 
     def __init__(
         self,
         kit: Kit,
-        line: AdaptationQueue,
+        queue: AdaptationQueue,
         gate: StartupGate,
-        books: ArchitectureStore,
-        telling: JournalPublisher,
+        store: ArchitectureStore,
+        publisher: JournalPublisher,
         bounds: Callable[[], Bounds],
     ) -> None:
         """Open the gate once it has taken over; ``bounds`` holds for each adaptation as it begins."""
         self._kit = kit
-        self._line = line
+        self._queue = queue
         self._gate = gate
-        self._books = books
-        self._telling = telling
+        self._store = store
+        self._publisher = publisher
         self._bounds = bounds
         self._hosts = Hosts(kit, bounds().answer)
         self._controls = ComponentClient(kit, bounds().answer)
@@ -66,7 +66,7 @@ class Worker:
         self._controls.remembered.close()
 
     async def run(self) -> None:
-        """Take over, then carry out what stands in line, for ever."""
+        """Take over, then carry out what is in the queue, for ever."""
         while not self._gate.is_open:
             try:
                 async with self._kit.exclusive() as slot:
@@ -80,7 +80,7 @@ class Worker:
                 self._kit.event("adaptation_manager.fault", f"taking over failed: {type(error).__name__}: {error}")
                 await self._kit.sleep(ASK_HOSTS_INTERVAL)
         while True:
-            entry = await self._line.next()
+            entry = await self._queue.next()
             async with self._kit.exclusive() as slot:
                 carrying = await self._turn(entry, slot)
             if carrying is not None:
@@ -93,31 +93,31 @@ class Worker:
         """
         views = await self._hosts.views()
         try:
-            term = self._books.open(views, self._kit.now())
+            term = self._store.open(views, self._kit.now())
             self._hosts.term = self._controls.term = term
             found = await self._claim()
             for report in await recover(
-                self._books.ready(), self._books.current(), lambda b, a: self._site(slot, b, a)
+                self._store.ready(), self._store.current(), lambda b, a: self._context(slot, b, a)
             ):
-                self._telling.ended(report)
+                self._publisher.ended(report)
                 for step in report.steps:  # what an undo is about was read back by it
                     found.pop(step.component, None)
             self._keep_end()
             await self._end_strangers(slot)
-            tell_differences(self._books.current(), found, self._kit.event)
+            tell_differences(self._store.current(), found, self._kit.event)
         except JournalError as error:
-            self._books.close(str(error))
+            self._store.close(str(error))
             self._kit.event("journal.unusable", str(error))
             self._kit.set_status_text(str(error))
         else:
-            self._kit.set_status_text(f"revision {self._books.current().revision}, term {term}")
+            self._kit.set_status_text(f"revision {self._store.current().revision}, term {term}")
         if not self._gate.is_open:
-            self._telling.begin()
+            self._publisher.begin()
 
     def _keep_end(self) -> None:
         """Have others know how far the journal has come, should it be lost: before anybody is told."""
         with contextlib.suppress(ControlFailed):
-            self._hosts.keep(self._books.end())
+            self._hosts.keep(self._store.end())
 
     async def _claim(self) -> dict[str, ComponentView]:
         """Tell all hosts and running components of the term, so that they refuse an older manager.
@@ -125,8 +125,8 @@ class Worker:
         Returns how the components are.
         """
         found: dict[str, ComponentView] = {}
-        self._controls.processes = await self._hosts.processes(self._books.current().revision)
-        managed = [n for n, spec in sorted(self._books.current().components.items()) if spec.managed]
+        self._controls.processes = await self._hosts.processes(self._store.current().revision)
+        managed = [n for n, spec in sorted(self._store.current().components.items()) if spec.managed]
         runs = [run for name in managed for run in (name, f"{name}{BESIDE}") if self._controls.living(run)]
         for asked in map(self._controls.claim, runs):
             try:
@@ -137,16 +137,16 @@ class Worker:
         return found
 
     async def _end_strangers(self, slot: ExclusiveSlot) -> None:
-        current = self._books.current()
-        self._all_ended = await clear_up(self._site(slot, current, current), self._kit.event)
+        current = self._store.current()
+        self._all_ended = await clear_up(self._context(slot, current, current), self._kit.event)
 
-    def _site(self, slot: ExclusiveSlot, before: Architecture, after: Architecture) -> ExecutionContext:
+    def _context(self, slot: ExclusiveSlot, before: Architecture, after: Architecture) -> ExecutionContext:
         return ExecutionContext(
             self._kit, self._controls, self._hosts, self._bounds(), slot.touch, before, after, after.revision
         )
 
     def _pending(self, entry: Entry) -> AdaptationReport:
-        return pending(entry, self._books.current().revision, self._kit.now(), self._kit.tick)
+        return pending(entry, self._store.current().revision, self._kit.now(), self._kit.tick)
 
     async def _turn(self, entry: Entry, slot: ExclusiveSlot) -> AdaptationRun | None:
         """Carry an entry out; returns it if it has not ended, because it has to be confirmed."""
@@ -168,7 +168,7 @@ class Worker:
             return await self._adapt(entry, slot)
         except (ControlFailed, JournalError) as error:
             if isinstance(error, JournalCorrupt):
-                self._books.close(str(error))
+                self._store.close(str(error))
             return self._rejected(entry, (Violation(None, "", "", str(error)),))
         except Exception as error:
             self._kit.log.exception("an adaptation could not be checked")
@@ -177,24 +177,24 @@ class Worker:
 
     async def _adapt(self, entry: Entry, slot: ExclusiveSlot) -> AdaptationReport | AdaptationRun:
         """Check, then carry out. Whatever it raises was raised before anything was touched."""
-        if self._books.journal is None:
+        if self._store.journal is None:
             await self._take_over(slot)
         if not entry.request.dry_run:
-            self._books.ready()
+            self._store.ready()
         if not self._all_ended:
             await self._end_strangers(slot)
         if not entry.number and not entry.request.dry_run:
-            entry.number = self._books.next_number()
-        current = self._books.current()
+            entry.number = self._store.next_number()
+        current = self._store.current()
         found: tuple[Violation, ...] = ()
         if entry.prepare is not None:
             entry.request, found = entry.prepare(entry.request)
         plan = Plan(current, current)
         if not found:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self._kit.name)
-            plan = plan.as_revision(self._books.next_revision())
-        site = self._site(slot, plan.before, plan.after)
-        watch = self._watch(entry.request, site, plan) if entry.request.confirm else None
+            plan = plan.as_revision(self._store.next_revision())
+        context = self._context(slot, plan.before, plan.after)
+        watch = self._watch(entry.request, context, plan) if entry.request.confirm else None
         if watch is not None and not found:
             found = tuple(await watch.begin())
         if found:
@@ -202,16 +202,16 @@ class Worker:
         entry.phases.leave()
         report = replace(self._pending(entry), steps=tuple(plan.reports()), phases=tuple(entry.phases.ended))
         if entry.request.dry_run:
-            estimate = await estimated(plan, site, self._books.durations(), entry.request.context)
+            estimate = await estimated(plan, context, self._store.durations(), entry.request.context)
             return replace(report, revision_after=plan.after.revision, architecture=plan.after, estimate=estimate)
-        carrying = AdaptationRun(entry, report, plan, site, self._books, watch)
+        carrying = AdaptationRun(entry, report, plan, context, self._store, watch)
         await carrying.begin()
         return carrying
 
     @staticmethod
-    def _watch(request: AdaptationRequest, site: ExecutionContext, plan: Plan) -> Watch:
+    def _watch(request: AdaptationRequest, context: ExecutionContext, plan: Plan) -> Watch:
         changes, _ = expanded(request.changes, plan.before)
-        return Watch(site, plan, request.watch, frozenset(change.component for _, change in changes))
+        return Watch(context, plan, request.watch, frozenset(change.component for _, change in changes))
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
         entry.phases.leave()
@@ -223,7 +223,7 @@ class Worker:
             phases=tuple(entry.phases.ended),
         )
         if entry.number:
-            self._books.never_began(report)
+            self._store.never_began(report)
         return report
 
     async def _confirm(self, carrying: AdaptationRun) -> None:
@@ -234,11 +234,11 @@ class Worker:
             self._keep_end()
             self.finish(carrying.entry, report)
 
-        self._telling.architecture()
+        self._publisher.architecture()
         await confirm(carrying, finish)
 
     def finish(self, entry: Entry, report: AdaptationReport) -> None:
         """Answer whoever waits for it, then tell everybody else."""
         entry.end(report)
         if not entry.request.dry_run:
-            self._telling.soon(report)
+            self._publisher.soon(report)

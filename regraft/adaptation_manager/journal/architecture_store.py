@@ -1,4 +1,4 @@
-"""The manager's books: the architecture as it should be, its revisions, and the journal behind both."""
+"""The manager's store: the architecture as it should be, its revisions, and the journal behind both."""
 
 from __future__ import annotations
 

@@ -19,24 +19,27 @@ from regraft.patience import stretched
 
 
 async def estimated(
-    plan: Plan, site: ExecutionContext, durations: Durations, context: dict[str, PlainValue]
+    plan: Plan, context: ExecutionContext, durations: Durations, request_context: dict[str, PlainValue]
 ) -> Estimate:
-    """Return what the plan would take, and the qualities of all that it changes, in ``context``."""
+    """Return what the plan would take, and the qualities of all that it changes, in ``request_context``."""
     steps = durations.of(plan)
     return Estimate(
         sum(step.median for step in steps) + durations.around(0.5),
         sum(step.p95 for step in steps) + durations.around(0.95),
         steps,
-        await _qualities(plan, site, context),
+        await _qualities(plan, context, request_context),
     )
 
 
-async def _qualities(plan: Plan, site: ExecutionContext, context: dict[str, PlainValue]) -> tuple[QualityEstimate, ...]:
+async def _qualities(
+    plan: Plan, context: ExecutionContext, request_context: dict[str, PlainValue]
+) -> tuple[QualityEstimate, ...]:
     before, after = plan.before.components, plan.after.components
     changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
-    await site.refresh()
+    await context.refresh()
     asked = {
-        name: (_ask(site, before.get(name), {}, context), _ask_after(plan, site, name, context)) for name in changed
+        name: (_ask(context, before.get(name), {}, request_context), _ask_after(plan, context, name, request_context))
+        for name in changed
     }
     found = []
     for name, (now, then) in asked.items():
@@ -55,27 +58,29 @@ def _is_active(spec: ComponentSpec | None) -> bool:
 
 
 def _ask_after(
-    plan: Plan, site: ExecutionContext, name: str, context: dict[str, PlainValue]
+    plan: Plan, context: ExecutionContext, name: str, request_context: dict[str, PlainValue]
 ) -> Future[list[Answer]] | None:
     """Ask a component that runs what it would give with the parameters that it is to have."""
     spec, former = plan.after.components.get(name), plan.before.components.get(name)
     if spec is None or former is None or former.cls != spec.cls:
         return None
-    return _ask(site, spec, spec.parameters, context)
+    return _ask(context, spec, spec.parameters, request_context)
 
 
 def _ask(
-    site: ExecutionContext,
+    context: ExecutionContext,
     spec: ComponentSpec | None,
     parameters: dict[str, PlainValue],
-    context: dict[str, PlainValue],
+    request_context: dict[str, PlainValue],
 ) -> Future[list[Answer]] | None:
-    process = site.controls.living(spec.name) if spec is not None and spec.managed else None
+    process = context.controls.living(spec.name) if spec is not None and spec.managed else None
     if spec is None or process is None:
         return None
-    key = Keys(site.kit.system).control(spec.name, process.incarnation, "describe")
+    key = Keys(context.kit.system).control(spec.name, process.incarnation, "describe")
     try:
-        return site.kit.ask(key, codec.encode(AskQualities(parameters, context)), stretched(site.bounds.answer))
+        return context.kit.ask(
+            key, codec.encode(AskQualities(parameters, request_context)), stretched(context.bounds.answer)
+        )
     except BusError:
         return None
 

@@ -16,7 +16,7 @@ Prepare = Callable[[AdaptationRequest], tuple[AdaptationRequest, tuple[Violation
 
 @dataclass(eq=False, slots=True)
 class Entry:
-    """One adaptation in line or under way, asked for by ``source``. ``number`` is 0 while it has none.
+    """One adaptation in the queue or under way, asked for by ``source``. ``number`` is 0 while it has none.
 
     ``prepare`` completes the request when its turn comes: an undo knows its changes only then. ``shown`` is how it
     stands once there is more to say than that it waits; ``confirmed`` if somebody wants it to be final at once.
@@ -64,8 +64,8 @@ class AdaptationQueue:
         self.waiting: deque[Entry] = deque()
         self._idle: Future[None] | None = None
 
-    def join(self, entry: Entry) -> None:
-        """Stand at the end of the line."""
+    def enqueue(self, entry: Entry) -> None:
+        """Put an entry at the end of the queue."""
         self.waiting.append(entry)
         if self._idle is not None:
             self._idle.resolve(None)

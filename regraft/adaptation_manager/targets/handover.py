@@ -36,119 +36,119 @@ LOST_TIMEOUT = 3.0
 WITHOUT_MERCY = 0.0
 
 
-async def run_successor(site: ExecutionContext, action: RunSuccessor) -> None:
+async def run_successor(context: ExecutionContext, action: RunSuccessor) -> None:
     """Start a successor beside a component's run and wait until it is ready; raises ControlFailed."""
     name, spec = action.component, action.spec
-    patience = Patience(site.start_within(spec))
-    await site.hosts.succeed(spec, action.incumbent, site.before.components[name].host, action.with_state)
-    _note(site, name)
-    successor = await _until_ready(site, spec, patience)
-    view = await site.controls.hand_over(name, successor.started_as, Handover(HandoverStep.READ)).view()
+    patience = Patience(context.start_within(spec))
+    await context.hosts.succeed(spec, action.incumbent, context.before.components[name].host, action.with_state)
+    _note(context, name)
+    successor = await _until_ready(context, spec, patience)
+    view = await context.controls.hand_over(name, successor.started_as, Handover(HandoverStep.READ)).view()
     problems = view.detail.get("problems", [])
     if problems:
         raise ControlFailed(f"{name}: the successor cannot take over: {'; '.join(map(str, problems))}")
 
 
-async def _until_ready(site: ExecutionContext, spec: ComponentSpec, patience: Patience) -> ProcessStatus:
+async def _until_ready(context: ExecutionContext, spec: ComponentSpec, patience: Patience) -> ProcessStatus:
     """Wait for the token of the run beside a component."""
     look_at = time.monotonic() + LOOK_AT_HOST_TIMEOUT
     while True:
-        successor = _beside(site, spec.name)
+        successor = _beside(context, spec.name)
         if successor is None or successor.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            raise await ended_as_it_started(site, spec, successor.exit_reason if successor else "")
-        if site.controls.remembered.stands_by(spec.name, successor.started_as):
+            raise await ended_as_it_started(context, spec, successor.exit_reason if successor else "")
+        if context.controls.remembered.stands_by(spec.name, successor.started_as):
             return successor
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: its successor is not ready within {site.start_within(spec):g} s")
-        await site.pause(LOOK_AGAIN_INTERVAL)
+            raise NoAnswer(f"{spec.name}: its successor is not ready within {context.start_within(spec):g} s")
+        await context.pause(LOOK_AGAIN_INTERVAL)
         if time.monotonic() > look_at:
             look_at = time.monotonic() + LOOK_AT_HOST_TIMEOUT
-            await site.refresh()
-            if spec.host in site.hosts.silent and not site.hosts.is_there(spec.host):
+            await context.refresh()
+            if spec.host in context.hosts.silent and not context.hosts.is_there(spec.host):
                 raise NoAnswer(
-                    f"{spec.name}: {site.hosts.why_not_there(spec.host)}, and with it the successor", gone=True
+                    f"{spec.name}: {context.hosts.why_not_there(spec.host)}, and with it the successor", gone=True
                 )
 
 
-async def take_over(site: ExecutionContext, action: TakeOver) -> None:
+async def take_over(context: ExecutionContext, action: TakeOver) -> None:
     """Have the successor that is ready go on in the place of the incumbent, which is frozen then; ControlFailed."""
     name = action.component
-    successor = _beside(site, name)
+    successor = _beside(context, name)
     if successor is None:
         raise NoAnswer(f"{name}: its successor has ended", gone=True)
-    view = await site.controls.read(f"{name}{BESIDE}").view()
-    await see_through(site, view, f"{name}{BESIDE}")
-    site.touch(name)
-    step = Handover(HandoverStep.TAKE_OVER, revision=site.revision)
+    view = await context.controls.read(f"{name}{BESIDE}").view()
+    await see_through(context, view, f"{name}{BESIDE}")
+    context.touch(name)
+    step = Handover(HandoverStep.TAKE_OVER, revision=context.revision)
     try:
-        taken = await _hand_over(site, name, successor.started_as, step, _takes(site, name))
+        taken = await _hand_over(context, name, successor.started_as, step, _takes(context, name))
     except ControlFailed as error:
-        if error.code is not ControlCode.TIMED_OUT or await _is_there(site, name, action.incumbent):
+        if error.code is not ControlCode.TIMED_OUT or await _is_there(context, name, action.incumbent):
             raise
-        await _promote(site, action, successor)
-        await _speaks_now(site, action, successor)
-        await begin_in_step(site, name)
+        await _promote(context, action, successor)
+        await _speaks_now(context, action, successor)
+        await begin_in_step(context, name)
         return
-    await _speaks_now(site, action, successor)
-    await go_on_in_step(site, name)
-    _tell_gap(site, name, taken)
+    await _speaks_now(context, action, successor)
+    await go_on_in_step(context, name)
+    _tell_gap(context, name, taken)
 
 
-async def _speaks_now(site: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
+async def _speaks_now(context: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
     """Tell the host of the successor, and that of the incumbent if it is another, that the former speaks now."""
-    name, target = action.component, site.after.components[action.component].host
-    await _let_speak(site, name, target, successor.started_as)
+    name, target = action.component, context.after.components[action.component].host
+    await _let_speak(context, name, target, successor.started_as)
     if action.host != target:
         try:
-            await _step_aside(site, name, action.host, target, successor.started_as)
+            await _step_aside(context, name, action.host, target, successor.started_as)
         except NoAnswer as error:
             # The run there is frozen, or has ended: it is told when its host is heard again.
-            site.kit.log.warning("%s: its former host has not heard that it is moved: %s", name, error)
+            context.kit.log.warning("%s: its former host has not heard that it is moved: %s", name, error)
 
 
-def _tell_gap(site: ExecutionContext, name: str, taken: ComponentView) -> None:
+def _tell_gap(context: ExecutionContext, name: str, taken: ComponentView) -> None:
     """Tell for how long nobody held what only one can hold at a time."""
-    description = site.after.components[name].description
+    description = context.after.components[name].description
     silent = taken.detail.get("silent")
     if description is not None and description.exclusive and isinstance(silent, int | float):
         text = f"{name}: from letting go to taking hold, nobody spoke for it for {silent * 1000:.0f} ms"
-        site.kit.event("adaptation.gap", text, seconds=silent)
+        context.kit.event("adaptation.gap", text, seconds=silent)
 
 
-async def _promote(site: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
+async def _promote(context: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
     """Let the successor go on alone, from the last checkpoint if there is one: the incumbent died, or hangs."""
     name = action.component
-    await _end_run(site, name, action.host, action.incumbent)
+    await _end_run(context, name, action.host, action.incumbent)
     known = (action.incumbent, successor.started_as)
-    if any(host == action.host and run.started_as not in known for host, run in site.hosts.runs(name)):
+    if any(host == action.host and run.started_as not in known for host, run in context.hosts.runs(name)):
         raise ControlFailed(f"{name}: run {action.incumbent} was lost as it handed over, and has been restarted")
-    step = Handover(HandoverStep.PROMOTE, revision=site.revision)
-    await _hand_over(site, name, successor.started_as, step, _takes(site, name))
-    site.state_lost.add(name)
+    step = Handover(HandoverStep.PROMOTE, revision=context.revision)
+    await _hand_over(context, name, successor.started_as, step, _takes(context, name))
+    context.state_lost.add(name)
 
 
-async def give_back(site: ExecutionContext, action: Restore) -> None:
+async def give_back(context: ExecutionContext, action: Restore) -> None:
     """Have the former run speak for the component again, whatever has become of its successor; raises ControlFailed."""
     name = action.component
-    its_host_answers = await _hear(site, action.host)
-    site.touch(name)
-    former, successor = _both(site, action)
+    its_host_answers = await _hear(context, action.host)
+    context.touch(name)
+    former, successor = _both(context, action)
     if not its_host_answers:
         # The component is lost with its host, as it would have been without the adaptation.
-        await _end_successor(site, action, successor)
+        await _end_successor(context, action, successor)
     elif former is None:
-        await _begin_again(site, action, successor)
-    elif await _role(site, name, former.started_as) is Role.LIVE:
-        await _stay(site, action, former, successor)
+        await _begin_again(context, action, successor)
+    elif await _role(context, name, former.started_as) is Role.LIVE:
+        await _stay(context, action, former, successor)
     else:
-        await _wake(site, action, former, successor)
+        await _wake(context, action, former, successor)
 
 
-def _both(site: ExecutionContext, action: Restore) -> tuple[ProcessStatus | None, ProcessStatus | None]:
+def _both(context: ExecutionContext, action: Restore) -> tuple[ProcessStatus | None, ProcessStatus | None]:
     """Return the run of before and its successor, None for one that has ended."""
     target = action.successor_host or action.host
     former = successor = None
-    for host, run in site.hosts.runs(action.component):
+    for host, run in context.hosts.runs(action.component):
         if host == action.host and run.started_as == action.incumbent:
             former = run
         elif host == target:
@@ -157,230 +157,240 @@ def _both(site: ExecutionContext, action: Restore) -> tuple[ProcessStatus | None
 
 
 async def _stay(
-    site: ExecutionContext, action: Restore, former: ProcessStatus, successor: ProcessStatus | None
+    context: ExecutionContext, action: Restore, former: ProcessStatus, successor: ProcessStatus | None
 ) -> None:
     """Give up the successor of a run that never stopped speaking."""
     name = action.component
     try:
-        await _end_successor(site, action, successor, patient=False)
+        await _end_successor(context, action, successor, patient=False)
     except NoAnswer as error:
         # It only waits, and will wait in vain: its host ends it if it is cut off, or is asked again later.
-        site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
-        site.unfinished = True
+        context.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
+        context.unfinished = True
     if successor is not None:
         bar = Handover(HandoverStep.RESUME, successor.started_as)
-        await site.controls.hand_over(name, former.started_as, bar).view()
-    await _let_speak(site, name, action.host, former.started_as)
+        await context.controls.hand_over(name, former.started_as, bar).view()
+    await _let_speak(context, name, action.host, former.started_as)
 
 
 async def _wake(
-    site: ExecutionContext, action: Restore, former: ProcessStatus, successor: ProcessStatus | None
+    context: ExecutionContext, action: Restore, former: ProcessStatus, successor: ProcessStatus | None
 ) -> None:
     """Have a frozen run go on: from the living state of its successor if this can hand it over, else from its own."""
     name = action.component
-    if successor is not None and await _is_live(site, name, successor.started_as):
-        anew = await _renamed(site, action, former)
-        step = Handover(HandoverStep.TAKE_OVER, successor.incarnation, anew, revision=site.revision)
+    if successor is not None and await _is_live(context, name, successor.started_as):
+        anew = await _renamed(context, action, former)
+        step = Handover(HandoverStep.TAKE_OVER, successor.incarnation, anew, revision=context.revision)
         try:
-            await _hand_over(site, name, former.started_as, step, _takes(site, name))
+            await _hand_over(context, name, former.started_as, step, _takes(context, name))
         except ControlFailed as error:
-            site.kit.log.warning("%s: the state of now could not be handed back: %s", name, error)
+            context.kit.log.warning("%s: the state of now could not be handed back: %s", name, error)
         else:
-            await _go_on_if_there_is_time(site, name)
-            await _end_successor(site, action, successor)
-            await site.refresh()
+            await _go_on_if_there_is_time(context, name)
+            await _end_successor(context, action, successor)
+            await context.refresh()
             return
-    await _end_successor(site, action, successor)
-    anew = await _renamed(site, action, former)
+    await _end_successor(context, action, successor)
+    anew = await _renamed(context, action, former)
     peer = successor.started_as if successor is not None else 0
-    step = Handover(HandoverStep.RESUME, peer, anew, revision=site.revision)
-    await _hand_over(site, name, former.started_as, step, _takes(site, name))
-    await _go_on_if_there_is_time(site, name)
-    await site.refresh()
+    step = Handover(HandoverStep.RESUME, peer, anew, revision=context.revision)
+    await _hand_over(context, name, former.started_as, step, _takes(context, name))
+    await _go_on_if_there_is_time(context, name)
+    await context.refresh()
 
 
-async def _go_on_if_there_is_time(site: ExecutionContext, name: str) -> None:
+async def _go_on_if_there_is_time(context: ExecutionContext, name: str) -> None:
     """Let simulated time go on with a run; to a source of time that is gone, it comes back by itself."""
     try:
-        await go_on_in_step(site, name)
+        await go_on_in_step(context, name)
     except ControlFailed as error:
-        site.kit.log.warning("%s: simulated time does not go on with it yet: %s", name, error)
+        context.kit.log.warning("%s: simulated time does not go on with it yet: %s", name, error)
 
 
-async def _renamed(site: ExecutionContext, action: Restore, former: ProcessStatus) -> int:
+async def _renamed(context: ExecutionContext, action: Restore, former: ProcessStatus) -> int:
     """Tell the host as what a run will speak, before it does: its heartbeats are to be known."""
     name = action.component
-    above = max(run.incarnation for run in (former, *(run for _, run in site.hosts.runs(name))))
-    await _let_speak(site, name, action.host, former.started_as, above)
-    return next(run.incarnation for _, run in site.hosts.runs(name) if run.started_as == former.started_as)
+    above = max(run.incarnation for run in (former, *(run for _, run in context.hosts.runs(name))))
+    await _let_speak(context, name, action.host, former.started_as, above)
+    return next(run.incarnation for _, run in context.hosts.runs(name) if run.started_as == former.started_as)
 
 
-async def _begin_again(site: ExecutionContext, action: Restore, successor: ProcessStatus | None) -> None:
+async def _begin_again(context: ExecutionContext, action: Restore, successor: ProcessStatus | None) -> None:
     """Start the component as it was before: the run of before has ended, as any component may at any time."""
     name = action.component
-    await _end_successor(site, action, successor)
-    spec = site.before.components[name]
-    patience = Patience(site.start_within(spec))
+    await _end_successor(context, action, successor)
+    spec = context.before.components[name]
+    patience = Patience(context.start_within(spec))
     if action.successor_host not in ("", action.host):
-        await site.hosts.give(UpdateSpecs(site.revision, (spec,)))
+        await context.hosts.give(UpdateSpecs(context.revision, (spec,)))
     while True:
-        await site.refresh()
-        process = site.controls.processes.get(name)
+        await context.refresh()
+        process = context.controls.processes.get(name)
         if process is not None and process.state is ProcessState.RUNNING:
             return
         if process is None or process.state in (ProcessState.STOPPED, ProcessState.QUARANTINED):
-            await site.hosts.start(name, action.host, resume=False)
-            _note(site, name)
+            await context.hosts.start(name, action.host, resume=False)
+            _note(context, name)
         if patience.is_over():
-            raise NoAnswer(f"{spec.name}: it has not come back within {site.start_within(spec):g} s")
-        await site.pause(LOOK_AGAIN_INTERVAL)
+            raise NoAnswer(f"{spec.name}: it has not come back within {context.start_within(spec):g} s")
+        await context.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def end_successor(site: ExecutionContext, action: EndSuccessor) -> None:
+async def end_successor(context: ExecutionContext, action: EndSuccessor) -> None:
     """End what stands beside a component's run; does nothing if nobody does. Raises ControlFailed."""
     name = action.component
-    home = site.before.components[name].host
-    await site.refresh()
-    runs = site.hosts.runs(name)
+    home = context.before.components[name].host
+    await context.refresh()
+    runs = context.hosts.runs(name)
     for host, run in runs:
-        if host != action.host or run.started_as == action.incumbent or (host == home and not _is_beside(site, run)):
+        if host != action.host or run.started_as == action.incumbent or (host == home and not _is_beside(context, run)):
             continue
         try:
-            await _end_run(site, name, host, run.started_as, patient=False)
+            await _end_run(context, name, host, run.started_as, patient=False)
         except NoAnswer as error:
             if host == home:
                 raise
-            site.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
-            site.unfinished = True
+            context.kit.log.warning("%s: its successor has not ended yet: %s", name, error)
+            context.unfinished = True
     is_there = action.incumbent in (run.started_as for host, run in runs if host == home)
-    if home != action.host and is_there and await _hear(site, home):
-        await _let_speak(site, name, home, action.incumbent)
+    if home != action.host and is_there and await _hear(context, home):
+        await _let_speak(context, name, home, action.incumbent)
 
 
-async def retire(site: ExecutionContext, name: str, host: str, grace: float) -> None:
+async def retire(context: ExecutionContext, name: str, host: str, grace: float) -> None:
     """End the run beside a component, which nobody will ask to go on any more; raises ControlFailed."""
-    home, speaks = site.after.components[name].host, site.controls.processes.get(name)
-    for where, run in site.hosts.runs(name):
-        if where != host or (where == home and not _is_beside(site, run)):
+    home, speaks = context.after.components[name].host, context.controls.processes.get(name)
+    for where, run in context.hosts.runs(name):
+        if where != host or (where == home and not _is_beside(context, run)):
             continue
         if where != home:
-            await _step_aside(site, name, where, home, speaks.started_as if speaks else 0)
-        await _end_run(site, name, where, run.started_as, grace, patient=False)
+            await _step_aside(context, name, where, home, speaks.started_as if speaks else 0)
+        await _end_run(context, name, where, run.started_as, grace, patient=False)
 
 
 async def _end_successor(
-    site: ExecutionContext, action: Restore, successor: ProcessStatus | None, *, patient: bool = True
+    context: ExecutionContext, action: Restore, successor: ProcessStatus | None, *, patient: bool = True
 ) -> None:
     if successor is None:
         return
     name, host = action.component, action.successor_host or action.host
-    if host != action.host and (not patient or await _hear(site, host)):
-        await _step_aside(site, name, host, action.host, action.incumbent)
-    await _end_run(site, name, host, successor.started_as, patient=patient)
+    if host != action.host and (not patient or await _hear(context, host)):
+        await _step_aside(context, name, host, action.host, action.incumbent)
+    await _end_run(context, name, host, successor.started_as, patient=patient)
 
 
 async def _end_run(
-    site: ExecutionContext, name: str, host: str, started_as: int, grace: float = WITHOUT_MERCY, *, patient: bool = True
+    context: ExecutionContext,
+    name: str,
+    host: str,
+    started_as: int,
+    grace: float = WITHOUT_MERCY,
+    *,
+    patient: bool = True,
 ) -> None:
     """End one run for certain; raises ControlFailed. ``patient``: a host that is silent is waited for until it is lost.
 
     A run of a lost host that took part in an adaptation has ended: the host ensures that itself.
     """
     patience = Patience(grace + KILLED_TIMEOUT)
-    if patient and not await _hear(site, host):
+    if patient and not await _hear(context, host):
         return
-    await site.hosts.stop(name, host, grace, started_as)
+    await context.hosts.stop(name, host, grace, started_as)
     while True:
-        await site.refresh()
-        its_host_answers = host not in site.hosts.silent
-        if its_host_answers and (host, started_as) not in ((at, run.started_as) for at, run in site.hosts.runs(name)):
+        await context.refresh()
+        its_host_answers = host not in context.hosts.silent
+        if its_host_answers and (host, started_as) not in (
+            (at, run.started_as) for at, run in context.hosts.runs(name)
+        ):
             return
-        if not its_host_answers and patient and not await _hear(site, host):
+        if not its_host_answers and patient and not await _hear(context, host):
             return
         if patience.is_over():
             raise NoAnswer(
                 f"host {host!r}: run {started_as} of {name} has not ended within {grace + KILLED_TIMEOUT:g} s"
             )
-        await site.pause(LOOK_AGAIN_INTERVAL)
+        await context.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def _hear(site: ExecutionContext, host: str) -> bool:
+async def _hear(context: ExecutionContext, host: str) -> bool:
     """Wait until a host answers, or is lost; returns whether it answers. Raises ControlFailed if neither comes."""
-    patience = Patience(site.before.rules(host).lost_after + LOST_TIMEOUT)
+    patience = Patience(context.before.rules(host).lost_after + LOST_TIMEOUT)
     while True:
-        await site.refresh()
-        if host in site.hosts.lost:
+        await context.refresh()
+        if host in context.hosts.lost:
             return False
-        if host not in site.hosts.silent:
+        if host not in context.hosts.silent:
             return True
         if patience.is_over():
-            raise NoAnswer(site.hosts.why_not_there(host))
-        await site.pause(LOOK_AT_HOST_TIMEOUT)
+            raise NoAnswer(context.hosts.why_not_there(host))
+        await context.pause(LOOK_AT_HOST_TIMEOUT)
 
 
 # --- who there is ---
 
 
-def _beside(site: ExecutionContext, name: str) -> ProcessStatus | None:
-    return site.controls.processes.get(f"{name}{BESIDE}")
+def _beside(context: ExecutionContext, name: str) -> ProcessStatus | None:
+    return context.controls.processes.get(f"{name}{BESIDE}")
 
 
-def _is_beside(site: ExecutionContext, run: ProcessStatus) -> bool:
+def _is_beside(context: ExecutionContext, run: ProcessStatus) -> bool:
     """Tell whether a run stands beside the one that speaks for its component."""
-    beside = _beside(site, run.component)
+    beside = _beside(context, run.component)
     return beside is not None and beside.started_as == run.started_as
 
 
-def _note(site: ExecutionContext, name: str) -> None:
+def _note(context: ExecutionContext, name: str) -> None:
     """Take what hosts have told of a component, also that nobody stands beside it any more."""
-    site.controls.processes.pop(f"{name}{BESIDE}", None)
-    site.controls.processes |= site.hosts.known(name)
+    context.controls.processes.pop(f"{name}{BESIDE}", None)
+    context.controls.processes |= context.hosts.known(name)
 
 
-async def _let_speak(site: ExecutionContext, name: str, host: str, started_as: int, above: int | None = None) -> None:
+async def _let_speak(
+    context: ExecutionContext, name: str, host: str, started_as: int, above: int | None = None
+) -> None:
     """Tell a host that a run of its own speaks for a component; raises ControlFailed."""
-    await site.hosts.let_speak(name, host, started_as, above)
-    _note(site, name)
+    await context.hosts.let_speak(name, host, started_as, above)
+    _note(context, name)
 
 
-async def _step_aside(site: ExecutionContext, name: str, host: str, home: str, started_as: int) -> None:
+async def _step_aside(context: ExecutionContext, name: str, host: str, home: str, started_as: int) -> None:
     """Tell a host that a run of another one, its ``home``, speaks for a component; raises ControlFailed."""
-    await site.hosts.let_speak(name, host, started_as, elsewhere=home)
-    _note(site, name)
+    await context.hosts.let_speak(name, host, started_as, elsewhere=home)
+    _note(context, name)
 
 
 async def _hand_over(
-    site: ExecutionContext, name: str, started_as: int, step: Handover, within: float
+    context: ExecutionContext, name: str, started_as: int, step: Handover, within: float
 ) -> ComponentView:
-    return await site.controls.hand_over(name, started_as, step, within).view()
+    return await context.controls.hand_over(name, started_as, step, within).view()
 
 
-def _takes(site: ExecutionContext, name: str) -> float:
+def _takes(context: ExecutionContext, name: str) -> float:
     """Return the seconds within which a step of a hand-over is answered."""
-    specs = [spec for plan in (site.before, site.after) if (spec := plan.components.get(name)) is not None]
-    longest = max((site.after.handler_timeout(spec) for spec in specs), default=0.0)
+    specs = [spec for plan in (context.before, context.after) if (spec := plan.components.get(name)) is not None]
+    longest = max((context.after.handler_timeout(spec) for spec in specs), default=0.0)
     # One run after the other lets go and takes hold, each by its own methods.
     exclusive = [spec for spec in specs if spec.description is not None and spec.description.exclusive]
-    hooks = sum(2 * site.after.handler_timeout(spec) for spec in exclusive)
-    return max(site.bounds.answer, TAKE_OVER_TIMEOUT) + longest + hooks
+    hooks = sum(2 * context.after.handler_timeout(spec) for spec in exclusive)
+    return max(context.bounds.answer, TAKE_OVER_TIMEOUT) + longest + hooks
 
 
-async def _role(site: ExecutionContext, name: str, started_as: int) -> Role:
-    view = await site.controls.hand_over(name, started_as, Handover(HandoverStep.READ)).view()
+async def _role(context: ExecutionContext, name: str, started_as: int) -> Role:
+    view = await context.controls.hand_over(name, started_as, Handover(HandoverStep.READ)).view()
     return Role(view.detail.get("role"))
 
 
-async def _is_there(site: ExecutionContext, name: str, started_as: int) -> bool:
+async def _is_there(context: ExecutionContext, name: str, started_as: int) -> bool:
     try:
-        await _role(site, name, started_as)
+        await _role(context, name, started_as)
     except NoAnswer:
         return False
     return True
 
 
-async def _is_live(site: ExecutionContext, name: str, started_as: int) -> bool:
+async def _is_live(context: ExecutionContext, name: str, started_as: int) -> bool:
     try:
-        view = await _hand_over(site, name, started_as, Handover(HandoverStep.READ), site.bounds.answer)
+        view = await _hand_over(context, name, started_as, Handover(HandoverStep.READ), context.bounds.answer)
     except ControlFailed:
         return False
     return view.detail.get("role") == Role.LIVE.value and view.state in (State.ACTIVE, State.INACTIVE)

@@ -17,22 +17,22 @@ OLD_PUBLISHER_TIMEOUT = 0.5
 """Seconds that a publisher of the topic being left may take for its marker: it may be why it is left."""
 
 
-async def move_port(site: ExecutionContext, component: str, port: str, topic: str) -> None:
+async def move_port(context: ExecutionContext, component: str, port: str, topic: str) -> None:
     """Move a connected port to ``topic``; raises ControlFailed, with the port on either topic but working."""
-    site.touch(component)
-    if site.direction(component, port) == "input":
-        await _move_input(site, component, port, topic)
+    context.touch(component)
+    if context.direction(component, port) == "input":
+        await _move_input(context, component, port, topic)
     else:
-        await _move_output(site, component, port, topic)
+        await _move_output(context, component, port, topic)
 
 
-async def abandon(site: ExecutionContext, component: str, port: str) -> None:
+async def abandon(context: ExecutionContext, component: str, port: str) -> None:
     """Give up a move that was begun; does nothing if there was none."""
-    site.touch(component)
-    await site.controls.rewire(component, Rewire(RewireStep.ABANDON, port)).view()
+    context.touch(component)
+    await context.controls.rewire(component, Rewire(RewireStep.ABANDON, port)).view()
 
 
-async def see_through(site: ExecutionContext, view: ComponentView, run: str = "") -> None:
+async def see_through(context: ExecutionContext, view: ComponentView, run: str = "") -> None:
     """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed.
 
     ``run`` is the name of one that stands beside a component.
@@ -40,39 +40,39 @@ async def see_through(site: ExecutionContext, view: ComponentView, run: str = ""
     name = view.component
     run = run or name
     for port, topic in sorted(view.connections.items()):
-        if topic and site.direction(name, port) == "input":
-            await _bind(site, (run,), port, topic, [writer for writer in site.writers(topic) if writer != run])
+        if topic and context.direction(name, port) == "input":
+            await _bind(context, (run,), port, topic, [writer for writer in context.writers(topic) if writer != run])
         elif topic:
-            readers = [reader for reader in await _connected_readers(site, topic) if reader != name]
-            await _bind(site, readers, "", topic, [run])
+            readers = [reader for reader in await _connected_readers(context, topic) if reader != name]
+            await _bind(context, readers, "", topic, [run])
 
 
-async def _move_input(site: ExecutionContext, component: str, port: str, topic: str) -> None:
-    opened = await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
+async def _move_input(context: ExecutionContext, component: str, port: str, topic: str) -> None:
+    opened = await context.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     former = opened.connections[port]
-    await _bind(site, (component,), port, topic, site.writers(topic))
-    cuts = await _cuts(site, former)
-    switch = Rewire(RewireStep.SWITCH, port, topic, cuts=cuts, revision=site.revision)
-    switched = await site.controls.rewire(component, switch).view()
+    await _bind(context, (component,), port, topic, context.writers(topic))
+    cuts = await _cuts(context, former)
+    switch = Rewire(RewireStep.SWITCH, port, topic, cuts=cuts, revision=context.revision)
+    switched = await context.controls.rewire(component, switch).view()
     if switched.detail.get("complete") is False:
-        site.kit.event(
+        context.kit.event(
             "adaptation.incomplete_switch",
             f"{component}.{port}: not all of {former!r} before the switch to {topic!r} has come",
         )
 
 
-async def _move_output(site: ExecutionContext, component: str, port: str, topic: str) -> None:
-    await site.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
-    readers = await _connected_readers(site, topic)
-    await _bind(site, readers, "", topic, [component])
+async def _move_output(context: ExecutionContext, component: str, port: str, topic: str) -> None:
+    await context.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
+    readers = await _connected_readers(context, topic)
+    await _bind(context, readers, "", topic, [component])
     for reader in readers:
-        site.touch(reader)
-    await site.controls.rewire(component, Rewire(RewireStep.SWITCH, port, topic, revision=site.revision)).view()
+        context.touch(reader)
+    await context.controls.rewire(component, Rewire(RewireStep.SWITCH, port, topic, revision=context.revision)).view()
 
 
-async def _connected_readers(site: ExecutionContext, topic: str) -> tuple[str, ...]:
+async def _connected_readers(context: ExecutionContext, topic: str) -> tuple[str, ...]:
     """Return the components that read ``topic`` now; one that hangs is an error, one that is gone is none."""
-    asked = [site.controls.read(name) for name in site.readers(topic)]
+    asked = [context.controls.read(name) for name in context.readers(topic)]
     connected = []
     for one in asked:
         view = await _unless_gone(one)
@@ -90,14 +90,14 @@ async def _unless_gone(asked: PendingQuery) -> ComponentView | None:
         raise
 
 
-async def _bind(site: ExecutionContext, readers: Iterable[str], port: str, topic: str, writers: list[str]) -> None:
+async def _bind(context: ExecutionContext, readers: Iterable[str], port: str, topic: str, writers: list[str]) -> None:
     """Have markers put until every reader has seen every writer's; raises ControlFailed at the bound."""
-    patience = Patience(site.bounds.bind)
-    peers = await _mark(site, writers, topic)
+    patience = Patience(context.bounds.bind)
+    peers = await _mark(context, writers, topic)
     waiting = tuple(readers) if peers else ()
     while True:
         await_them = Rewire(RewireStep.AWAIT, port, topic, tuple(peers.values()))
-        asked = [(reader, site.controls.rewire(reader, await_them)) for reader in waiting]
+        asked = [(reader, context.controls.rewire(reader, await_them)) for reader in waiting]
         missing: dict[str, list[str]] = {}
         for reader, one in asked:
             view = await one.view()
@@ -109,14 +109,14 @@ async def _bind(site: ExecutionContext, readers: Iterable[str], port: str, topic
         if patience.is_over():
             raise ControlFailed(
                 f"{', '.join(waiting)}: no marker of {', '.join(late)} has come through on {topic!r} "
-                f"within {site.bounds.bind:g} s"
+                f"within {context.bounds.bind:g} s"
             )
-        await _mark(site, late, topic)
+        await _mark(context, late, topic)
 
 
-async def _mark(site: ExecutionContext, writers: list[str], topic: str) -> dict[str, Peer]:
+async def _mark(context: ExecutionContext, writers: list[str], topic: str) -> dict[str, Peer]:
     """Have writers put markers; returns the runs that did, without those that are gone or write elsewhere."""
-    asked = [(name, site.controls.rewire(name, Rewire(RewireStep.MARK, topic=topic))) for name in writers]
+    asked = [(name, context.controls.rewire(name, Rewire(RewireStep.MARK, topic=topic))) for name in writers]
     peers = {}
     for name, one in asked:
         try:
@@ -126,15 +126,15 @@ async def _mark(site: ExecutionContext, writers: list[str], topic: str) -> dict[
                 continue
             raise
         if view is not None:
-            site.touch(name)
+            context.touch(name)
             peers[name] = Peer(name, view.incarnation)
     return peers
 
 
-async def _cuts(site: ExecutionContext, topic: str) -> dict[str, int]:
+async def _cuts(context: ExecutionContext, topic: str) -> dict[str, int]:
     """Return how far each publisher of ``topic`` has come; one that does not say so is not waited for."""
     mark = Rewire(RewireStep.MARK, topic=topic)
-    asked = [(name, site.controls.rewire(name, mark, OLD_PUBLISHER_TIMEOUT)) for name in site.writers(topic)]
+    asked = [(name, context.controls.rewire(name, mark, OLD_PUBLISHER_TIMEOUT)) for name in context.writers(topic)]
     cuts = {}
     for name, one in asked:
         try:
