@@ -83,7 +83,7 @@ class Manager:
         self,
         plan: Callable[[Architecture], tuple[Change, ...]],
         seen: Architecture,
-        errand: AdaptationOrder,
+        order: AdaptationOrder,
         within: float,
     ) -> CarriedOut:
         """Have what ``plan`` returns for an architecture carried out, unless there is nothing to do.
@@ -95,7 +95,7 @@ class Manager:
             if not changes:
                 break
             try:
-                request = errand.request(changes, seen.revision)
+                request = order.request(changes, seen.revision)
                 report = await self._kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=within)
             except CallFailed as error:
                 refused = error.answer is Answer.REFUSED
