@@ -11,7 +11,7 @@ from regraft import Component, Future, Input, InputPort, Output, Records
 from regraft.bus_schema.annotations import Bounds, Text, Unit
 from regraft.bus_schema.encoding.reading import Reading, Reduce, read
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.model.description import Resources
 
 ENTRY = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -57,7 +57,7 @@ class SystemReflection(Component):
 
     mapping = Records(Mapped, "which field of which topic is which entry, how often, and what is made of it")
 
-    reflection = Output(Reflection, description="the entries, whenever one of them is new")
+    reflection = Output(ReflectedEntries, description="the entries, whenever one of them is new")
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
@@ -111,7 +111,7 @@ class SystemReflection(Component):
             return False
 
     def _tell(self) -> None:
-        self.reflection.publish(Reflection(self.kit.now(), tuple(entry.told for entry in self._entries)))
+        self.reflection.publish(ReflectedEntries(self.kit.now(), tuple(entry.told for entry in self._entries)))
 
 
 class _Entry:

@@ -11,7 +11,7 @@ from regraft import Component, Output, Parameter, every, service
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep
-from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.messages.sensors import Image
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
@@ -134,7 +134,7 @@ def changed(architecture: Architecture, change: Any) -> Architecture:
 class Senses(Component):
     """Tells what the system reflection of FROG's stacks tells: the robot drives at 0.26 m/s, nothing is near."""
 
-    reflection = Output(Reflection)
+    reflection = Output(ReflectedEntries)
 
     def __init__(self) -> None:
         self.manager: ActingManager | None = None
@@ -149,7 +149,7 @@ class Senses(Component):
         if architecture is not None:
             values["image_topic"] = architecture.components["detector"].connections["image"]
         entries = (ReflectedEntry(key, value, now, round(now * 10)) for key, value in values.items())
-        self.reflection.publish(Reflection(now, tuple(entries)))
+        self.reflection.publish(ReflectedEntries(now, tuple(entries)))
 
 
 class PlainCamera(Component):

@@ -17,7 +17,7 @@ topics:
   other_odometry: {{type: regraft/Odometry, rate: 20}}
   battery: {{type: regraft/BatteryState, rate: 20}}
   light: {{type: regraft/LightLevel, rate: 20}}
-  reflection: regraft/Reflection
+  reflection: regraft/ReflectedEntries
   mission: {{type: regraft/MissionStatus, rate: 1}}
   architecture: regraft/Architecture
   adaptations: regraft/AdaptationReport

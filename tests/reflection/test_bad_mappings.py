@@ -19,7 +19,7 @@ topics:
   odometry: {type: regraft/Odometry, rate: 20}
   battery: {type: regraft/BatteryState, rate: 2}
   light: {type: regraft/LightLevel, rate: 2}
-  reflection: regraft/Reflection
+  reflection: regraft/ReflectedEntries
 components:
   wheels: {class: "tests.reflection.parts:Wheels"}
   battery: {class: "tests.reflection.parts:Battery"}

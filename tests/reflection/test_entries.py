@@ -8,7 +8,7 @@ import pytest
 
 from behavior_tree import Blackboard, Entry
 from regraft.bus_schema.messages.mission import Command, MissionState
-from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.system_reflection import SystemReflection
@@ -175,13 +175,13 @@ def test_the_own_inputs_have_ages_too_and_give_way_to_the_mapping() -> None:
 def test_after_a_restart_of_the_reflection_what_was_known_stays_and_ages() -> None:
     with Rig() as rig:
         run(rig, IDLE)
-        rig.publish("reflection", Reflection(0.0, (ReflectedEntry("speed", 0.2, 0.0, 7, 1.0),)))
+        rig.publish("reflection", ReflectedEntries(0.0, (ReflectedEntry("speed", 0.2, 0.0, 7, 1.0),)))
         rig.advance(0.5)
-        rig.publish("reflection", Reflection(0.5, (ReflectedEntry("speed", stale_after=1.0),)))
+        rig.publish("reflection", ReflectedEntries(0.5, (ReflectedEntry("speed", stale_after=1.0),)))
         rig.advance(2.5)
         assert entry(rig, "speed").value == 0.2
         assert entry(rig, "speed_age").value == pytest.approx(3.0)
-        rig.publish("reflection", Reflection(0.0, (ReflectedEntry("speed", 0.2, 0.0, 7, 1.0),)))
+        rig.publish("reflection", ReflectedEntries(0.0, (ReflectedEntry("speed", 0.2, 0.0, 7, 1.0),)))
         rig.advance(0.5)
         assert entry(rig, "speed").sequence == 1, "the same message of the source is no news"
 

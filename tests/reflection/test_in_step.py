@@ -7,7 +7,7 @@ from typing import Any
 from regraft import Component, Input
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import MissionStatus
-from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.model.lifecycle import State
 from regraft.services.bt_executor.executor import Executor
 from regraft.services.system_reflection import SystemReflection
@@ -26,15 +26,15 @@ SECONDS = 20.0
 class Witness(Component):
     """Keeps all that is reflected, and the missions' blackboards."""
 
-    reflection = Input(Reflection)
+    reflection = Input(ReflectedEntries)
     mission = Input(MissionStatus)
 
     def __init__(self) -> None:
-        self.reflected: list[Reflection] = []
+        self.reflected: list[ReflectedEntries] = []
         self.boards: list[dict[str, PlainValue]] = []
 
     @reflection.handler
-    def take(self, message: Reflection) -> None:
+    def take(self, message: ReflectedEntries) -> None:
         """Keep it."""
         self.reflected.append(message)
 
@@ -44,7 +44,7 @@ class Witness(Component):
         self.boards.append(status.blackboard)
 
 
-def run_in_step(file: str) -> tuple[list[Reflection], list[dict[str, PlainValue]]]:
+def run_in_step(file: str) -> tuple[list[ReflectedEntries], list[dict[str, PlainValue]]]:
     """Run for a while of simulated time; returns what was reflected and the blackboards."""
     steps = StepSite("memory")
     try:

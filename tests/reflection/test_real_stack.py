@@ -8,7 +8,7 @@ from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import MissionRequest, MissionStatus
-from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
@@ -68,8 +68,8 @@ def test_an_entry_is_rewired_like_any_input_and_only_to_what_it_can_read(system:
 
 
 def test_a_dead_source_is_seen_as_stale_and_its_last_value_survives_restarts(system: System) -> None:
-    reflected: list[Reflection] = []
-    system.client.topic("reflection", Reflection, lambda sample: reflected.append(sample.message))
+    reflected: list[ReflectedEntries] = []
+    system.client.topic("reflection", ReflectedEntries, lambda sample: reflected.append(sample.message))
     wait_for_entry(system, "charge_stale", False)
     kill(system, "battery")
     wait_for_entry(system, "charge_stale", True)

@@ -11,7 +11,7 @@ from regraft.bus_schema.encoding.registry import MessageType
 from regraft.bus_schema.messages.geometry import Vector3
 from regraft.bus_schema.messages.health import Event, SystemStatus
 from regraft.bus_schema.messages.perception import Detections
-from regraft.bus_schema.messages.reflection import ReflectedEntry, Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.services.system_reflection import SystemReflection
 from regraft.testing import Rig
@@ -21,9 +21,9 @@ SPEED = {"topic": "odometry", "field": "twist.linear.x", "entry": "speed", "rate
 CHARGE = {"topic": "battery", "field": "charge", "entry": "battery_charge", "rate": 2}
 
 
-def reflecting(rig: Rig, *mapping: dict[str, Any], **more: Any) -> list[Reflection]:
+def reflecting(rig: Rig, *mapping: dict[str, Any], **more: Any) -> list[ReflectedEntries]:
     """Start a system reflection; returns what it will have told."""
-    told = rig.collect("reflection", Reflection)
+    told = rig.collect("reflection", ReflectedEntries)
     rig.add(SystemReflection, "system_reflection", {"mapping": list(mapping)}, **more)
     return told
 
@@ -31,7 +31,9 @@ def reflecting(rig: Rig, *mapping: dict[str, Any], **more: Any) -> list[Reflecti
 def test_at_first_it_tells_which_entries_there_will_be() -> None:
     with Rig(start=5.0) as rig:
         told = reflecting(rig, SPEED, CHARGE)
-        assert told == [Reflection(5.0, (ReflectedEntry("speed", stale_after=1.0), ReflectedEntry("battery_charge")))]
+        assert told == [
+            ReflectedEntries(5.0, (ReflectedEntry("speed", stale_after=1.0), ReflectedEntry("battery_charge")))
+        ]
 
 
 def test_a_new_message_is_told_of_once_and_everything_else_with_it() -> None:
@@ -40,12 +42,12 @@ def test_a_new_message_is_told_of_once_and_everything_else_with_it() -> None:
         rig.publish("odometry", odometry_of(0.01, 0.2))
         rig.advance(1.0)
         assert told[1:] == [
-            Reflection(0.0, (ReflectedEntry("speed", 0.2, 0.01, 1, 1.0), ReflectedEntry("battery_charge")))
+            ReflectedEntries(0.0, (ReflectedEntry("speed", 0.2, 0.01, 1, 1.0), ReflectedEntry("battery_charge")))
         ]
         rig.publish("battery", battery_state(1.0, 0.5))
         rig.advance(1.0)
         assert told[2:] == [
-            Reflection(
+            ReflectedEntries(
                 1.0,
                 (ReflectedEntry("speed", 0.2, 0.01, 1, 1.0), ReflectedEntry("battery_charge", 0.5, 1.0, 1)),
             )

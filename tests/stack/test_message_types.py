@@ -18,7 +18,15 @@ system: tests
 topics: {{light: regraft/LightLevel, other: '{kind}'}}
 components: {{lighting: {{class: 'regraft.services.lighting:Lighting'}}}}
 """
-ON_TOPICS = ("AdaptationReport", "Architecture", "LaserScan", "MissionStatus", "Reflection", "SystemStatus", "Twist")
+ON_TOPICS = (
+    "AdaptationReport",
+    "Architecture",
+    "LaserScan",
+    "MissionStatus",
+    "ReflectedEntries",
+    "SystemStatus",
+    "Twist",
+)
 
 
 @pytest.mark.parametrize(

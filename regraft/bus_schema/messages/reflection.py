@@ -25,10 +25,10 @@ class ReflectedEntry:
     stale_after: Annotated[float, Bounds(minimum=0.0)] | None = None
 
 
-@message("regraft/Reflection")
+@message("regraft/ReflectedEntries")
 @dataclass(frozen=True, slots=True)
-class Reflection:
-    """All entries, in the order of the mapping: whoever missed a message has everything with the next one."""
+class ReflectedEntries:
+    """All entries, in the order of the mapping: the next message makes up for one that was missed."""
 
     stamp: Seconds
     entries: tuple[ReflectedEntry, ...]

@@ -35,7 +35,7 @@ from regraft.bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from regraft.bus_schema.messages.power import BatteryState
-from regraft.bus_schema.messages.reflection import Reflection
+from regraft.bus_schema.messages.reflection import ReflectedEntries
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.description import Resources
 from regraft.services.bt_executor.blackboard_feed import REFLECTED, BlackboardFeed, Reflected
@@ -84,7 +84,9 @@ class Executor(Component):
     light = Input(LightLevel, latest_only=True, required=False, description="for {@darkness}")
     sensor_health = Input(SensorHealth, latest_only=True, required=False, description="for {@sensor_faults}")
     system_status = Input(SystemStatus, latest_only=True, required=False, description="for {@problems}")
-    reflection = Input(Reflection, latest_only=True, required=False, description="for the entries that the stack maps")
+    reflection = Input(
+        ReflectedEntries, latest_only=True, required=False, description="for the entries that the stack maps"
+    )
     status = Output(MissionStatus, topic="mission", description="the mission, once a second and when its state changes")
     transitions = Output(
         MissionTransitions,
