@@ -11,9 +11,9 @@ from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
 from regraft.dashboard_api.backend.overview import Overview
 from regraft.dashboard_api.http import problems
+from regraft.dashboard_api.http.authorization import Authorization
 from regraft.dashboard_api.http.callers import Callers
 from regraft.dashboard_api.http.document import openapi_document
-from regraft.dashboard_api.http.gate import Gate
 from regraft.dashboard_api.http.guard import Guard
 from regraft.dashboard_api.http.head import Head
 from regraft.dashboard_api.routes import adaptations, changes, events, mission, mission_events, pages, planners, status
@@ -51,7 +51,7 @@ def build(
     app.include_router(pages.routes(services.client.system, openapi, PREFIX))
     problems.install(app)
     # The last one that is added is the first one that a request meets.
-    app.add_middleware(Gate, callers=callers, prefix=PREFIX, document=openapi)
+    app.add_middleware(Authorization, callers=callers, prefix=PREFIX, document=openapi)
     app.add_middleware(Head)
     app.add_middleware(Guard, address=address)
     return app

@@ -26,7 +26,7 @@ from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
 from regraft.host.zygote.describer import DESCRIBE, Describer
 from regraft.process.logs import tail
-from regraft.runtime.core.fencing import Fenced, in_force
+from regraft.runtime.core.terms import Fenced, in_force
 
 MAX_INCARNATION = 2**32 - 1
 """The most that an envelope has room for."""

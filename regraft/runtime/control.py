@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 from regraft.bus.interface import Query
-from regraft.bus_schema.described import describe_type
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
 from regraft.bus_schema.errors import SchemaError
@@ -28,6 +27,7 @@ from regraft.bus_schema.messages.protocol.control import (
 from regraft.bus_schema.messages.protocol.handover import Role
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
 from regraft.runtime.core.pending import Pending

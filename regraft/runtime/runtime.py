@@ -19,10 +19,10 @@ from regraft.runtime.lifecycle.answering import Answering
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.lifecycle.fence import Fence
-from regraft.runtime.lifecycle.kit import RuntimeKit
 from regraft.runtime.lifecycle.lifecycle import Lifecycle
 from regraft.runtime.lifecycle.periodic import PeriodicCalls
 from regraft.runtime.lifecycle.rewiring import Rewiring
+from regraft.runtime.lifecycle.runtime_kit import RuntimeKit
 from regraft.runtime.parts import Parts
 
 MARK_PAUSES = (0.05, 0.2, 0.75)

@@ -19,9 +19,9 @@ from fastapi import APIRouter, FastAPI
 from regraft import run_directory
 from regraft.bus_schema.model.description import ParameterDescription, ServiceDescription
 from regraft.dashboard_api.http import peers
+from regraft.dashboard_api.http.authorization import Authorization
 from regraft.dashboard_api.http.callers import Callers, user_name
 from regraft.dashboard_api.http.document import ROLE
-from regraft.dashboard_api.http.gate import Gate
 from regraft.dashboard_api.http.roles import READING_METHODS, ROLES
 from regraft.security.tokens import Role, Tokens
 from tests.gateway.clients import NOBODY, Asked, ask_as, send_and_leave
@@ -301,7 +301,7 @@ def test_a_route_without_a_declared_role_is_refused(tmp_path: Path) -> None:
     router = APIRouter()
     router.add_api_route("/api/v1/format-the-disk", reached.set, methods=["POST"])
     app.include_router(router)
-    app.add_middleware(Gate, callers=Callers(Tokens(tmp_path)), prefix="/api/v1", document=app.openapi)
+    app.add_middleware(Authorization, callers=Callers(Tokens(tmp_path)), prefix="/api/v1", document=app.openapi)
     with httpx.Client(transport=_InProcess(app), base_url="http://localhost") as http:
         refused = http.post("/api/v1/format-the-disk")
         assert refused.status_code == 403
@@ -323,7 +323,7 @@ def test_a_websocket_without_a_declared_role_is_closed_before_it_is_accepted(tmp
     async def send(message: Any) -> None:
         sent.append(message["type"])
 
-    gate = Gate(app, Callers(Tokens(tmp_path)), "/api/v1", lambda: {"paths": {}})
+    gate = Authorization(app, Callers(Tokens(tmp_path)), "/api/v1", lambda: {"paths": {}})
     asyncio.run(gate({"type": "websocket", "path": "/api/v1/drive", "headers": []}, receive, send))
     assert (reached, sent) == ([], ["websocket.close"])
 

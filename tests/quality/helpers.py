@@ -20,7 +20,7 @@ from behavior_tree import (
     load_text,
 )
 from regraft.bus_schema.messages.quality import Quality
-from regraft.services.bt_executor.quality import PlainSystemQR, PlainTaskQR, QualityBook
+from regraft.services.bt_executor.quality import LatestQualities, PlainSystemQR, PlainTaskQR
 
 RESULTS = {"R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}
 LETTERS = "IRSFK"
@@ -60,7 +60,7 @@ class Ear:
 
     def __init__(self) -> None:
         self.heard: list[Quality] = []
-        self.book = QualityBook()
+        self.book = LatestQualities()
 
     def report_quality(self, quality: Quality) -> None:
         """Hear it."""

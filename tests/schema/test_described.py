@@ -14,7 +14,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
-from regraft.bus_schema.described import DescribedType, describe_type, described_type
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, message, type_of
@@ -31,6 +30,7 @@ from regraft.bus_schema.encoding.shapes import (
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.sensors import LaserScan
+from regraft.bus_schema.types_by_schema import DescribedType, describe_type, described_type
 
 from .comparing import same
 from .strategies import all_types, values

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from regraft.adaptation_manager.steps.succeeding import move_of, swap_of
+from regraft.adaptation_manager.steps.succession import move_of, swap_of
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.bus_schema.messages.protocol.host import DescribedComponent

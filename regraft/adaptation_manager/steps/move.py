@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
-from regraft.adaptation_manager.steps import rescue
+from regraft.adaptation_manager.steps import start_elsewhere
 from regraft.adaptation_manager.steps.draft import Draft
-from regraft.adaptation_manager.steps.succeeding import HANDS_OVER, Successor, of_state, plan_steps, swap_of
+from regraft.adaptation_manager.steps.succession import HANDS_OVER, Successor, of_state, plan_steps, swap_of
 from regraft.bus_schema.model.adaptation import Move
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.description import Description
@@ -20,8 +20,8 @@ def plan(draft: Draft, change: Move) -> None:
     swap = swap_of(draft.changes, change.component)
     if swap is not None:
         _plan_with_swap(draft, change, swap)
-    elif rescue.is_rescue(draft, change):
-        rescue.plan(draft, change)
+    elif start_elsewhere.is_wanted(draft, change):
+        start_elsewhere.plan(draft, change)
     else:
         _plan(draft, change)
 

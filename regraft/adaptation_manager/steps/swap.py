@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from regraft.adaptation_manager.steps import rescue
+from regraft.adaptation_manager.steps import start_elsewhere
 from regraft.adaptation_manager.steps.actions import Activate, LeaveStopped, PlannedStep, RunProcess, StartAgain
 from regraft.adaptation_manager.steps.draft import Draft
-from regraft.adaptation_manager.steps.succeeding import (
+from regraft.adaptation_manager.steps.succession import (
     HANDS_OVER,
     Successor,
     move_of,
@@ -59,7 +59,7 @@ def plan(draft: Draft, change: Swap) -> None:
     elif new.host == spec.host:
         _plan_replacement(draft, new, with_state=with_state)
     elif spec.host in draft.lost:
-        rescue.plan_start(draft, new, with_state=with_state)
+        start_elsewhere.plan_start(draft, new, with_state=with_state)
 
 
 def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str] | None:

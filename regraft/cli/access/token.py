@@ -11,7 +11,7 @@ import typer
 from regraft import run_directory
 from regraft.bus_schema.keys import system_name
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import find
+from regraft.cli.running_system import find
 from regraft.cli.terminal.options import JsonOption, chosen_system
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.security.tokens import Role, Token, Tokens

@@ -17,7 +17,7 @@ from regraft.bus_schema.messages.manager import (
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import reached, user
+from regraft.cli.running_system import reached, user
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption

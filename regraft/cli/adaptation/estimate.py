@@ -11,7 +11,7 @@ import typer
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
 from regraft.cli.adaptation.mistakes import refuse_values
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table

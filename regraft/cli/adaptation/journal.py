@@ -15,7 +15,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import JsonOption, SystemOption

@@ -10,7 +10,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView, SetTrans
 from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.lifecycle import Transition, legal
 from regraft.cli.adaptation import managing
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.one_of import one_of
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption

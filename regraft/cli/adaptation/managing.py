@@ -17,7 +17,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
-from regraft.cli.reach import Reached, user
+from regraft.cli.running_system import Reached, user
 from regraft.cli.system.topology import Topology, topology
 from regraft.cli.terminal.output import complain, say, seconds, show_json
 

@@ -18,7 +18,7 @@ from regraft.bus_schema.model.parameter_values import effective_parameter, param
 from regraft.bus_schema.model.wiring import connection_problem
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached
+from regraft.cli.running_system import Reached
 from regraft.cli.system.topology import Topology, no_component
 from regraft.client import ClientError
 

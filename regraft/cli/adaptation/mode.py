@@ -16,7 +16,7 @@ from regraft.bus_schema.model.modes import as_needed, is_in_force
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached, reached, user
+from regraft.cli.running_system import Reached, reached, user
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table

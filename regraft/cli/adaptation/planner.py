@@ -16,7 +16,7 @@ from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuer
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
-from regraft.cli.reach import Reached, reached, user
+from regraft.cli.running_system import Reached, reached, user
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table

@@ -9,7 +9,7 @@ import typer
 from regraft.bus_schema.keys import component_name
 from regraft.bus_schema.model.adaptation import Remove
 from regraft.cli.adaptation import managing
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 
 

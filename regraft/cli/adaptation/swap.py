@@ -10,7 +10,7 @@ from regraft.bus_schema.keys import component_name
 from regraft.bus_schema.model.adaptation import Change, Move, Swap
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.values import assignment
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.described import DescribedType, describe_type, described_type
 from regraft.bus_schema.encoding.registry import known_types, type_named
 from regraft.bus_schema.encoding.topic_types import know_schema
 from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.types_by_schema import DescribedType, describe_type, described_type
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached
+from regraft.cli.running_system import Reached
 from regraft.cli.system.topology import Topology
 from regraft.client import ClientError
 

@@ -14,7 +14,7 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table

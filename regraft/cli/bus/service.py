@@ -10,7 +10,7 @@ import typer
 from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import INTERRUPTED
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.topology import Offer, topology
 from regraft.cli.terminal.options import JsonOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table

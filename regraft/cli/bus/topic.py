@@ -15,7 +15,7 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.bus import message_types
 from regraft.cli.bus.rates import Rates
 from regraft.cli.outcomes import BadInput, Failed
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.topology import TopicUse, topology
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import JsonOption, SystemOption

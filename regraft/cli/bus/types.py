@@ -13,7 +13,7 @@ from regraft.bus_schema.encoding.shapes import JsonSchema
 from regraft.bus_schema.encoding.topic_types import know_schema
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import complain, show_json, show_table

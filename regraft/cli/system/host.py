@@ -11,7 +11,7 @@ from regraft import run_directory
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.encoding import codec
 from regraft.cli.outcomes import NOT_REACHABLE, BadInput
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.host_log import log_to_file
 from regraft.cli.terminal.options import (
     InsecureOption,

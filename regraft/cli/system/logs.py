@@ -16,7 +16,7 @@ from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput, Unreachable
-from regraft.cli.reach import reached
+from regraft.cli.running_system import reached
 from regraft.cli.system.display import event_line
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import ComponentArgument, JsonOption, SystemOption, chosen_system

@@ -12,7 +12,7 @@ import typer
 from regraft import run_directory
 from regraft.bus.interface import BusError
 from regraft.cli.outcomes import BadInput, Failed, Unreachable
-from regraft.cli.reach import joined, plain_info
+from regraft.cli.running_system import joined, plain_info
 from regraft.cli.terminal.options import JsonOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.client import ComponentSeen

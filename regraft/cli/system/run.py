@@ -22,7 +22,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import component_name, system_name, topic_name
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import joined
+from regraft.cli.running_system import joined
 from regraft.cli.terminal.options import JsonOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json
 from regraft.cli.terminal.values import assignment

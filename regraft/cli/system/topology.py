@@ -10,7 +10,7 @@ from regraft.bus_schema.model.description import ANY_TYPE, PortDescription, Serv
 from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
-from regraft.cli.reach import Reached
+from regraft.cli.running_system import Reached
 from regraft.client import NoAnswer, NoSuchComponent
 
 AT_ONCE = 0.0

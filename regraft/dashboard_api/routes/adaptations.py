@@ -12,11 +12,17 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.outcomes import answer, declared_outcomes
 from regraft.dashboard_api.backend.views import JournalView
+from regraft.dashboard_api.http.adaptation_headers import (
+    ActorHeader,
+    AdaptationHeaders,
+    DryRun,
+    actor,
+    adaptation_headers,
+)
 from regraft.dashboard_api.http.body import json_object, optional_json_object, unknown_fields
 from regraft.dashboard_api.http.json_replies import reply, shown
 from regraft.dashboard_api.http.problems import CONFLICT, Problem, declared, malformed
 from regraft.dashboard_api.http.roles import require_for
-from regraft.dashboard_api.http.terms import ActorHeader, DryRun, Terms, actor, terms
 from regraft.dashboard_api.routes.reading import (
     ADAPTATION_EXAMPLES,
     Examples,
@@ -56,7 +62,8 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
         openapi_extra=request_body(adaptation_schema(), ADAPTATION_EXAMPLES),
     )
     def adapt(
-        body: Annotated[dict[str, Any], Depends(json_object)], asked: Annotated[Terms, Depends(terms)]
+        body: Annotated[dict[str, Any], Depends(json_object)],
+        asked: Annotated[AdaptationHeaders, Depends(adaptation_headers)],
     ) -> Response:
         """Carry out a list of changes as one transaction: all of it happens or none of it.
 

@@ -14,10 +14,10 @@ from regraft.bus_schema.model.lifecycle import Transition
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.outcomes import answer, declared_outcomes
+from regraft.dashboard_api.http.adaptation_headers import AdaptationHeaders, adaptation_headers
 from regraft.dashboard_api.http.body import json_object, unknown_fields
 from regraft.dashboard_api.http.problems import declared, malformed, not_found
 from regraft.dashboard_api.http.roles import require_for
-from regraft.dashboard_api.http.terms import Terms, terms
 from regraft.dashboard_api.routes.adaptations import request_body
 from regraft.dashboard_api.routes.reading import read_change, read_reason, request, short_form
 from regraft.dashboard_api.routes.status import ComponentName
@@ -45,7 +45,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     """Return the routes; ``prefix`` is where the API begins."""
     router = APIRouter(tags=["components"])
 
-    def change(name: str, plain: dict[str, Any], reason: str, asked: Terms) -> Response:
+    def change(name: str, plain: dict[str, Any], reason: str, asked: AdaptationHeaders) -> Response:
         try:
             component_name(name)
         except BadKey as error:
@@ -65,7 +65,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     def set_parameters(
         name: ComponentName,
         body: Annotated[dict[str, Any], Depends(json_object)],
-        asked: Annotated[Terms, Depends(terms)],
+        asked: Annotated[AdaptationHeaders, Depends(adaptation_headers)],
         reason: Annotated[str, Query(max_length=1000)] = "",
     ) -> Response:
         """Set several parameters of a component, all or none."""
@@ -80,7 +80,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     def change_state(
         name: ComponentName,
         body: Annotated[dict[str, Any], Depends(json_object)],
-        asked: Annotated[Terms, Depends(terms)],
+        asked: Annotated[AdaptationHeaders, Depends(adaptation_headers)],
     ) -> Response:
         """Bring a component to another lifecycle state."""
         wrong = unknown_fields(body, ["transition", "reason"])
@@ -97,7 +97,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     def swap(
         name: ComponentName,
         body: Annotated[dict[str, Any], Depends(json_object)],
-        asked: Annotated[Terms, Depends(terms)],
+        asked: Annotated[AdaptationHeaders, Depends(adaptation_headers)],
     ) -> Response:
         """Have another class go on in a component's place, or the same one configured otherwise."""
         return change(name, _plain("swap", body, SWAP_SCHEMA), read_reason(body), asked)
@@ -110,7 +110,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     def move(
         name: ComponentName,
         body: Annotated[dict[str, Any], Depends(json_object)],
-        asked: Annotated[Terms, Depends(terms)],
+        asked: Annotated[AdaptationHeaders, Depends(adaptation_headers)],
     ) -> Response:
         """Have a component go on at another host."""
         return change(name, _plain("move", body, MOVE_SCHEMA), read_reason(body), asked)

@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuer
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
 from regraft.dashboard_api.http.body import json_object, told
 from regraft.dashboard_api.http.json_replies import reply, shown
 from regraft.dashboard_api.http.problems import (
@@ -29,7 +30,6 @@ from regraft.dashboard_api.http.problems import (
     unavailable,
     violation,
 )
-from regraft.dashboard_api.http.terms import ActorHeader, actor
 from regraft.dashboard_api.routes.adaptations import request_body
 
 PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")

@@ -10,9 +10,9 @@ from regraft.bus_schema.annotations import Count, PlainValue
 from regraft.bus_schema.encoding.records import record_shape, shape_of
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, Violation
+from regraft.dashboard_api.http.adaptation_headers import AdaptationHeaders
 from regraft.dashboard_api.http.body import told, unknown_fields
 from regraft.dashboard_api.http.problems import malformed, violation
-from regraft.dashboard_api.http.terms import Terms
 
 FIELDS = ("changes", "reason", "revision", "context", "confirm", "watch")
 MAX_REASON_LENGTH = 1000
@@ -141,7 +141,7 @@ def _object_schema(properties: dict[str, Any], required: list[str]) -> dict[str,
     return {**schema, "required": required} if required else schema
 
 
-def read_adaptation(body: dict[str, Any], asked: Terms) -> AdaptationRequest:
+def read_adaptation(body: dict[str, Any], asked: AdaptationHeaders) -> AdaptationRequest:
     """Return the adaptation that a body describes; raises Problem with every violation."""
     wrong: list[Violation] = unknown_fields(body, FIELDS)
     changes = _changes(body.get("changes"), wrong)
@@ -163,10 +163,10 @@ def request(
     changes: tuple[Any, ...],
     reason: str,
     revision: int | None,
-    asked: Terms,
+    asked: AdaptationHeaders,
     context: dict[str, PlainValue] | None = None,
 ) -> AdaptationRequest:
-    """Return an adaptation on the caller's terms; raises Problem if its context is too large."""
+    """Return an adaptation under the request's headers; raises Problem if its context is too large."""
     try:
         return AdaptationRequest(
             changes,

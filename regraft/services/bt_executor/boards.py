@@ -15,7 +15,7 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.mission import BlackboardEntries, BlackboardEntry
 from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from regraft.bus_schema.suggestions import instead_of
-from regraft.services.bt_executor.plain import MAX_TEXT_LENGTH, is_plain, shown
+from regraft.services.bt_executor.plain_values import MAX_TEXT_LENGTH, is_plain, shown
 
 MAX_AT_ONCE: Final = 100
 MAX_KEY_LENGTH: Final = 200

@@ -22,7 +22,7 @@ from regraft.bus_schema.messages.mission import (
 from regraft.bus_schema.messages.quality import Quality
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
-from regraft.cli.reach import Reached, reached
+from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table

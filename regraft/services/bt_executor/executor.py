@@ -43,8 +43,8 @@ from regraft.services.bt_executor.boards import BoardRefusal, read_board, summar
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.mission import UNDER_WAY, Illegal, Mission
 from regraft.services.bt_executor.node_types import node_types
-from regraft.services.bt_executor.plain import shown_text
-from regraft.services.bt_executor.quality.book import QualityBook
+from regraft.services.bt_executor.plain_values import shown_text
+from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.report import kept_blackboard, mission_status
 from regraft.services.bt_executor.source import Source, Unloadable
 from regraft.services.bt_executor.transitions import TransitionLog
@@ -101,7 +101,7 @@ class Executor(Component):
         self._source = Source()
         self._reflection = BlackboardFeed(self.kit.inputs, self.reflected, self.kit.event)
         self._registry: Registry | None = None
-        self._qualities = QualityBook()
+        self._qualities = LatestQualities()
         self._is_active = False
         self._start_again = False
         self._tick_wanted: Future[None] = Future()

@@ -7,7 +7,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.mission import MissionStatus
 from regraft.bus_schema.messages.quality import Quality
 from regraft.services.bt_executor.mission import Mission
-from regraft.services.bt_executor.plain import is_plain, shown, shown_text
+from regraft.services.bt_executor.plain_values import is_plain, shown, shown_text
 
 
 def mission_status(mission: Mission, qualities: tuple[Quality, ...], now: float) -> MissionStatus:

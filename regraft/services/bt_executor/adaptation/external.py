@@ -8,7 +8,6 @@ from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft.services.bt_executor.adaptation.credit import Meter
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
@@ -31,6 +30,7 @@ from regraft.services.bt_executor.adaptation.results import (
     reported,
 )
 from regraft.services.bt_executor.adaptation.rules.scripts import KnowingScript, known_or_none
+from regraft.services.bt_executor.adaptation.utility_meter import UtilityMeter
 
 REFUSED: Final = "refused"
 """A planner's outcome if the adaptation manager did not take the adaptation up: nothing was touched."""
@@ -46,7 +46,7 @@ class ExternalStrategy:
 
     def __init__(self, node: AdaptNode) -> None:
         self._node = node
-        self._meter = Meter()
+        self._meter = UtilityMeter()
         self._owed: dict[str, PlainValue] | None = None
         self._scripts: dict[str, KnowingScript] = {}
 
@@ -86,7 +86,7 @@ class ExternalStrategy:
             since = proposal.choice.get("measure_from")
             if isinstance(since, bool) or not isinstance(since, int | float):
                 since = node.now() + duration_of(node, "settle")
-            self._meter = Meter(proposal.ticket, since)
+            self._meter = UtilityMeter(proposal.ticket, since)
         return result
 
     def _close_meter(self) -> None:
@@ -94,7 +94,7 @@ class ExternalStrategy:
         earned = self._meter.credit()
         if earned is not None:
             self._owed = earned
-        self._meter = Meter()
+        self._meter = UtilityMeter()
 
     def _request(self) -> ProposalRequest:
         node = self._node

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from regraft import CallFailed, Future, Goal
 from regraft.bus_schema.messages.quality import Quality
-from regraft.services.bt_executor.quality.book import QualityBook
+from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class LeafContext:
     def __init__(self, kit: Kit, wake: Callable[[], None]) -> None:
         """Have ``wake`` called when a leaf has something new to look at."""
         self.kit = kit
-        self.qualities = QualityBook()
+        self.qualities = LatestQualities()
         self._wake = wake
         self._announcer = QualityPublisher(lambda quality: self.kit.report_quality(quality))
 

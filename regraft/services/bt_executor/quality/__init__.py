@@ -4,9 +4,9 @@ Subclass `TaskLevelQR` or `SystemLevelQR` in Python, or use the XML nodes of the
 requirement holds to a degree, one half is where "satisfied" begins.
 """
 
-from regraft.services.bt_executor.quality.book import QualityBook
 from regraft.services.bt_executor.quality.data import Writes
 from regraft.services.bt_executor.quality.from_xml import PlainSystemQR, PlainTaskQR
+from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.measuring import Integral, MeanOverTime, Metric, Unknown
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
 from regraft.services.bt_executor.quality.relations import at_least, at_most, close_to
@@ -19,11 +19,11 @@ __all__ = [
     "UNKNOWN",
     "Gathered",
     "Integral",
+    "LatestQualities",
     "MeanOverTime",
     "Metric",
     "PlainSystemQR",
     "PlainTaskQR",
-    "QualityBook",
     "QualityPublisher",
     "QualityRequirement",
     "QualityTeller",

@@ -50,7 +50,7 @@ class QualityRequirement(Decorator):
 
     Attributes:
         context: Who is told.
-        bus_name: Its name on the bus, unique once the tree has been taken into a `QualityBook`.
+        bus_name: Its name on the bus, unique once the tree has been taken into a `LatestQualities`.
         verdict: What is known of it.
         is_active: Whether the child is running.
         told_weight: How important it is, as last read.

@@ -7,7 +7,7 @@ from random import Random
 from typing import Annotated
 
 from regraft.adaptation_manager.planners.bandits.strategies.averages import TRIES_WITHOUT_CREDIT, best
-from regraft.adaptation_manager.planners.bandits.strategies.averaging import Averaging
+from regraft.adaptation_manager.planners.bandits.strategies.averaging_strategy import Averaging
 from regraft.adaptation_manager.planners.bandits.strategy import Decision, Knobs, Offer
 from regraft.bus_schema.annotations import Bounds
 

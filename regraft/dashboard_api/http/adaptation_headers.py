@@ -1,4 +1,4 @@
-"""On what terms an adaptation is asked for: the headers that adapting routes share, and who asks."""
+"""The headers that adapting routes share, and the caller."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENTITY_TAG = re.compile(r'"(\d{1,18})"')
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
+class AdaptationHeaders:
     """The caller, and its name for the journal; the revision it saw (None: any); the key of a repetition."""
 
     caller: Caller
@@ -33,7 +33,7 @@ class Terms:
     wait: bool
 
 
-def terms(
+def adaptation_headers(
     request: Request,
     dry_run: DryRun = False,
     if_match: Annotated[
@@ -52,10 +52,10 @@ def terms(
         str | None, Header(description="`respond-async` answers at once, with 202 and a Location")
     ] = None,
     x_regraft_actor: ActorHeader = None,
-) -> Terms:
-    """Return the terms of a request; raises Problem."""
+) -> AdaptationHeaders:
+    """Return the headers of a request, read; raises Problem."""
     preferences = {preference.strip().lower() for preference in (prefer or "").split(",")}
-    return Terms(
+    return AdaptationHeaders(
         caller(request),
         actor(request, x_regraft_actor),
         _revision(if_match),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from regraft.adaptation_manager.steps.actions import Activate, EndProcess, PlannedStep, RunProcess
 from regraft.adaptation_manager.steps.draft import Draft
-from regraft.adaptation_manager.steps.succeeding import view_of_started
+from regraft.adaptation_manager.steps.succession import view_of_started
 from regraft.bus_schema.messages.protocol.host import LEAVE_OUT
 from regraft.bus_schema.model.adaptation import Move
 from regraft.bus_schema.model.architecture import ComponentSpec
@@ -14,7 +14,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.suggestions import instead_of
 
 
-def is_rescue(draft: Draft, change: Move) -> bool:
+def is_wanted(draft: Draft, change: Move) -> bool:
     """Tell whether there is nobody to move any more: the component's host is lost."""
     return draft.spec(change.component).host in draft.lost
 

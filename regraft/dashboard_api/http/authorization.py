@@ -14,7 +14,7 @@ from regraft.dashboard_api.http.problems import FORBIDDEN, Problem, bad_method, 
 from regraft.dashboard_api.http.roles import READING_METHODS, ROLES, WEBSOCKET
 
 
-class Gate:
+class Authorization:
     """An ASGI middleware that lets acting requests through to the application by their role alone."""
 
     def __init__(self, app: ASGIApp, callers: Callers, prefix: str, document: Callable[[], dict[str, Any]]) -> None:

@@ -8,7 +8,7 @@ from regraft.services.bt_executor.quality.naming import bus_names
 from regraft.services.bt_executor.quality.requirement import QualityRequirement
 
 
-class QualityBook:
+class LatestQualities:
     """The latest verdict on each requirement; one whose child is done, or was halted, is there but not active."""
 
     def __init__(self) -> None:

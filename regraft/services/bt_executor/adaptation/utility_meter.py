@@ -10,7 +10,7 @@ from regraft.services.bt_executor.adaptation.port_values.durations import AT_ONC
 
 
 @dataclass(slots=True)
-class Meter:
+class UtilityMeter:
     """Averages utility from the time on at which a choice shows its effect.
 
     A sample holds until the next one; spans without data weigh nothing. Times are seconds of the tree's clock.
