@@ -96,7 +96,7 @@ class AdaptationManager(Component):
                 return known
             if known is not None:
                 return await self._answer(known, request)
-        return await self._answer(self._stand_in_line(request, None), request)
+        return await self._answer(self._enqueue(request, None), request)
 
     @service("adaptation_manager/undo")
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
@@ -111,7 +111,7 @@ class AdaptationManager(Component):
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone", RefusalCode.CONFLICT)
         reason = wanted.reason or f"undo {undone.id}"
         request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
-        return await self._stand_in_line(
+        return await self._enqueue(
             request, lambda r: undo_of(undone, r, self._store.ready(), self._current())
         ).ended()
 
@@ -216,7 +216,7 @@ class AdaptationManager(Component):
             raise RequestRefused(why, RefusalCode.KEY_REUSED)
         return known
 
-    def _stand_in_line(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
+    def _enqueue(self, request: AdaptationRequest, prepare: Prepare | None) -> Entry:
         waiting = self._queue.waiting
         if len(waiting) >= self.queue_limit:
             why = f"the queue is full: {len(waiting)} adaptations wait already"

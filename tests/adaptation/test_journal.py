@@ -86,7 +86,7 @@ def test_a_new_run_begins_a_new_history_in_the_same_file(system: System) -> None
 def test_a_full_journal_rejects_and_recovers(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     system.adapt(SetParameters("listener", {"gain": 0.1}))
     before = system.views()
-    database = system.running["manager"].component._books.journal.database
+    database = system.running["manager"].component._store.journal.database
     system.running["manager"].runtime.post(
         lambda: database.execute(f"PRAGMA max_page_count = {database.execute('PRAGMA page_count').fetchone()[0]}")
     )
@@ -241,7 +241,7 @@ def test_a_failed_write_back_is_in_the_log_and_loses_nothing(
 ) -> None:
     assert system.adapt(SetParameters("listener", {"gain": 0.1})).outcome is Outcome.APPLIED
     monkeypatch.setattr(write_back, "WRITE_BACK_TIMEOUT", 1)
-    monkeypatch.setattr(system.running["manager"].component._books.journal.write_back, "_path", "/nowhere/at/all")
+    monkeypatch.setattr(system.running["manager"].component._store.journal.write_back, "_path", "/nowhere/at/all")
     assert system.adapt(SetParameters("listener", {"gain": 0.2})).outcome is Outcome.APPLIED
     wait_until(lambda: "cannot be written back" in caplog.text)
     assert [line.id for line in system.lines().entries] == ["3", "2", "1"]

@@ -83,7 +83,7 @@ def test_one_under_way_is_cancelled_between_two_steps_and_undone(bare_system: Sy
     cancelled: list[AdaptationReport] = []
     asking = threading.Thread(target=lambda: cancelled.append(system.cancel(running.id)))
     asking.start()
-    line = system.running["manager"].component._line
+    line = system.running["manager"].component._queue
     wait_until(lambda: line.serving and line.serving.cancelled)
     Fragile.release.set()
     asking.join(PATIENCE)
