@@ -111,9 +111,7 @@ class AdaptationManager(Component):
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone", RefusalCode.CONFLICT)
         reason = wanted.reason or f"undo {undone.id}"
         request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
-        return await self._enqueue(
-            request, lambda r: undo_of(undone, r, self._store.ready(), self._current())
-        ).ended()
+        return await self._enqueue(request, lambda r: undo_of(undone, r, self._store.ready(), self._current())).ended()
 
     @service("adaptation_manager/cancel")
     async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
