@@ -1,1 +1,1 @@
-"""What is measured, and the baselines beside it."""
+"""Both sides of each measurement: ours, and the baseline."""

@@ -13,7 +13,6 @@ from types import ModuleType
 from regraft.bus_schema.suggestions import near
 
 EXIT_OF_COPIES = 1
-OURS = "regraft"
 OUR_FOLDER = Path(__file__).parents[1]
 
 
@@ -64,8 +63,9 @@ def instead_of_module(name: str, error: ImportError) -> str:
     missing = error.name or ""
     if not isinstance(error, ModuleNotFoundError) or not (name == missing or name.startswith(f"{missing}.")):
         return ""
-    if (OUR_FOLDER / missing.partition(".")[0]).is_dir() and missing == name.partition(".")[0]:
-        return f"; did you mean {f'{OURS}.{name}'!r}?"
+    ours = OUR_FOLDER.joinpath(*name.split("."))
+    if ours.is_dir() or ours.with_suffix(".py").is_file():
+        return f"; did you mean {f'{OUR_FOLDER.name}.{name}'!r}?"
     parent, _, child = missing.rpartition(".")
     meant = near(child, _children(parent))
     return f"; did you mean {missing[: -len(child)] + meant + name[len(missing) :]!r}?" if meant else ""

@@ -147,7 +147,7 @@ class Unrepeatable:
         package = package_of(module)
         if package == self._package:
             return True
-        if package.startswith("regraft") and package not in LIKE_AUTHORS:
+        if package.partition(".")[0] == "regraft" and package not in LIKE_AUTHORS:
             return False
         if package in sys.stdlib_module_names or file is None:
             return False

@@ -20,40 +20,37 @@ def stack_file(named: Path) -> Path:
     An installed stack is named as ``frog``, and another file of its folder as ``frog/search.yaml``. A file or folder
     that is there goes first. A path that is none of these is returned as it is.
     """
-    path = named if named.exists() else _installed(named) or named
-    return path / STACK_FILE if path.is_dir() else path
-
-
-def installed_stacks() -> dict[str, Path]:
-    """Return the folders of all installed stacks by name."""
-    folders = {entry.name: _folder(entry.value) for entry in entry_points(group=ENTRY_POINTS)}
-    return {name: folder for name, folder in sorted(folders.items()) if folder is not None}
+    try:
+        path = named if named.exists() else _installed(named) or named
+        return path / STACK_FILE if path.is_dir() else path
+    except OSError:  # such as a name that is too long: reading it says so
+        return named
 
 
 def instead_of_stack(named: Path) -> str:
     """Say which installed stack may be meant, as the end of a sentence; empty for a path with more than a name."""
     if named != Path(named.name):
         return ""
-    names = installed_stacks()
+    names = sorted(entry_points(group=ENTRY_POINTS).names)
     meant = near(named.name, names)
     return f"; did you mean {meant!r}?" if meant else f"; installed stacks: {', '.join(names) or 'none'}"
 
 
 def _installed(named: Path) -> Path | None:
-    if named.is_absolute() or not named.parts:
-        return None
-    folder = installed_stacks().get(named.parts[0])
+    name, *inside = named.parts or ("",)
+    folder = next((_folder(entry.value) for entry in entry_points(group=ENTRY_POINTS, name=name)), None)
     if folder is None:
         return None
-    path = folder.joinpath(*named.parts[1:])
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
+    path = folder.joinpath(*inside)
+    try:
+        return path.relative_to(Path.cwd())
+    except (OSError, ValueError):  # the current folder is gone, or the stack is elsewhere
+        return path
 
 
 def _folder(package: str) -> Path | None:
-    try:
-        spec = find_spec(package)
-    except ImportError:
-        return None
+    """Return where a package is, without importing any part of it."""
+    top, *inside = package.split(".")
+    spec = find_spec(top)
     places = spec.submodule_search_locations if spec is not None else None
-    return Path(next(iter(places))) if places else None
+    return Path(next(iter(places)), *inside) if places else None

@@ -392,7 +392,7 @@ def main() -> int:
         Member(component).run()
     else:
         component.run()
-    session.close()  # type: ignore[no-untyped-call]
+    session.close()  # type: ignore[no-untyped-call]  # zenoh's stubs give it no types
     return 0
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
+from regraft.process.unrepeatable import package_of
 from tests.host.system import System
 from tests.hostile import unrepeatable
 from tests.hostile.conftest import Start
@@ -24,6 +27,21 @@ def _told(system: System) -> list[tuple[str, ...]]:
 def _time(system: System) -> float:
     told = system.client.clock()
     return told.time / 1e9 if told else 0.0
+
+
+@pytest.mark.parametrize(
+    ("module", "package"),
+    [
+        ("regraft.services.battery", "regraft.services"),
+        ("regraft", "regraft"),
+        ("regraft_acme.parts", "regraft_acme"),
+        ("acme.robots.arm", "acme"),
+    ],
+)
+def test_the_rooms_of_regraft_are_packages_of_their_own_and_a_like_name_is_somebody_elses(
+    module: str, package: str
+) -> None:
+    assert package_of(module) == package
 
 
 def test_clocks_and_chance_that_are_not_the_kits_are_told_once_with_file_and_line(start: Start) -> None:
