@@ -72,6 +72,17 @@ class Component:
         return None
 
     @classmethod
+    def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
+        """Name the parameters that a component has by its read-only ``parameters``, in addition to those of its class.
+
+        Each needs a ``name``; its value is found in ``kit.parameters.values``, not as an attribute.
+
+        Raises:
+            ParameterError: the parameters make no sense together.
+        """
+        return ()
+
+    @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:
         """Name the ports that a component has by its read-only ``parameters``, beside those of its class.
 
@@ -144,10 +155,10 @@ class Declared:
     timers: dict[str, Period]
 
 
-_declared: dict[type[Component], Declared] = {}
+_declared: dict[type[Any], Declared] = {}
 
 
-def declared(cls: type[Component]) -> Declared:
+def declared(cls: type[Any]) -> Declared:
     """Return what a class and its bases declare, in order of declaration.
 
     Raises:
@@ -177,15 +188,34 @@ def declared(cls: type[Component]) -> Declared:
     return found
 
 
-def declared_for(cls: type[Component], parameters: Mapping[str, Any]) -> Declared:
-    """Return what a component of the class declares that has these values of its parameters.
+def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSet:
+    """Return the parameters that a component of the class has when it starts with the ``given`` values.
+
+    Raises:
+        BadType: see `declared`.
+        ParameterError: the values do not fit the class.
+    """
+    of_class = declared(cls).parameters
+    fixed = ParameterSet({name: parameter for name, parameter in of_class.items() if parameter.read_only})
+    fixed.set({name: value for name, value in given.items() if name in fixed.declared}, starting=True)
+    by_parameters = {parameter.name: parameter for parameter in cls.parameters_for(fixed.values)}
+    twice = sorted(by_parameters.keys() & of_class.keys())
+    if twice:
+        raise ParameterError([(name, "the class has a parameter of this name already") for name in twice])
+    values = ParameterSet({**of_class, **by_parameters})
+    values.set(given, starting=True)
+    return values
+
+
+def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:
+    """Return what a component of the class declares that has these parameters.
 
     Raises:
         BadType: see `declared`.
         ParameterError: the ports that the parameters ask for cannot be.
     """
     parts = declared(cls)
-    fixed = {name: parameters[name] for name, parameter in parts.parameters.items() if parameter.read_only}
+    fixed = {name: parameters.values[name] for name, parameter in parts.parameters.items() if parameter.read_only}
     inputs, outputs = dict(parts.inputs), dict(parts.outputs)
     problems = []
     for port in cls.ports_for(fixed):
@@ -199,7 +229,7 @@ def declared_for(cls: type[Component], parameters: Mapping[str, Any]) -> Declare
             outputs[port.name] = port
     if problems:
         raise ParameterError(problems)
-    return replace(parts, inputs=inputs, outputs=outputs)
+    return replace(parts, inputs=inputs, outputs=outputs, parameters=dict(parameters.declared))
 
 
 def _take_function(found: Declared, name: str, function: Any) -> None:
@@ -225,9 +255,7 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         BadType: see `declared`.
         ParameterError: the parameters do not fit the class.
     """
-    values = ParameterSet(declared(cls).parameters)
-    values.set(parameters or {}, starting=True)
-    parts = declared_for(cls, values.values)
+    parts = declared_for(cls, parameter_set(cls, parameters or {}))
     text = (inspect.getdoc(cls) or "").split("\n\n")[0]
     return Description(
         class_path(cls),

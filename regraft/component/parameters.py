@@ -29,20 +29,28 @@ class ParameterError(ValueError):
         super().__init__("; ".join(self.problems))
 
 
+class CurrentValues(Protocol):
+    """The current values of parameters."""
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """The values by name."""
+
+
 class KitWithParameters(Protocol):
     """The part of a kit that parameters need."""
 
     @property
-    def parameters(self) -> ParameterSet:
-        """The component's parameters."""
+    def parameters(self) -> CurrentValues:
+        """The parameters of its component, or device."""
 
 
 class HasParameters(Protocol):
-    """A component, as its parameters see it."""
+    """A component or a device, as its parameters see it."""
 
     @property
     def kit(self) -> KitWithParameters:
-        """The component's kit."""
+        """Its kit."""
 
 
 class Parameter(Generic[V]):

@@ -32,6 +32,7 @@ class Input(Generic[M]):
         reads: Sequence[Reading] = (),
         name: str = "",
         origin: str = "",
+        handler: str = "",
     ) -> None:
         """Declare an input.
 
@@ -45,6 +46,8 @@ class Input(Generic[M]):
             reads: what must be there to be read in messages of any type.
             name: its name, where `Component.ports_for` returns it; in a class body it is the attribute's.
             origin: the part of a parameter's value that asks for it, such as ``mapping.0``; with `ports_for` only.
+            handler: the method that handles every message; it takes the port's name and the message. With `ports_for`
+                only.
         """
         self.message = message
         self.topic = topic
@@ -55,7 +58,8 @@ class Input(Generic[M]):
         self.reads = tuple(reads)
         self.name = name
         self.origin = origin
-        self.handler_name: str | None = None
+        self.handler_name: str | None = handler or None
+        self.handler_takes_name = bool(handler)
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine, Iterable
+from functools import partial
 from typing import Any
 
 from regraft.bus.inbox import Inbox
@@ -12,10 +13,9 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from regraft.bus_schema.model.lifecycle import State
-from regraft.component.component import Component, declared, declared_for
+from regraft.component.component import Component, declared_for, parameter_set
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled
-from regraft.component.parameters import ParameterSet
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.core.compute import Compute
@@ -58,9 +58,8 @@ class Parts:
         self.stepped = assignment.simulated and cls.lockstep
         if cls.is_time_source and assignment.succeeds is not None:
             raise BadMessage("succeeds: a source of simulated time cannot take over from another run")
-        self.parameters = ParameterSet(declared(cls).parameters)
-        self.parameters.set(assignment.parameters, starting=True)
-        self.declared = declared_for(cls, self.parameters.values)
+        self.parameters = parameter_set(cls, assignment.parameters)
+        self.declared = declared_for(cls, self.parameters)
         self.identity = Identity(assignment.name, assignment.incarnation, assignment.incarnation)
         self.inbox = Inbox()
         self.take_in: Callable[[Any], object] = self.inbox.put
@@ -98,6 +97,8 @@ class Parts:
     def _input(self, name: str) -> LiveInput[Any]:
         port = self.declared.inputs[name]
         method = getattr(self.component, port.handler_name) if port.handler_name else None
+        if method is not None and port.handler_takes_name:
+            return LiveInput(port, partial(method, name), self.reporter)
         if method is not None and inspect.iscoroutinefunction(method):
             return LiveInput(port, lambda message: self.spawn(name, method(message), answers=True), self.reporter)
         return LiveInput(port, method, self.reporter)

@@ -8,7 +8,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from regraft import Component, Input, Output, Parameter
+from regraft import Component, Input, Output, Parameter, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.sensors import Image
@@ -20,10 +20,11 @@ from regraft.sim_service.cameras.camera import CameraSettings, RenderState, Sens
 from regraft.sim_service.cameras.camera import Image as Pixels
 from regraft.sim_service.cameras.camera_mount import CameraMount, camera_mount
 from regraft.sim_service.cameras.renderers import Probe, RendererName, make_camera
+from regraft.sim_service.devices.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.robot.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
+from regraft.sim_service.robots import RobotSpec
 
 GL_DEFAULTS = (320, 240, 5.0)
 RAY_DEFAULTS = (160, 120, 2.0)
@@ -34,7 +35,7 @@ LISTENING = 0.012
 """Share of a core that hearing of 20 world states a second takes."""
 DRAWING = {"egl": (1.3e-3, 1.7e-8), "osmesa": (1.3e-3, 1.7e-8), "ray": (0.2e-3, 4.5e-7)}
 """s of a core for a picture of FROG's room, and for each of its pixels, by renderer."""
-FRAMES = {True: "base_link", False: "map"}
+BASE_FRAME, MAP_FRAME = "base_link", "map"
 
 
 def usual_of(renderer: str) -> tuple[int, int, float]:
@@ -62,6 +63,10 @@ class Camera(Component):
     resources = Resources(cpu=0.05, memory=130.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
+    robots = Records(RobotSpec, "the world's robots, the same as the world's")
+    robot = Parameter(
+        "", "the robot that has it in its MJCF; empty: the world or the robot without a name", read_only=True
+    )
     camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
     renderer = Parameter("auto", "what draws", choices=("auto", "egl", "osmesa", "ray"), read_only=True)
     width = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
@@ -109,14 +114,17 @@ class Camera(Component):
         self._failing = NONE
         self._shown: Pixels | None = None
         self._taken: deque[float] = deque()
-        scene = load_scene(self.file)
+        scene = load_scene(self.file, self.robots)
         placement = draw_placement(scene, self.kit.seed)
         renderer = self._choose_renderer()
         width, height, self._default_rate = usual_of(renderer)
         self._size = (self.width or width, self.height or height)
+        prefix = f"{self.robot}/" if self.robot else ""
+        camera = prefix + self.camera
         noise = SensorNoise(self.full_well, self.read_noise) if self.full_well else None
-        settings = CameraSettings(self.camera, *self._size, self.always_lit, noise, self.kit.seed)
-        self._mount = camera_mount(scene, placement, self.camera)
+        settings = CameraSettings(camera, *self._size, self.always_lit, noise, self.kit.seed)
+        self._mount = camera_mount(scene, placement, camera)
+        self._frame = prefix + BASE_FRAME if self._mount.on_board else MAP_FRAME
         self._hash = world_hash(scene, placement)
         self._foreign = ""
         self._eye = make_camera(renderer, scene, placement, settings)
@@ -162,8 +170,8 @@ class Camera(Component):
         mount: CameraMount = self._mount
         return Image(
             state.stamp,
-            f"{self.kit.name}_optical",
-            FRAMES[mount.on_board],
+            f"{self.kit.name.replace('.', '/')}_optical",
+            self._frame,
             mount.pose,
             mount.horizontal_field_of_view(*self._size),
             pixels,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from regraft import Component, Output, Parameter, every
+from regraft import Component, Output, Parameter, Records, every
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.maps import Goals, NamedGoal, OccupancyGrid
 from regraft.bus_schema.model.description import Resources
 from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.survey import goals, ground_map
 from regraft.sim_service.world import MAP_FRAME
 
 
@@ -21,6 +23,8 @@ class MapServer(Component):
     resources = Resources(cpu=0.01, memory=30.0)
 
     file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
+    robots = Records(RobotSpec, "the world's robots, the same as the world's")
+    robot = Parameter("", "the robot that is to look at the objects", read_only=True)
     group = Parameter("goals", "the MJCF tuple that lists the objects to visit, in order", read_only=True)
     resolution = Parameter(0.05, "side of a map cell", minimum=0.01, maximum=0.5, unit="m", read_only=True)
     rate = Parameter(0.5, "how often the map and the goals are published", minimum=0.01, maximum=10.0, unit="Hz")
@@ -32,11 +36,11 @@ class MapServer(Component):
         """Make the map and the goals; raises SceneError, PlacementError, GoalError."""
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
-        simulation = Simulation(load_scene(self.file), self.kit.seed)
-        self._ground = simulation.ground_map(self.resolution)
+        simulation = Simulation(load_scene(self.file, self.robots), self.kit.seed)
+        self._ground = ground_map(simulation, self.robot, self.resolution)
         self._goals = tuple(
             NamedGoal(goal.name, FramedPose(MAP_FRAME, Pose.planar(goal.pose.x, goal.pose.y, goal.pose.yaw)))
-            for goal in simulation.goals(self.group, self.resolution)
+            for goal in goals(simulation, self.group, self.robot, self.resolution)
         )
 
     @every(hz=rate)

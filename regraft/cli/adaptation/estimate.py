@@ -16,8 +16,7 @@ from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
 from regraft.cli.terminal.values import assignment
-from regraft.component.component import declared
-from regraft.component.parameters import ParameterSet
+from regraft.component.component import parameter_set
 from regraft.process.main import load_class
 from regraft.process.trial.trial_import import check_classes
 from regraft.stack.classes import look_in
@@ -56,9 +55,7 @@ def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
     look_in(Path.cwd())
     check_classes([path], complain)
     cls = load_class(path)
-    parameters = ParameterSet(declared(cls).parameters)
-    parameters.set(asked.parameters, starting=True)
-    given: dict[str, PlainValue] = parameters.plain()
+    given: dict[str, PlainValue] = parameter_set(cls, asked.parameters).plain()
     return cls.estimate(given, dict(asked.context))
 
 

@@ -26,8 +26,7 @@ from regraft.cli.running_system import joined
 from regraft.cli.terminal.options import JsonOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json
 from regraft.cli.terminal.values import assignment
-from regraft.component.component import Component, declared, describe
-from regraft.component.parameters import ParameterSet
+from regraft.component.component import Component, describe, parameter_set
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import load_class, run_component
 from regraft.process.shutdown import ShutdownRequest
@@ -105,7 +104,7 @@ def name_of(cls: type[Component]) -> str:
 
 def _parameters(cls: type[Component], settings: list[str]) -> dict[str, PlainValue]:
     given = with_absolute_paths(describe(cls), dict(map(assignment, settings)), Path.cwd())
-    ParameterSet(declared(cls).parameters).check(given, starting=True)
+    parameter_set(cls, given)
     for name, problem in file_problems(describe(cls), given):
         raise BadInput(f"--set {name}={problem}")
     return given

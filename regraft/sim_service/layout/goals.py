@@ -15,7 +15,6 @@ from regraft.sim_service.layout.scene import Scene
 BEARINGS = 72
 STANDOFFS = (0.8, 0.9, 0.7, 1.0, 0.6)
 """Distances (m) from the object's outline, best first."""
-ROBOT_RADIUS = 0.22
 MARGIN = 0.08
 ENOUGH_ROOM = 0.5
 """More room (m) than this around a pose is no better."""
@@ -37,30 +36,33 @@ class GoalError(ValueError):
     """No pose to look at a body from."""
 
 
-def viewing_goals(scene: Scene, rasteriser: Rasteriser, group: str, start: Pose2D) -> tuple[ViewingGoal, ...]:
+def viewing_goals(
+    scene: Scene, rasteriser: Rasteriser, group: str, start: Pose2D, radius: float
+) -> tuple[ViewingGoal, ...]:
     """Return a viewing pose for each body of the MJCF tuple `group`, in its order.
 
-    Each is in free space with room for the robot, can be reached from the start, and has nothing between it
-    and the object at the grid's height. Of several, the one with most room around it is taken.
+    Each is in free space with room for a robot of this radius (m), can be reached from the start, and has nothing
+    between it and the object at the grid's height. Of several, the one with most room around it is taken.
 
     Raises:
         SceneError: there is no such tuple.
         GoalError: a body can't be seen from any such pose, or the robot starts where it has no room.
     """
-    search = _Search(rasteriser.map(), start)
+    search = _Search(rasteriser.map(), start, radius)
     return tuple(
         ViewingGoal(body, search.pose(body, rasteriser.body_cells(body))) for body in scene.bodies_of_tuple(group)
     )
 
 
 class _Search:
-    def __init__(self, ground_map: GroundMap, start: Pose2D) -> None:
+    def __init__(self, ground_map: GroundMap, start: Pose2D, radius: float) -> None:
         self._map = ground_map
+        self._radius = radius
         free = (ground_map.occupancy == FREE).astype(np.uint8)
         cells = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
         # The transform measures between the middles of cells; the obstacle begins half a cell earlier.
         self._room = (cells - 0.5) * ground_map.resolution
-        passable = (self._room >= ROBOT_RADIUS).astype(np.uint8)
+        passable = (self._room >= self._radius).astype(np.uint8)
         _, self._regions = cv2.connectedComponents(passable, connectivity=4)
         has_room = ground_map.is_free(start.x, start.y)
         self._start_region = int(self._regions[ground_map.cell(start.x, start.y)]) if has_room else 0
@@ -98,7 +100,7 @@ class _Search:
         cell = self._map.cell(pose.x, pose.y)
         room = float(self._room[cell])
         reachable = int(self._regions[cell]) == self._start_region
-        if room < ROBOT_RADIUS + MARGIN or not reachable or not self._sight(pose, standoff, cells):
+        if room < self._radius + MARGIN or not reachable or not self._sight(pose, standoff, cells):
             return 0.0, pose
         return min(room, ENOUGH_ROOM), pose
 

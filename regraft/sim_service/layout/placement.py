@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import mujoco
@@ -125,6 +126,18 @@ class _Draw:
             self._model.body_pos[body][2] += OUT_OF_THE_WAY
         else:
             self._data.qpos[self._scene.free_joint_position(rule.body) + 2] += OUT_OF_THE_WAY
+
+
+def check_apart(scene: Scene, data: mujoco.MjData) -> None:
+    """Check that no two robots stand in one place; raises PlacementError."""
+    for one, other in combinations(scene.robots, 2):
+        x, y = (data.xpos[scene.index("body", robot.body)] for robot in (one, other))
+        distance = math.hypot(float(x[0] - y[0]), float(x[1] - y[1]))
+        if distance < one.radius + other.radius:
+            raise PlacementError(
+                f"{scene.path}: the robots {one.name!r} and {other.name!r} stand {distance:.2f} m apart: "
+                f"must be at least {one.radius + other.radius:.2f} m, the sum of their radii"
+            )
 
 
 def _site_positions(scene: Scene) -> dict[str, tuple[float, float]]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from regraft.sim_service.layout.footprints import body_radius
 from regraft.sim_service.layout.scene import Scene, SceneError
+from regraft.sim_service.robots import Region, RobotSpec
 
 PREFIX = "place "
 VALUES_PER_WORD = {"x": 2, "y": 2, "gap": 1, "radius": 1, "seen_by": 1, "clear": 2}
@@ -37,15 +38,22 @@ class PlacementRule:
 
 
 def placement_rules(scene: Scene) -> tuple[PlacementRule, ...]:
-    """Return the rules of a world in the order of its file, which is the order of drawing.
+    """Return the rules of a world in the order of its file, then its robots': the order of drawing.
 
     Raises:
         SceneError: a rule is malformed or names a body, a camera or a site that does not exist.
     """
     texts = scene.texts().items()
-    return tuple(
+    of_world = [
         _parse(scene, name.removeprefix(PREFIX).strip(), data) for name, data in texts if name.startswith(PREFIX)
-    )
+    ]
+    of_robots = [_in_region(robot, robot.region) for robot in scene.robots if robot.region is not None]
+    return (*of_world, *of_robots)
+
+
+def _in_region(robot: RobotSpec, region: Region) -> PlacementRule:
+    x, y = (region.x[0], region.x[1]), (region.y[0], region.y[1])
+    return PlacementRule(robot.body, x, y, region.gap, robot.radius, seen_by=None)
 
 
 def _parse(scene: Scene, body: str, data: str) -> PlacementRule:

@@ -2,12 +2,16 @@
 
 import copy
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
+
+from regraft.sim_service.layout.composition import CompositionError, composed
+from regraft.sim_service.robots import RobotSpec
 
 KINDS = {
     "body": (mujoco.mjtObj.mjOBJ_BODY, "nbody"),
@@ -28,12 +32,13 @@ class SceneError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A compiled world that nobody edits: whoever changes lights or positions takes a model of its own."""
+    """A compiled world, which is never edited: to change lights or positions, take a model of your own."""
 
     path: Path
     model: mujoco.MjModel
     fingerprint: str
-    """SHA-256 of the compiled world."""
+    """SHA-256 of the compiled world, robots included."""
+    robots: tuple[RobotSpec, ...] = ()
 
     def new_model(self) -> mujoco.MjModel:
         """Return a copy of the model that the caller may change."""
@@ -120,19 +125,22 @@ class Scene:
         return joint
 
 
-def load_scene(path: str | Path) -> Scene:
-    """Load and compile an MJCF file.
+def load_scene(path: str | Path, robots: Sequence[RobotSpec] = ()) -> Scene:
+    """Load a world's MJCF file and those of its robots, and compile them into one.
 
     Raises:
-        SceneError: the file is missing or MuJoCo refuses it; MuJoCo's message names line and element.
+        SceneError: a file is missing or MuJoCo refuses it; MuJoCo's message names line and element.
     """
     file = Path(path)
     if not file.is_file():
         raise SceneError(f"{file}: no such world file")
     try:
-        model = mujoco.MjModel.from_xml_path(str(file))
-    except ValueError as error:
-        raise SceneError(f"{file}: {error}") from error
+        model = composed(file, robots)
+    except CompositionError as error:
+        raise SceneError(str(error)) from error
     buffer: npt.NDArray[np.uint8] = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
-    return Scene(file, model, hashlib.sha256(buffer.tobytes()).hexdigest())
+    scene = Scene(file, model, hashlib.sha256(buffer.tobytes()).hexdigest(), tuple(robots))
+    for robot in robots:
+        scene.index("body", robot.body)
+    return scene

@@ -8,7 +8,7 @@ joints are part of what they are told, and so does the lidar.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -20,7 +20,7 @@ from regraft.sim_service.layout.scene import Scene
 
 JOINTS = ("visitor_x", "visitor_y", "visitor_yaw")
 COURTESY = 0.55
-"""m: the visitor waits while its next step would bring it this near to the robot's middle."""
+"""m: the visitor waits while its next step would bring it this near to a robot's middle."""
 DEFAULT_SPEED = 0.3
 
 
@@ -101,28 +101,26 @@ class Visitor:
         self._walk = walk
         self._travelled = 0.0
 
-    def begin(self, data: mujoco.MjData, robot: Pose2D) -> None:
-        """Stand at the first place of the walk that is not where the robot (map frame) stands."""
+    def begin(self, data: mujoco.MjData, robots: Sequence[Pose2D]) -> None:
+        """Stand at the first place of the walk that is not where a robot (map frame) stands."""
         step = 0.05
-        while self._travelled < self._walk.length and self._too_near(self._travelled, robot):
+        while self._travelled < self._walk.length and self._nearest(self._travelled, robots) < COURTESY:
             self._travelled += step
         self._put(data, 0.0)
 
-    def move(self, data: mujoco.MjData, seconds: float, robot: Pose2D) -> None:
-        """Walk on for some seconds, or wait for the robot to get out of the way."""
+    def move(self, data: mujoco.MjData, seconds: float, robots: Sequence[Pose2D]) -> None:
+        """Walk on for some seconds, or wait for a robot to get out of the way."""
         following = self._travelled + self._walk.speed * seconds
-        waits = self._too_near(following, robot) and not self._gets_away(following, robot)
+        distance = self._nearest(following, robots)
+        waits = distance < COURTESY and distance <= self._nearest(self._travelled, robots)
         if not waits:
             self._travelled = following
         self._put(data, 0.0 if waits else self._walk.speed)
 
-    def _too_near(self, travelled: float, robot: Pose2D) -> bool:
+    def _nearest(self, travelled: float, robots: Sequence[Pose2D]) -> float:
+        """Return the distance (m) to the nearest robot from where the visitor is then."""
         pose = self._walk.pose(travelled)
-        return math.dist((pose.x, pose.y), (robot.x, robot.y)) < COURTESY
-
-    def _gets_away(self, following: float, robot: Pose2D) -> bool:
-        now, then = self._walk.pose(self._travelled), self._walk.pose(following)
-        return math.dist((then.x, then.y), (robot.x, robot.y)) > math.dist((now.x, now.y), (robot.x, robot.y))
+        return min((math.dist(pose.position, robot.position) for robot in robots), default=math.inf)
 
     def _put(self, data: mujoco.MjData, speed: float) -> None:
         pose = self._walk.pose(self._travelled)

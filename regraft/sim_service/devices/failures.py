@@ -10,16 +10,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
-from regraft.sim_service.layout.random_streams import generator
-
-NONE, SILENT, FROZEN, BLACK, DROPOUT, DRIFT = "none", "silent", "frozen", "black", "dropout", "drift"
+NONE, SILENT, FROZEN, BLACK = "none", "silent", "frozen", "black"
+DROPOUT, DRIFT, BIAS, NOISE = "dropout", "drift", "bias", "noise"
 
 CAMERA_FAILURES = (NONE, BLACK, FROZEN, SILENT)
-SCAN_FAILURES = (NONE, SILENT, FROZEN, DROPOUT)
-ODOMETRY_FAILURES = (NONE, SILENT, FROZEN, DRIFT)
 
 
 class ScheduleError(ValueError):
@@ -99,9 +93,3 @@ def _form(failures: Mapping[str, Sequence[str]]) -> str:
     sensor, known = next(iter(failures.items()))
     named = "" if len(failures) == 1 else f"{sensor} "
     return f"'30 {named}{known[1]}'"
-
-
-def drop_rays(ranges: npt.NDArray[np.float64], share: float, seed: int, moment: int) -> npt.NDArray[np.float64]:
-    """Return ranges (m) of which a share, drawn anew for each moment, are lost as if nothing had been hit."""
-    lost = generator(seed, "lidar dropout", moment).random(len(ranges)) < share
-    return np.where(lost, np.inf, ranges)

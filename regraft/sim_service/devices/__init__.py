@@ -1,0 +1,1 @@
+"""What a simulated robot senses and acts with, a file a kind."""

@@ -1,0 +1,100 @@
+"""A device's access to its world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from regraft.sim_service.devices.failures import NONE
+from regraft.sim_service.layout.random_streams import generator
+from regraft.sim_service.layout.scene import Scene
+from regraft.sim_service.robots import RobotSpec
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far a simulation has come, in physics steps of ``timestep`` seconds, of which a tick has several."""
+
+    timestep: float
+    steps_per_tick: int
+    steps: int = 0
+    stamp: float = 0.0
+    """Time (s) of the system's clock at this tick."""
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s) since the start."""
+        return self.steps * self.timestep
+
+    @property
+    def tick(self) -> int:
+        """World ticks since the start."""
+        return self.steps // self.steps_per_tick
+
+    @property
+    def tick_rate(self) -> float:
+        """World ticks per second."""
+        return 1.0 / (self.steps_per_tick * self.timestep)
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceParameters:
+    """Values of a device's parameters, by their short names."""
+
+    values: Mapping[str, Any]
+
+
+def _no_event(kind: str, text: str, **details: Any) -> None:
+    """Drop an event: this simulation has no bus."""
+
+
+@dataclass(slots=True)
+class DeviceKit:
+    """The world as one device of one robot sees it. Names are the short ones of the robot's own files.
+
+    ``data`` is the physics at present. ``failing`` says how the device fails now. ``event`` reports to the system that
+    something happened. ``siblings`` are the robot's devices by name, those that come before this one in its file.
+    """
+
+    name: str
+    robot: RobotSpec
+    scene: Scene
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    seed: int
+    progress: Progress
+    parameters: DeviceParameters
+    base: int
+    siblings: Mapping[str, Any] = field(default_factory=dict)
+    event: Callable[..., None] = _no_event
+    failing: str = NONE
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s) since the start of the run."""
+        return self.progress.time
+
+    @property
+    def stamp(self) -> float:
+        """Time (s) of the system's clock at this tick."""
+        return self.progress.stamp
+
+    def index(self, kind: str, name: str) -> int:
+        """Return the number of an element of the robot's MJCF; raises SceneError."""
+        return self.scene.index(kind, self.robot.prefix + name)
+
+    def frame(self, name: str) -> str:
+        """Return the id of a coordinate frame of the robot."""
+        return self.robot.prefix + name
+
+    def random(self, purpose: str, moment: int) -> np.random.Generator:
+        """Return the random numbers for a purpose at a moment, which depend on nothing else in the world."""
+        return generator(self.seed, self.robot.prefix + purpose, moment)
+
+    def is_due(self, rate: float) -> bool:
+        """Tell whether something that happens ``rate`` times a second happens at this tick; 0: at each."""
+        return not rate or self.progress.tick % max(1, round(self.progress.tick_rate / rate)) == 0

@@ -1,0 +1,125 @@
+"""Differential drive: from a commanded twist to the speeds of two wheels."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from regraft import Input, Parameter
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.power import BatteryState
+from regraft.planar import Twist2D
+from regraft.sim_service.devices.device import Device
+from regraft.sim_service.devices.device_kit import DeviceKit
+from regraft.sim_service.layout.scene import SceneError
+
+
+class DifferentialDrive(Device):
+    """Turns the last command into wheel speeds, and stops when commands stay away or the battery is empty.
+
+    A wheel's joint and its velocity actuator share a name. Wheel radius, track and largest wheel speed are read from
+    the model: from the wheel's geom, the positions of the wheels' bodies, and the actuators' control ranges.
+    """
+
+    velocity = Input(Twist, description="what the robot shall do now: forward velocity and yaw rate", required=False)
+    battery = Input(BatteryState, latest_only=True, required=False, description="whether there is power to drive")
+
+    left_wheel = Parameter("left_wheel", "joint and actuator of the left wheel", read_only=True)
+    right_wheel = Parameter("right_wheel", "joint and actuator of the right wheel", read_only=True)
+    timeout = Parameter(0.5, "how long a command holds", minimum=0.0, unit="s", read_only=True)
+
+    def build(self) -> None:
+        """Find the wheels.
+
+        Raises:
+            SceneError: an element is missing, the wheels' radii differ, or an actuator has no control range.
+        """
+        kit, model = self.kit, self.kit.model
+        wheels = (self.left_wheel, self.right_wheel)
+        joints = [kit.index("joint", wheel) for wheel in wheels]
+        self._actuators = [kit.index("actuator", wheel) for wheel in wheels]
+        self.angle_addresses = tuple(int(model.jnt_qposadr[joint]) for joint in joints)
+        """Where the wheels' angles (rad; left, right) stand in qpos."""
+        self.wheel_radius = _wheel_radius(kit, wheels, joints)
+        left, right = (int(model.jnt_bodyid[joint]) for joint in joints)
+        self.track = float(model.body_pos[left][1] - model.body_pos[right][1])
+        """Distance (m) between the wheels' middles."""
+        if self.track <= 0.0:
+            raise SceneError(f"{kit.scene.path}: {wheels[0]!r} must stand at larger y in the base than {wheels[1]!r}")
+        self._largest_speed = min(_largest_control(kit, wheel) for wheel in wheels)
+        self._command = Twist2D(0.0, 0.0)
+        self._command_time = -math.inf
+        self._powered = True
+
+    @velocity.handler
+    def on_velocity(self, twist: Twist) -> None:
+        """Drive on like this until the next command, or until it times out; an empty battery turns no wheel."""
+        battery = self.battery.latest
+        powered = battery is None or battery.energy > 0.0
+        if powered != self._powered:
+            self._powered = powered
+            text = "the battery is empty: the robot stands still" if not powered else "there is power to drive again"
+            self.kit.event("world.power", text, powered=powered)
+        if powered:
+            self.command(twist.forward, twist.turn)
+
+    def command(self, v: float, w: float) -> None:
+        """Drive forward with v (m/s) and turn with w (rad/s) from now on.
+
+        Raises:
+            ValueError: v or w is not finite.
+        """
+        if not (math.isfinite(v) and math.isfinite(w)):
+            raise ValueError(f"a velocity command must be finite, not v={v}, w={w}")
+        self._command = Twist2D(v, w)
+        self._command_time = self.kit.time
+
+    def wheel_speeds(self, v: float, w: float) -> tuple[float, float]:
+        """Return the left and right wheel speeds (rad/s) for a twist.
+
+        If one wheel would be too fast, both are slowed by the same factor, so that the path keeps its
+        curvature.
+        """
+        left = (v - w * self.track / 2.0) / self.wheel_radius
+        right = (v + w * self.track / 2.0) / self.wheel_radius
+        fastest = max(abs(left), abs(right))
+        scale = min(1.0, self._largest_speed / fastest) if fastest > 0.0 else 1.0
+        return left * scale, right * scale
+
+    def act(self) -> None:
+        """Write the wheel speeds to the actuators: zero once the command is too old."""
+        expired = self.kit.time - self._command_time > self.timeout - 1e-9
+        left, right = (0.0, 0.0) if expired else self.wheel_speeds(self._command.v, self._command.w)
+        data = self.kit.data
+        data.ctrl[self._actuators[0]] = left
+        data.ctrl[self._actuators[1]] = right
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the last command as plain data."""
+        never = math.isinf(self._command_time)
+        return {"v": self._command.v, "w": self._command.w, "time": None if never else self._command_time}
+
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over the command of a snapshot."""
+        self._command = Twist2D(float(snapshot["v"]), float(snapshot["w"]))
+        self._command_time = -math.inf if snapshot["time"] is None else float(snapshot["time"])
+
+
+def _wheel_radius(kit: DeviceKit, wheels: tuple[str, str], joints: list[int]) -> float:
+    model = kit.model
+    radii = []
+    for wheel, joint in zip(wheels, joints, strict=True):
+        geom = int(model.body_geomadr[model.jnt_bodyid[joint]])
+        if geom < 0:
+            raise SceneError(f"{kit.scene.path}: the body of joint {wheel!r} has no geom to be a wheel")
+        radii.append(float(model.geom_size[geom][0]))
+    if radii[0] != radii[1]:
+        raise SceneError(f"{kit.scene.path}: wheels {wheels[0]!r} and {wheels[1]!r} have different radii {radii}")
+    return radii[0]
+
+
+def _largest_control(kit: DeviceKit, wheel: str) -> float:
+    actuator = kit.index("actuator", wheel)
+    if not kit.model.actuator_ctrllimited[actuator]:
+        raise SceneError(f"{kit.scene.path}: actuator {wheel!r} needs a ctrlrange (rad/s)")
+    low, high = kit.model.actuator_ctrlrange[actuator]
+    return float(min(-low, high))

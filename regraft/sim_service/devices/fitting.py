@@ -1,0 +1,154 @@
+"""Fits robots with their devices: finds the classes, and says which parameters and ports these bring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+from regraft import Input, Output, Parameter
+from regraft.bus_schema.suggestions import instead_of
+from regraft.component.component import Declared, declared
+from regraft.component.parameters import ParameterError
+from regraft.process.modules import CannotImport, imported
+from regraft.sim_service.devices.device import Device
+from regraft.sim_service.robots import DeviceSpec, RobotSpec
+
+
+class NoSuchDevice(ValueError):
+    """``module:Class`` does not name a device class; the text says what is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """One device of one robot, and where the parameter ``robots`` has it."""
+
+    robot: RobotSpec
+    spec: DeviceSpec
+    cls: type[Device]
+    place: str
+
+    @property
+    def declared(self) -> Declared:
+        """Return what its class declares."""
+        return declared(self.cls)
+
+    def parameter(self, short: str) -> str:
+        """Return the world's name of a parameter."""
+        return f"{self.robot.prefix}{self.spec.name}_{short}"
+
+    def port(self, short: str) -> str:
+        """Return the world's name of a port, which is its topic's: the one that the robot's file connects it to."""
+        return self.robot.prefix + self.spec.connections.get(short, short)
+
+
+Use = tuple[Fitted, str, Input[Any] | Output[Any]]
+"""A device, its name of a port, and the port as its class declares it."""
+
+
+def device_class(path: str) -> type[Device]:
+    """Return the device class at ``module:Class``; raises NoSuchDevice."""
+    module_name, separator, class_name = path.partition(":")
+    if not separator or not module_name or not class_name:
+        raise NoSuchDevice(f"{path!r} must look like 'package.module:Class'")
+    try:
+        module = imported(module_name)
+    except CannotImport as error:
+        raise NoSuchDevice(f"{path!r}: {error}") from error
+    found = getattr(module, class_name, None)
+    if isinstance(found, type) and issubclass(found, Device):
+        return found
+    there = [name for name, value in vars(module).items() if isinstance(value, type) and issubclass(value, Device)]
+    raise NoSuchDevice(f"{path!r} is no subclass of Device; {instead_of(class_name, there, none='there is none')}")
+
+
+def fitted(robots: Sequence[RobotSpec]) -> list[Fitted]:
+    """Return all devices of all robots; raises ParameterError with everything that is wrong."""
+    devices: list[Fitted] = []
+    problems: list[tuple[str, str]] = []
+    for number, robot in enumerate(robots):
+        for index, spec in enumerate(robot.devices):
+            place = f"robots.{number}.devices.{index}"
+            try:
+                found = Fitted(robot, spec, device_class(spec.cls), place)
+            except NoSuchDevice as error:
+                problems.append((f"{place}.class", str(error)))
+                continue
+            devices.append(found)
+            problems += _misnamed(found, "parameters", spec.parameters, found.declared.parameters)
+            ports = {**found.declared.inputs, **found.declared.outputs}
+            problems += _misnamed(found, "connect", spec.connections, ports)
+    if problems:
+        raise ParameterError(problems)
+    return devices
+
+
+def _misnamed(
+    device: Fitted, field: str, given: Mapping[str, object], known: Mapping[str, object]
+) -> Iterator[tuple[str, str]]:
+    kind = device.cls.__name__
+    for name in given:
+        if name not in known:
+            what = "parameter" if field == "parameters" else "port"
+            yield f"{device.place}.{field}.{name}", f"{kind} has no such {what}; {instead_of(name, known)}"
+
+
+def parameters_of(robots: Sequence[RobotSpec]) -> Iterator[Parameter[Any]]:
+    """Yield the parameters that devices bring to their world; raises ParameterError with everything that is wrong."""
+    problems: list[tuple[str, str]] = []
+    names: set[str] = set()
+    for device in fitted(robots):
+        for short, parameter in device.declared.parameters.items():
+            named = copy(parameter)
+            named.name = device.parameter(short)
+            if named.name in names:
+                problems.append((f"{device.place}.name", f"another device has a parameter {named.name!r}: rename one"))
+            names.add(named.name)
+            try:
+                named.default = parameter.checked(device.spec.parameters.get(short, parameter.default))
+            except ParameterError as error:
+                problems += [(f"{device.place}.parameters.{short}", why) for _, why in error.parts]
+            yield named
+    if problems:
+        raise ParameterError(problems)
+
+
+def ports_of(robots: Sequence[RobotSpec], handler: str) -> Iterator[Input[Any] | Output[Any]]:
+    """Yield the ports that devices bring to their world: an input that several devices share is one.
+
+    What devices handle goes to the world's method ``handler``, with the name of the port.
+
+    Raises:
+        ParameterError: two devices write to one port, or read it as different types.
+    """
+    uses: dict[str, list[Use]] = {}
+    for device in fitted(robots):
+        ports: dict[str, Input[Any] | Output[Any]] = {**device.declared.inputs, **device.declared.outputs}
+        for short, port in ports.items():
+            uses.setdefault(device.port(short), []).append((device, short, port))
+    problems = [problem for name, of_port in uses.items() for problem in _clashes(name, of_port)]
+    if problems:
+        raise ParameterError(problems)
+    for name, of_port in uses.items():
+        yield _world_port(name, of_port, handler)
+
+
+def _clashes(name: str, uses: Sequence[Use]) -> Iterator[tuple[str, str]]:
+    first, _, port = uses[0]
+    for device, short, other in uses[1:]:
+        if not (isinstance(port, Input) and isinstance(other, Input) and port.message is other.message):
+            why = f"the device {first.spec.name!r} has the port {name!r} already: connect one of them to another topic"
+            yield f"{device.place}.connect.{short}", why
+
+
+def _world_port(name: str, uses: Sequence[Use], handler: str) -> Input[Any] | Output[Any]:
+    device, _, port = uses[0]
+    named = copy(port)
+    named.name = named.topic = name
+    named.origin = device.place if port.required else ""
+    if isinstance(named, Input):
+        named.handler_name, named.handler_takes_name = None, True
+        if any(isinstance(use, Input) and use.handler_name for _, _, use in uses):
+            named.handler_name = handler
+    return named

@@ -1,1 +1,0 @@
-"""The simulated robot: its drive, its sensors, and their failures."""
