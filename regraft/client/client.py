@@ -49,6 +49,7 @@ from regraft.client.requests import ClientGoal, Requests
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
+from regraft.request_protocol import reader
 from regraft.run_directory import RunInfo
 
 A = TypeVar("A")
@@ -84,7 +85,7 @@ class Client:
         self._listener = Listener(bus, self.name, self._requests.ask_again)
         listen = self._listener.subscribe
         self._subscriptions: list[Closable] = [
-            listen(self.keys.reply("**", self.name), self._requests.take),
+            listen(self.keys.reply("**", self.name), self._requests.deliver),
             listen(self.keys.status("*"), self._board.take_component),
             listen(self.keys.host("*", "status"), self._board.take_host),
             listen(self.keys.clock("time"), self._board.take_clock),
@@ -129,7 +130,7 @@ class Client:
             BadMessage: the request does not fit its type.
         """
         self._may_wait()
-        return self._requests.call(service, codec.to_plain(request), _reader(reply), timeout, patient=patient)
+        return self._requests.call(service, codec.to_plain(request), reader(reply), timeout, patient=patient)
 
     def call_plain(self, service: str, body: PlainValue, timeout: float = 5.0) -> PlainValue:
         """Ask a service by plain data and return the plain data of its reply; raises CallFailed."""
@@ -152,11 +153,11 @@ class Client:
         It is cancelled when this client closes, or its process ends, unless it ``outlives`` it.
         """
         self._may_wait()
-        read_feedback = _reader(feedback) if feedback is not None else None
+        read_feedback = reader(feedback) if feedback is not None else None
         return self._requests.goal(
             service,
             codec.to_plain(goal),
-            _reader(result),
+            reader(result),
             read_feedback,
             on_feedback=on_feedback,
             accept_within=accept_within,
@@ -376,10 +377,6 @@ class Client:
             return codec.decode(answers[0].payload, reply)
         except BadMessage as error:
             raise ClientError(f"{who} sent an answer that does not fit: {error}") from None
-
-
-def _reader(cls: type[A]) -> Callable[[PlainValue], A]:
-    return lambda plain: codec.from_plain(plain, cls)
 
 
 def _as_it_is(plain: PlainValue) -> PlainValue:

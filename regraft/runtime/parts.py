@@ -31,7 +31,7 @@ from regraft.runtime.data.status_reporter import StatusReporter
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.data.writers import Identity, Writers
 from regraft.runtime.presence import Presence
-from regraft.runtime.requests.request_client import Caller
+from regraft.runtime.requests.request_client import RequestClient
 from regraft.runtime.requests.request_server import Server
 
 
@@ -77,7 +77,7 @@ class Parts:
         self.writers = Writers(bus, clock, self.identity, self.reporter.fault)
         self.writers.keeps_history, self.writers.lockstep = True, self.stepped
         client = f"{assignment.name}-{assignment.incarnation}"
-        self.caller = Caller(self.keys, client, self.writers, self.timers, self.reporter)
+        self.requests = RequestClient(self.keys, client, self.writers, self.timers, self.reporter)
         self.component = cls.__new__(cls)
         self.inputs = {name: self._input(name) for name in self.declared.inputs}
         self.outputs = {
@@ -85,7 +85,7 @@ class Parts:
         }
         self.servers = [self._server(name) for name in self.declared.services]
         self.presence = Presence(
-            lambda: self.assignment, bus, self.inbox, self.inbound, self.caller, self.servers, self.reporter
+            lambda: self.assignment, bus, self.inbox, self.inbound, self.requests, self.servers, self.reporter
         )
 
     def _inbound(self) -> Inbound:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
+from regraft import request_protocol
 from regraft.bus_schema.encoding import codec, envelope
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_named
@@ -32,7 +33,7 @@ from regraft.runtime.core import pending
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data import status_reporter, stream
 from regraft.runtime.handover import incumbent, successor
-from regraft.runtime.requests import request_client, request_server
+from regraft.runtime.requests import request_server
 
 from .spelling import line_of
 from .strategies import all_types
@@ -189,7 +190,7 @@ def test_the_times_are_those_of_the_code() -> None:
         stream.HOLE_TIMEOUT / 1e9,
         status_reporter.REPEAT_INTERVAL,
         pending.AWAIT_AT_MOST / 1e9,
-        request_client.ASK_INTERVAL / 1e9,
+        request_protocol.ASK_INTERVAL / 1e9,
         watchdog.HUNG_TIMEOUT,
         supervisor.FIRST_BEAT_TIMEOUT,
         member.JOIN_INTERVAL,

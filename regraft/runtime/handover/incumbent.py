@@ -172,7 +172,7 @@ class Incumbent:
                 item()
             else:
                 self._standing.later.append(item)
-        elif parts.inbound.consumer_of(sample.key) is parts.caller:
+        elif parts.inbound.consumer_of(sample.key) is parts.requests:
             parts.inbound.arrive(sample)
         else:
             self._standing.keep_sample(sample)

@@ -122,7 +122,7 @@ class Standby:
         parts = self._parts
         parts.assignment = replace(parts.assignment, incarnation=incarnation)
         parts.presence.listen_for_control()
-        parts.caller.go_on_from(parts.caller.asked + NUMBERS_LEFT_OUT)
+        parts.requests.go_on_from(parts.requests.asked + NUMBERS_LEFT_OUT)
 
     def forget(self) -> None:
         """End what was frozen, without a word to anybody: another state is about to be restored."""

@@ -112,7 +112,7 @@ class Successor:
             self._lifecycle.reach(State.INACTIVE)
         name, own = parts.assignment.name, parts.assignment.incarnation
         parts.reporter.get_ready(Identity(name, own, own))
-        parts.caller.client = f"{name}-{epoch}"
+        parts.requests.client = f"{name}-{epoch}"
         parts.presence.listen_for_replies()
         parts.presence.listen_for_requests()
 
@@ -235,7 +235,7 @@ class Successor:
             self._lifecycle.reach(State.INACTIVE)
             parts.presence.listen_for_requests()
         self.problems = ()
-        parts.caller.client = f"{parts.assignment.name}-{own}"
+        parts.requests.client = f"{parts.assignment.name}-{own}"
         parts.presence.listen_for_replies()
         self._transfer.speak(own)
         self._lifecycle.reach(parts.assignment.state)

@@ -79,7 +79,7 @@ class Transfer:
             tuple(HeldSample(*sample) for sample in (*early, *held.samples) if not _has(first, sample)),
             {name: _named(first, port.hand_over()) for name, port in self._parts.inputs.items()},
             tuple(client for server in self._parts.servers for client in server.hand_over()),
-            self._parts.caller.asked,
+            self._parts.requests.asked,
             {timer.name: timer.due for timer in self._parts.timers.periodic},
             dict(self._parts.writers.advanced) if self._parts.stepped else {},
         )
@@ -149,7 +149,7 @@ class Transfer:
 
     def _take_places(self, handed: HandedOver) -> None:
         self._parts.writers.go_on_from(handed.writes)
-        self._parts.caller.go_on_from(handed.asked)
+        self._parts.requests.go_on_from(handed.asked)
         for server in self._parts.servers:
             server.take_over(client for client in handed.clients if client.service == server.name)
 

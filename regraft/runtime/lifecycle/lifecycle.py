@@ -118,7 +118,7 @@ class Lifecycle:
         for server in parts.servers:
             server.end_goals(why)
         parts.tasks.cancel_all()
-        parts.caller.cancel_all()
+        parts.requests.cancel_all()
 
     def _recover(self) -> None:
         """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises."""
