@@ -32,6 +32,8 @@ def test_a_parameter_that_was_set_is_what_get_and_list_say(tiny: System) -> None
     assert tiny.ask("param", "get", "talker", "step")["value"] == 2.5
     rows = tiny.ask("param", "list", "talker")["parameters"]
     assert {row["parameter"]: row["value"] for row in rows}["step"] == 2.5
+    listed = regraft(tiny.home, "param", "list").stdout
+    assert all(f"{name}" in listed for name in ("adaptation_manager", "listener", "talker", "step"))
 
 
 def test_values_that_do_not_fit_are_all_told_and_never_asked_for(tiny: System) -> None:
