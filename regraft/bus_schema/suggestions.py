@@ -55,6 +55,15 @@ def instead_of(name: str, known: Iterable[str], *, none: str = "there are none")
     return f"there are: {', '.join(names[:LISTED])}{more}"
 
 
+def no_such(kind: str, name: str, known: Iterable[str]) -> str:
+    """Say that nothing of a kind has that name, and what may have been meant.
+
+    >>> no_such("mode", "dak", ["dark"])
+    "there is no mode 'dak'; did you mean 'dark'?"
+    """
+    return f"there is no {kind} {name!r}; {instead_of(name, known)}"
+
+
 class Hints:
     """Says ``instead_of`` for each of many names that do not exist; behind the first few, that there are others."""
 

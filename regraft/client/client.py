@@ -15,6 +15,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
 from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
@@ -41,7 +42,8 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
 )
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.suggestions import instead_of
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
@@ -193,7 +195,11 @@ class Client:
     ) -> AdaptationReport:
         """Have the adaptation manager carry out changes, all or none; returns what became of it. Raises CallFailed."""
         request = AdaptationRequest(changes, reason, self.name, dry_run=dry_run)
-        return self.call("adaptation_manager/adapt", request, AdaptationReport, timeout)
+        return self.call(ADAPT, request, AdaptationReport, timeout)
+
+    def architecture(self, revision: int | None = None, timeout: float = 5.0) -> Architecture:
+        """Return the architecture that the adaptation manager keeps, now or at a revision. Raises CallFailed."""
+        return self.call(ARCHITECTURE, ArchitectureRequest(revision), Architecture, timeout)
 
     # --- components ---
 

@@ -8,7 +8,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, Description, PortDescription, ServiceDescription
 from regraft.bus_schema.model.lifecycle import State
 from regraft.cli.system.ps import plain_component
-from regraft.cli.system.topology import Topology
+from regraft.cli.topology import Topology
 from regraft.client import ComponentSeen
 
 STATUS = ComponentStatus("arm", 3, State.INACTIVE, 7, 1.5, "no power", 2, 1, "waits", {"url": "here"})

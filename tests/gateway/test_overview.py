@@ -48,7 +48,8 @@ class Stub:
 
 
 def plain(view: Any) -> Any:
-    return record_shape(type(view)).pack(view)
+    cls: Any = type(view)
+    return record_shape(cls).pack(view)
 
 
 def line(**changes: Any) -> dict[str, Any]:

@@ -44,8 +44,7 @@ def swap(
     if host:
         changes += (Move(name, host),)
     with reached(ctx, system) as there:
-        report = managing.change(there, *changes, reason=reason, dry_run=dry_run)
-        managing.show_report(report, as_json=as_json)
+        managing.change(there, *changes, reason=reason, dry_run=dry_run, as_json=as_json)
 
 
 def move(
@@ -61,5 +60,4 @@ def move(
     """Have a component go on at another host, with its state; nothing is missed."""
     change = Move(component_name(component), host, with_state=not without_state)
     with reached(ctx, system) as there:
-        report = managing.change(there, change, reason=reason, dry_run=dry_run)
-        managing.show_report(report, as_json=as_json)
+        managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)

@@ -9,7 +9,7 @@ from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCo
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
 from regraft.client.errors import ControlRefused, NoSuchComponent
 from regraft.dashboard_api.backend.manager import Manager
@@ -68,7 +68,7 @@ class Overview:
         specs = architecture.components if architecture else {}
         everybody = self._client.components(LISTEN_FOR)
         if name not in specs and name not in everybody:
-            raise not_found(f"there is no component {name!r}; {instead_of(name, everybody.keys() | specs.keys())}")
+            raise not_found(no_such("component", name, everybody.keys() | specs.keys()))
         seen = everybody.get(name, ComponentSeen(name))
         try:
             now = self._client.view(name, LIVE_TIMEOUT) if seen.alive else None

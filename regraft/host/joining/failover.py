@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 
 from regraft.bus.interface import Bus, BusError
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
-from regraft.bus_schema.model.hosts import ADAPT
+from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, AdaptationReport, AdaptationRequest, Move
 from regraft.client import Client
 from regraft.component.errors import CallFailed
 

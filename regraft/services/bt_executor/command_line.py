@@ -23,7 +23,6 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 
@@ -220,7 +219,7 @@ def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, 
 
 
 def _require_executor(there: Reached) -> None:
-    if STATUS not in topology(there).offers("service"):
+    if STATUS not in there.known.offers("service"):
         raise Unreachable(f"this system has no mission executor: nobody offers the service {STATUS}")
 
 
