@@ -91,7 +91,7 @@ class RequestProtocol(ABC):
         try:
             self.send(pending, request)
         except BaseException:
-            self._forget(pending)
+            self._pending.pop(request.number, None)
             raise
         return pending
 
@@ -148,22 +148,17 @@ class RequestProtocol(ABC):
             self.end(pending, CallFailed(pending.service, Answer.CANCELLED, "cancelled before it was accepted"))
 
     def end(self, pending: PendingRequest, error: CallFailed | None, value: Any = None) -> None:
-        """End a request; the first end counts, whichever thread it comes from."""
-        if not self._forget(pending):
-            return
+        """End a request; the first end counts."""
+        if self._pending.pop(pending.request.number, None) is None:
+            return  # of two threads one takes it out
         if error is not None:
             pending.outcome.fail(error)
         else:
             pending.outcome.resolve(value)
 
-    def _forget(self, pending: PendingRequest) -> bool:
-        with self._lock:
-            return self._pending.pop(pending.request.number, None) is not None
-
     def under_way(self) -> list[PendingRequest]:
         """Return the requests that have not ended, in the order of their numbers."""
-        with self._lock:
-            return list(self._pending.values())
+        return list(self._pending.copy().values())  # another thread may end one meanwhile
 
     def close(self) -> None:
         """End all requests; further ones fail."""
