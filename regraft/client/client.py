@@ -156,13 +156,7 @@ class Client:
         self._may_wait()
         read_feedback = reader(feedback) if feedback is not None else None
         return self._requests.goal(
-            service,
-            codec.to_plain(goal),
-            reader(result),
-            read_feedback,
-            on_feedback=on_feedback,
-            accept_within=accept_within,
-            outlives=outlives,
+            service, codec.to_plain(goal), reader(result), read_feedback, on_feedback, accept_within, outlives=outlives
         )
 
     def goal_plain(
@@ -176,15 +170,7 @@ class Client:
     ) -> ClientGoal[PlainValue, PlainValue]:
         """Give an action a goal by plain data; result and feedback are plain data too; raises CallFailed."""
         self._may_wait()
-        return self._requests.goal(
-            service,
-            body,
-            _as_it_is,
-            _as_it_is,
-            on_feedback=on_feedback,
-            accept_within=accept_within,
-            outlives=outlives,
-        )
+        return self._requests.goal(service, body, _as_it_is, _as_it_is, on_feedback, accept_within, outlives=outlives)
 
     def reaches(self, service: str) -> bool:
         """Tell whether somebody hears now what a service or action is asked; raises BusError."""

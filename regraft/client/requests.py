@@ -94,8 +94,7 @@ class Requests(RequestProtocol):
         pending = self.begin(Verb.CALL, service, body, timeout, time.monotonic_ns(), read)
         ended = threading.Event()
         pending.outcome.when_done(ended.set)
-        if not ended.wait(timeout):
-            self.give_up(pending, offered=self._is_offered(pending))
+        self._wait(pending, ended, timeout)
         value: A = _outcome(pending)
         return value
 
@@ -105,9 +104,9 @@ class Requests(RequestProtocol):
         body: PlainValue,
         read: Callable[[PlainValue], A],
         read_feedback: Callable[[PlainValue], F] | None,
-        *,
         on_feedback: Callable[[F], object] | None,
         accept_within: float,
+        *,
         outlives: bool,
     ) -> ClientGoal[A, F]:
         """Give an action a goal as plain data and wait until it is taken up; raises CallFailed."""
@@ -118,11 +117,15 @@ class Requests(RequestProtocol):
         settled = threading.Event()
         pending.accepted.when_done(settled.set)
         pending.outcome.when_done(settled.set)
-        if not settled.wait(accept_within):
-            self.give_up(pending, offered=self._is_offered(pending))
+        self._wait(pending, settled, accept_within)
         if pending.outcome.error is not None:
             raise pending.outcome.error
         return ClientGoal(self, pending)
+
+    def _wait(self, pending: PendingRequest, event: threading.Event, timeout: float) -> None:
+        if not event.wait(timeout):
+            self.give_up(pending, offered=self._is_offered(pending))
+            event.wait()  # a reply may have ended it at the same moment, and is about to say so
 
     def send(self, pending: PendingRequest, request: Request) -> None:
         """Put a request, which ends if the bus cannot."""
