@@ -126,7 +126,7 @@ class RequestProtocol(ABC):
             pending.accepted.resolve(None)
 
     def repeat_if_silent(self, pending: PendingRequest, now: int, *, offered: bool = True) -> None:
-        """Ask again after silence, and when the service is ``offered`` again after nobody did at the last look."""
+        """Ask again after silence, or at once when the service is ``offered`` again."""
         has_come_back = offered and pending.unoffered
         pending.unoffered = not offered
         if has_come_back or now - pending.heard_at >= ASK_INTERVAL:

@@ -128,7 +128,7 @@ class Requests(RequestProtocol):
             event.wait()  # a reply may have ended it at the same moment, and is about to say so
 
     def send(self, pending: PendingRequest, request: Request) -> None:
-        """Put a request, which ends if the bus cannot."""
+        """Put a request; end it if the bus cannot."""
         try:
             self._sender.put(self._keys.request(pending.service), request)
         except BusError as error:
