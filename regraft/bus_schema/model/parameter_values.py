@@ -24,7 +24,7 @@ def parameter_problem(parameter: ParameterDescription, value: PlainValue) -> str
     if wanted == "integer" and isinstance(value, float) and abs(value) >= INT64:
         return f"{_shown(value)}: must be finite and fit into 64 bits"
     if not _has_type(value, wanted):
-        return f"{_shown(value)}: must be {_a(str(wanted))}"
+        return f"{_shown(value)}: must be {_a(str(wanted))}{_form(items)}"
     if wanted == "array" and not all(_has_type(part, item) for part in value):
         items_wanted = "s and ".join(item) if isinstance(item, list) else item
         return f"{_shown(value)}: must be an array of {items_wanted}s"
@@ -79,6 +79,12 @@ def _has_type(value: PlainValue, wanted: Any) -> bool:
 
 def _can_travel(number: float) -> bool:
     return -INT64 <= number < INT64 if isinstance(number, int) else math.isfinite(number)
+
+
+def _form(items: PlainValue) -> str:
+    """Return how the records of an array are written."""
+    fields = items.get("properties") if isinstance(items, dict) else None
+    return f" such as [{{{', '.join(f'{name}: ...' for name in fields)}}}]" if isinstance(fields, dict) else ""
 
 
 def _shown(value: PlainValue) -> str:
