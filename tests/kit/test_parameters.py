@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
-from regraft import Parameter, ParameterError
+from regraft import Parameter, ParameterError, Records
+from regraft.bus_schema.model.parameter_values import parameter_problem
 
 
 def declared(default: Any, **more: Any) -> Parameter[Any]:
@@ -46,3 +48,16 @@ def test_a_value_that_does_not_fit_is_refused_and_shown(parameter: Parameter[Any
 def test_a_default_of_another_type_is_refused() -> None:
     with pytest.raises(TypeError, match="default is of type NoneType, must be of bool, int, float, str, tuple"):
         declared(None)
+
+
+@dataclass(frozen=True, slots=True)
+class Beacon:
+    """Flashes."""
+
+    at: float
+    colour: str = "red"
+
+
+def test_records_that_are_written_as_a_text_are_refused_with_their_form() -> None:
+    told = parameter_problem(Records(Beacon).describe(), "30 red, 60 green")
+    assert told == "'30 red, 60 green': must be an array such as [{at: ..., colour: ...}]"
