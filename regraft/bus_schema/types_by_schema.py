@@ -17,9 +17,9 @@ import numpy as np
 
 from regraft.bus_schema.annotations import Array, PlainValue
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.registry import MessageType
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     FloatShape,

@@ -8,7 +8,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from regraft import Component, Input, Output, Parameter
+from regraft import Component, Input, Output, Parameter, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.sensors import Image
@@ -23,7 +23,7 @@ from regraft.sim_service.cameras.renderers import Probe, RendererName, make_came
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.robot.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
+from regraft.sim_service.robot.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, CameraFails, Schedule
 
 GL_DEFAULTS = (320, 240, 5.0)
 RAY_DEFAULTS = (160, 120, 2.0)
@@ -76,7 +76,7 @@ class Camera(Component):
     )
     read_noise = Parameter(4.0, "electrons of noise in reading a pixel", minimum=0.0, read_only=True)
     failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
-    failures = Parameter("", "when it fails, while 'failure' is none, as '30 black, 60 none'", read_only=True)
+    failures = Records(CameraFails, "when it fails and works again, in order, while 'failure' is none")
 
     world_state = Input(WorldState, latest_only=True, description="the tick to draw")
     image = Output(Image, description="the pictures")
@@ -105,7 +105,7 @@ class Camera(Component):
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
         cv2.setNumThreads(1)  # the other cores are for the other components
-        self._schedule = parse_schedule(self.failures, {"image": CAMERA_FAILURES})
+        self._schedule = Schedule(self.failures)
         self._failing = NONE
         self._shown: Pixels | None = None
         self._taken: deque[float] = deque()
@@ -180,7 +180,7 @@ class Camera(Component):
 
     def _note_failure(self) -> str:
         """Return how the camera fails now, and tell when that changes."""
-        failure = self.failure if self.failure != NONE else self._schedule.at("image", self.kit.now())
+        failure = self.failure if self.failure != NONE else self._schedule.at(self.kit.now())
         if failure != self._failing:
             self._failing = failure
             self.kit.event("camera.failure", f"image: {failure}", sensor="image", failure=failure)

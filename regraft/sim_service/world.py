@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from regraft import Input, Output, Parameter
+from regraft import Input, Output, Parameter, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose, Quaternion, Twist, Vector3
 from regraft.bus_schema.messages.power import BatteryState, ChargerState
@@ -15,7 +15,7 @@ from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.layout.visitor import parse_walk
+from regraft.sim_service.layout.visitor import DEFAULT_SPEED, Walk, Waypoint
 from regraft.sim_service.robot.failures import (
     DRIFT,
     DROPOUT,
@@ -24,8 +24,10 @@ from regraft.sim_service.robot.failures import (
     ODOMETRY_FAILURES,
     SCAN_FAILURES,
     SILENT,
+    OdometryFails,
+    ScanFails,
+    Schedule,
     drop_rays,
-    parse_schedule,
 )
 from regraft.sim_service.robot.lidar import LidarSettings
 from regraft.sim_service.robot.odometry import NO_DRIFT, Drift, OdometryReading, OdometrySettings
@@ -36,8 +38,6 @@ ODOMETRY_FRAME = "odom"
 BASE_FRAME = "base_link"
 LIDAR_FRAME = "lidar"
 CHARGER_RATE = 2.0
-SENSORS = {"scan": SCAN_FAILURES, "odometry": ODOMETRY_FAILURES}
-"""The faults that each sensor can have."""
 
 
 class World(TimeSource):
@@ -49,7 +49,7 @@ class World(TimeSource):
     ``world_state``.
 
     Sensors can be made to fail: at once, by the parameters ``scan_failure`` and ``odometry_failure``, and by
-    the clock, by the schedule ``failures``, which counts while the parameter says none.
+    the clock, by the schedules ``scan_failures`` and ``odometry_failures``, which count while the parameter says none.
     """
 
     state_version = 2
@@ -80,8 +80,9 @@ class World(TimeSource):
     )
     charger_power = Parameter(20.0, "what the dock gives", minimum=0.0, unit="W")
     charger_reach = Parameter(0.15, "how near to the dock the robot is charged", minimum=0.01, unit="m")
-    visitor = Parameter(
-        "", "where somebody walks to and fro, and how fast (m/s), as '1.0 0.0; -1.0 0.5 @0.3'", read_only=True
+    visitor = Records(Waypoint, "where somebody walks to and fro, in a world that has a visitor")
+    visitor_speed = Parameter(
+        DEFAULT_SPEED, "how fast the visitor walks", minimum=0.01, maximum=3.0, unit="m/s", read_only=True
     )
     scan_failure = Parameter(NONE, "how the lidar fails now", choices=SCAN_FAILURES)
     scan_dropout = Parameter(0.5, "share of the rays that a dropout loses", minimum=0.0, maximum=1.0)
@@ -90,7 +91,8 @@ class World(TimeSource):
         0.2, "what a drift adds to the yaw with each metre", minimum=-10.0, maximum=10.0, unit="rad/m"
     )
     odometry_drift_scale = Parameter(0.1, "share that a drift adds to the way", minimum=-1.0, maximum=1.0)
-    failures = Parameter("", "when which sensor fails, as '30 scan silent, 60 scan none'", read_only=True)
+    scan_failures = Records(ScanFails, "when the lidar fails and works again, in order")
+    odometry_failures = Records(OdometryFails, "when the odometry fails and works again, in order")
 
     velocity = Input(Twist, description="what the robot shall do now: forward velocity and yaw rate", required=False)
     light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
@@ -106,17 +108,20 @@ class World(TimeSource):
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
         tick = 1.0 / self.tick_rate
-        self._schedule = parse_schedule(self.failures, SENSORS)
+        self._schedules = {
+            "scan": Schedule(self.scan_failures, "scan_failures"),
+            "odometry": Schedule(self.odometry_failures, "odometry_failures"),
+        }
         settings = SimulationSettings(
             odometry=OdometrySettings(self.travel_noise, self.radius_error, self.radius_difference, self.track_error),
             lidar=LidarSettings(noise=self.lidar_noise),
             tick=tick,
             control_period=min(tick, SimulationSettings().control_period),
-            walk=parse_walk(self.visitor),
+            walk=Walk(tuple((at.x, at.y) for at in self.visitor), self.visitor_speed) if self.visitor else None,
         )
         self.simulation = Simulation(load_scene(self.file), self.kit.seed, settings)
         self._contacts = 0
-        self._failing = dict.fromkeys(SENSORS, NONE)
+        self._failing = dict.fromkeys(self._schedules, NONE)
         self._powered = True
         self._shown: OdometryReading | None = None
         self._shown_ranges: bytes | None = None
@@ -176,7 +181,7 @@ class World(TimeSource):
         """Let the sensors fail as parameters and schedule say for this moment."""
         given = {"scan": self.scan_failure, "odometry": self.odometry_failure}
         for sensor, failing in given.items():
-            failure = failing if failing != NONE else self._schedule.at(sensor, now)
+            failure = failing if failing != NONE else self._schedules[sensor].at(now)
             if failure != self._failing[sensor]:
                 self._failing[sensor] = failure
                 self.kit.event("world.failure", f"{sensor}: {failure}", sensor=sensor, failure=failure)

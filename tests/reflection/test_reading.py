@@ -11,11 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.reading import Reading, Reduce, read
 from regraft.bus_schema.encoding.reading_checks import reading_problem
 from regraft.bus_schema.encoding.records import RecordShape
 from regraft.bus_schema.encoding.registry import type_of
-from regraft.bus_schema.encoding.shapes import ArrayShape, MapShape, OptionalShape, PlainShape, Shape, TupleShape
+from regraft.bus_schema.encoding.shapes import MapShape, OptionalShape, PlainShape, Shape, TupleShape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
 from regraft.bus_schema.messages.health import Event, SensorFault, SensorHealth, SystemStatus

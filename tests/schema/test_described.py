@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 from regraft.bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, message, type_of
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BytesShape,
     FloatShape,
     MapShape,

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape, attributes_of
 from regraft.bus_schema.encoding.registry import MessageType
-from regraft.bus_schema.encoding.shapes import CUT, ArrayShape
+from regraft.bus_schema.encoding.shapes import CUT
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Event, SystemStatus

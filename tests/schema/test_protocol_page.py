@@ -14,9 +14,10 @@ from jsonschema import Draft202012Validator
 
 from regraft import request_protocol
 from regraft.bus_schema.encoding import codec, envelope
+from regraft.bus_schema.encoding.arrays import ARRAY_EXTENSION, KNOWN_DTYPES, TAIL_EXTENSION
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_named
-from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, MAX_PLAIN_DEPTH, TAIL_EXTENSION
+from regraft.bus_schema.encoding.shapes import MAX_PLAIN_DEPTH
 from regraft.bus_schema.keys import CONTROL_VERBS, Keys
 from regraft.bus_schema.messages.protocol.clock import StepKind
 from regraft.bus_schema.messages.protocol.control import ControlCode, RewireStep
@@ -106,7 +107,7 @@ def test_the_table_of_the_envelope_is_its_layout() -> None:
 def test_the_page_names_every_dtype_and_both_extensions() -> None:
     listed = re.search(r"^Dtypes: (.*?)\. A type", PAGE, re.MULTILINE)
     assert listed
-    assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == codec.KNOWN_DTYPES
+    assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == KNOWN_DTYPES
     assert f"| array | extension type {ARRAY_EXTENSION} |" in PAGE
     assert f"| array as the tail | extension type {TAIL_EXTENSION}, and the payload's tail |" in PAGE
     assert f"at most {MAX_PLAIN_DEPTH} levels deep" in PAGE
