@@ -19,14 +19,12 @@ from starlette.types import Receive, Scope, Send
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationReport, Violation
 from regraft.bus_schema.suggestions import Hints
-from regraft.dashboard_api.http.bus_types import Fields, to_json
+from regraft.dashboard_api.http.bus_types import MAX_TOLD, Fields, to_json
 
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER = 1.0
 """Seconds after which a part that is not available may be asked again, where it gives no time itself."""
-MAX_TOLD = 100
-"""Violations of one request that are told."""
 POLICY_VIOLATION = 1008
 """The code that closes a WebSocket for what it is (RFC 6455)."""
 

@@ -10,7 +10,7 @@ from pydantic import conlist
 from regraft.bus_schema.annotations import Count, PlainValue
 from regraft.bus_schema.encoding.records import shape_of
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, ChangeState, Move, Swap
-from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, checked, fields_of
+from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Values, checked, fields_of
 
 MAX_CHANGES = 1000
 ADAPTATION_EXAMPLES = {
@@ -124,6 +124,5 @@ MoveBody = Annotated[JsonObject, of_component(Move), example({"host": "second", 
 ReasonBody = Annotated[
     JsonObject, Fields("ReasonBody", REASON), example({"reason": "it was better before"}, default_factory=dict)
 ]
-PLAIN = checked(shape_of(PlainValue))
-ParametersBody = Annotated[JsonObject, Fields("ParametersBody", values=PLAIN), example({"max_velocity": 0.18})]
+ParametersBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"max_velocity": 0.18})]
 NoBody = Annotated[JsonObject, Fields("NoBody"), example({}, default_factory=dict)]

@@ -7,6 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from pydantic import Field
 
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding.records import shape_of
 from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     BlackboardRequest,
@@ -18,9 +20,9 @@ from regraft.bus_schema.messages.mission import (
 )
 from regraft.dashboard_api.backend.manager import Services
 from regraft.dashboard_api.http.body import JsonRoute
-from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, fields_of
+from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
 from regraft.dashboard_api.http.problems import declared
-from regraft.dashboard_api.routes.bodies import PLAIN, NoBody, example
+from regraft.dashboard_api.routes.bodies import NoBody, example
 
 TEXTS = fields_of(MissionCommand, without=["command"], also={"tree": {"minLength": 1}})
 Tree = TEXTS["tree"].kind
@@ -29,7 +31,7 @@ TreeBody = Annotated[
     Fields("TreeBody", TEXTS | {"tree": BodyField("tree", Annotated[Tree, Field(min_length=1)], required=True)}),
     example({"tree": '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'}),
 ]
-EntriesBody = Annotated[JsonObject, Fields("EntriesBody", values=PLAIN), example({"charging_wanted": 1})]
+EntriesBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"charging_wanted": 1})]
 TAKE_A_TREE = {
     Command.LOAD: "Load a behaviour tree (BehaviorTree.CPP XML, version 4) in place of the present one.",
     Command.CHECK: "Load a behaviour tree as the executor would, and forget it: says what is wrong, changes nothing.",
