@@ -129,7 +129,7 @@ def test_text_of_the_document_is_never_taken_for_html() -> None:
         "description": evil,
         "x-regraft-role": evil,
         "parameters": [{"name": evil, "in": evil, "description": evil, "schema": {"default": evil}}],
-        "requestBody": {"content": {evil: {"schema": {evil: evil}, "example": evil}}},
+        "requestBody": {"content": {evil: {"schema": {evil: evil}, "examples": {evil: {"value": evil}}}}},
         "responses": {evil: {"description": evil, "content": {evil: {"schema": {"$ref": evil}}}}},
     }
     document = {

@@ -94,7 +94,7 @@ def test_a_rejected_adaptation_is_told_by_the_proposal(served: Served) -> None:
         ({"inputs": {"strategy": "ucb1", "options": []}}, "inputs.options", "are 0, must be 1 to 64"),
         ({"inputs": {}}, "inputs.strategy", "is missing"),
         ({"actor": "me"}, "actor", "X-Regraft-Actor"),
-        ({"surprise": 1}, "", "has no field 'surprise'"),
+        ({"surprise": 1}, "surprise", "there is no such field"),
     ],
 )
 def test_what_does_not_fit_is_a_problem_that_names_the_field(served: Served, body: Any, field: str, said: str) -> None:
