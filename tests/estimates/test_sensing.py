@@ -58,7 +58,7 @@ def test_pictures_come_at_the_rate_estimated_and_told(rate: float) -> None:
 def test_a_camera_that_fails_is_told_to_give_no_pictures() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig)
-        camera = rig.add(Camera, parameters={**RAY, "failures": "2 silent"})
+        camera = rig.add(Camera, parameters={**RAY, "failures": [{"at": 2.0, "failure": "silent"}]})
         rig.collect("image", Image)
         run(rig, world, 8.0)
         assert camera.evaluate()["rate"] == 0.0
