@@ -48,7 +48,7 @@ def _told(there: Reached, known: Topology, name: str, users: tuple[str, ...]) ->
 
 
 def packed(kind: DescribedType, body: PlainValue) -> PlainValue:
-    """Return what a typed body stands for, an absent one for no fields, as it travels; raises BadInput."""
+    """Return what a typed body represents, an absent one for no fields, as it travels; raises BadInput."""
     try:
         return kind.pack({} if body is None else body)
     except BadMessage as error:

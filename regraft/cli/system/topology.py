@@ -19,7 +19,7 @@ AT_ONCE = 0.0
 
 @dataclass(slots=True)
 class TopicUse:
-    """A topic: its type, who writes and who reads it as (component, port), and what the stack says of it."""
+    """A topic: its type, who writes and who reads it as (component, port), and what the stack states of it."""
 
     name: str
     type: str
@@ -125,7 +125,7 @@ class Topology:
 
 
 def no_component(name: str, known: Iterable[str]) -> str:
-    """Say that a component is not there, and which may be meant."""
+    """Report that a component is not there, and which may be meant."""
     return f"there is no component {name!r}; {instead_of(name, known)}"
 
 

@@ -36,7 +36,7 @@ ARCHITECTURE: Final = "adaptation_manager/architecture"
 FRESH_FOR: Final = 1.0
 """Seconds for which the architecture counts as known; a plan that wants what is so already asks no more often."""
 MAX_TURNS: Final = 3
-"""How often a decision is made anew because somebody else changed the architecture meanwhile."""
+"""How often a decision is rebuilt because somebody else changed the architecture meanwhile."""
 
 
 class NotKnown(Exception):
@@ -155,5 +155,5 @@ class InternalPlan:
 
 
 def _is_stale(report: AdaptationReport) -> bool:
-    """Tell whether an adaptation was rejected only because the architecture had changed."""
+    """Return whether an adaptation was rejected only because the architecture had changed."""
     return [violation.field for violation in report.violations] == ["revision"]
