@@ -106,7 +106,7 @@ class AdaptationManager(Component):
 
     @service(UNDO)
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
-        """Undo an applied adaptation by a new one, or say what that would do."""
+        """Undo an applied adaptation by a new one, or report what that would do."""
         await self._gate.passed(self.queue_limit)
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
@@ -247,5 +247,5 @@ class AdaptationManager(Component):
 
 
 def _number(given: str) -> int | None:
-    """Return the number that an adaptation's id stands for, None if it is no id."""
+    """Return the number that an adaptation's id represents, None if it is no id."""
     return int(given) if given.isascii() and given.isdecimal() and len(given) < 19 else None

@@ -22,7 +22,7 @@ AT_ONCE = 0.0
 
 @dataclass(slots=True)
 class TopicUse:
-    """A topic: its type, who writes and who reads it as (component, port), and what the stack says of it."""
+    """A topic: its type, who writes and who reads it as (component, port), and what the stack states of it."""
 
     name: str
     type: str

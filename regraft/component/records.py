@@ -49,7 +49,7 @@ class Records(Parameter[Any], Generic[T]):
         return records
 
     def checked(self, value: Any) -> tuple[T, ...]:
-        """Return the records that plain data stands for; raises ParameterError with everything that is wrong."""
+        """Return the records that plain data represents; raises ParameterError with everything that is wrong."""
         if not isinstance(value, list | tuple):
             raise ParameterError([(self.name, f"must be a list of records, is {type(value).__name__}")])
         records: list[Any] = []

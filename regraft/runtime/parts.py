@@ -137,7 +137,7 @@ class Parts:
         return type(self.component).handler_timeout if assigned is None else assigned
 
     def is_reliable(self, key: str) -> bool:
-        """Tell whether the topic at ``key`` is reliable, rather than a sensor stream."""
+        """Return whether the topic at ``key`` is reliable, rather than a sensor stream."""
         return self.keys.topic_of(key) not in self.assignment.sensor_streams
 
     def reader(self, key: str) -> TopicReader | None:

@@ -207,5 +207,7 @@ def test_the_times_are_those_of_the_code() -> None:
         successor.TAKE_OVER_TIMEOUT,
     ]
     assert f"heartbeat stays away for {watchdog.HUNG_TIMEOUT} s" in PAGE
-    assert f"the last {request_server.REMEMBERED_REPLIES} of each of\n  {request_server.MAX_CLIENTS} clients" in PAGE
-    assert f"and of {request_server.REMEMBERED_NUMBERS} before them" in PAGE
+    assert (
+        f"the last {request_server.REMEMBERED_REPLIES} replies of each of {request_server.MAX_CLIENTS} clients" in PAGE
+    )
+    assert f"Of {request_server.REMEMBERED_NUMBERS} earlier clients" in PAGE

@@ -51,8 +51,8 @@ def connect(
 def rewire(there: Reached, component: str, port: str, topic: str) -> None:
     """Move a port of a component that takes control queries from anybody; raises ClientError.
 
-    Without an adaptation manager nobody sees to it that all writers put markers, so what is written on either
-    topic around the switch may be missed.
+    Without an adaptation manager, writers may put no markers. Messages on either topic around the switch may then be
+    missed.
     """
     for step in (RewireStep.OPEN, RewireStep.SWITCH):
         there.client.control(component, "connections", Rewire(step, port, topic))

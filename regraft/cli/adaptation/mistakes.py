@@ -58,7 +58,7 @@ def refuse_values(spec: ComponentSpec, values: Mapping[str, PlainValue], *, star
 def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> Iterator[tuple[int, str]]:
     """Yield every mistake with the index of its change; each change sees what those before it will have done.
 
-    ``describe`` gives what a class says of itself, None if nobody can say: it is left to the manager then.
+    ``describe`` gives what a class states of itself, None if nobody can say: it is left to the manager then.
     """
     draft = _Draft(dict(known.hosted), dict(known.topics), known, describe)
     for index, change in enumerate(changes):
@@ -142,7 +142,7 @@ class _Draft:
         self.components.setdefault(change.component, spec)
 
     def _start(self, spec: ComponentSpec) -> tuple[ComponentSpec, list[str]]:
-        """Return what a host would start, with what its class says, and why it cannot."""
+        """Return what a host would start, with what its class states, and why it cannot."""
         problems = list(self._of_host(spec.host))
         described = None if problems else self.describe(spec)
         if described is None:
@@ -152,7 +152,7 @@ class _Draft:
 
 
 def _decides_on_ports(description: Description | None, values: Mapping[str, PlainValue]) -> bool:
-    """Tell whether values may give the class other ports than it has: those of parameters that are read-only."""
+    """Return whether values may give the class other ports than it has: those of parameters that are read-only."""
     return description is not None and any(p.read_only for p in description.parameters if p.name in values)
 
 

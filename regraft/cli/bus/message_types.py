@@ -47,7 +47,7 @@ def _told(there: Reached, name: str, users: tuple[str, ...]) -> Iterator[Describ
 
 
 def packed(kind: DescribedType, body: PlainValue) -> PlainValue:
-    """Return what a typed body stands for, an absent one for no fields, as it travels; raises BadInput."""
+    """Return what a typed body represents, an absent one for no fields, as it travels; raises BadInput."""
     try:
         return kind.pack({} if body is None else body)
     except BadMessage as error:

@@ -129,7 +129,7 @@ def _cancel(pursued: ClientGoal[PlainValue, PlainValue]) -> None:
 
 
 def _request(there: Reached, name: str, kind: str, body: str) -> PlainValue:
-    """Return the request that a typed body stands for, as plain data; raises BadInput."""
+    """Return the request that a typed body represents, as plain data; raises BadInput."""
     fields = document(body, "the body") if body.strip() else None
     offer = there.known.offer(name, kind)
     request = message_types.described(there, offer.description.request, offer.component)

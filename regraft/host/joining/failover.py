@@ -23,7 +23,7 @@ class Failover:
     """Asks for adaptations in the name of the first host."""
 
     def __init__(self, bus: Bus, system: str, tell: Callable[..., None]) -> None:
-        """Ask on ``bus``; what fails is told by ``tell(kind, subject, text)``."""
+        """Ask on ``bus``; failures are reported by ``tell(kind, subject, text)``."""
         self._bus = bus
         self._system = system
         self._tell = tell

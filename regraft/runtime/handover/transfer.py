@@ -43,7 +43,7 @@ class Transfer:
         )
 
     def misfits(self, offered: HandoverOffer, *, with_state: bool) -> list[str]:
-        """Return why this run cannot go on from the incumbent."""
+        """Return why this run cannot continue from the incumbent."""
         if offered.state not in (State.ACTIVE, State.INACTIVE):
             return [
                 f"incarnation {offered.incarnation} is {offered.state.value}: only an active or inactive one hands over"
@@ -91,7 +91,7 @@ class Transfer:
             self._parts.tick = tick
 
     def take_over(self, handed: HandedOver, held: ReplayBuffer, *, with_state: bool) -> int:
-        """Go on where the incumbent froze; returns the nanoseconds for which nobody spoke for the component.
+        """Continue where the incumbent froze; returns the nanoseconds for which nobody spoke for the component.
 
         Raises:
             Exception: the class does not take the state, or could not be activated.
@@ -154,7 +154,7 @@ class Transfer:
             server.take_over(client for client in handed.clients if client.service == server.name)
 
     def _take_streams(self, handed: HandedOver) -> None:
-        """Go on with the streams of the inputs: behind activating them, for that begins them anew."""
+        """Continue with the streams of the inputs: behind activating them, for that restarts them."""
         for p in handed.streams:
             if self._parts.inbound.consumer_of(p.key) is not None:
                 stream = Stream(p.epoch, p.incarnation, p.handled, p.wired, since=p.since)

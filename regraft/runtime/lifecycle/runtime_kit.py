@@ -108,7 +108,7 @@ class RuntimeKit(Kit):
     def compute(self, function: Callable[..., R], *arguments: Any) -> Future[R]:
         return self._parts.compute.submit(function, *arguments)
 
-    # --- telling how things are ---
+    # --- reporting progress ---
 
     def event(self, kind: str, text: str, **details: Any) -> None:
         self._parts.reporter.event(kind, text, **details)

@@ -73,7 +73,7 @@ def load(
 
 @mission.command("start")
 def start(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
-    """Start the loaded tree, or go on after a pause."""
+    """Start the loaded tree, or continue after a pause."""
     _command(ctx, system, MissionCommand(Command.START), as_json)
 
 
@@ -156,7 +156,7 @@ def check(
     main: MainOption = "",
     as_json: JsonOption = False,
 ) -> None:
-    """Load a tree without a system, and say what is wrong where."""
+    """Load a tree without a system, and report what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for what stands at the top.
     from behavior_tree import TreeError
     from regraft.process.trial.trial_import import check_imports

@@ -34,7 +34,7 @@ from regraft.services.bt_executor.adaptation.rules.scripts import known_or_none
 FRESH_FOR: Final = 1.0
 """Seconds for which the architecture counts as known; a plan that wants what is so already asks no more often."""
 MAX_TURNS: Final = 3
-"""How often a decision is made anew because somebody else changed the architecture meanwhile."""
+"""How often a decision is rebuilt because somebody else changed the architecture meanwhile."""
 
 
 class NotKnown(Exception):
@@ -153,5 +153,5 @@ class InternalPlan:
 
 
 def _is_stale(report: AdaptationReport) -> bool:
-    """Tell whether an adaptation was rejected only because the architecture had changed."""
+    """Return whether an adaptation was rejected only because the architecture had changed."""
     return [violation.field for violation in report.violations] == ["revision"]
