@@ -65,7 +65,8 @@ class Builder:
             elif node.kind in LEAVES and setup.manifest.kind not in LEAVES:
                 children = ()  # A leaf took the place of a node with children.
             else:
-                children = tuple(self._build(child, board, prefix) for child in element.children)
+                # A generator would take C's stack at each level, which Python 3.12 bounds apart.
+                children = tuple([self._build(child, board, prefix) for child in element.children])
             node.adopt(children)
         except LoadError:
             raise
