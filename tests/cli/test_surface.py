@@ -11,9 +11,10 @@ import typer
 
 from tests.cli.app import whole
 from tests.cli.conftest import Regraft
+from tests.support.paths import ROOT
 
 SURFACE = Path(__file__).parent / "surface.txt"
-DOCUMENTED = Path(__file__).parents[2] / "docs" / "commands.md"
+DOCUMENTED = ROOT / "docs" / "commands.md"
 
 
 def surface(command: Any, path: str) -> Iterator[str]:

@@ -6,13 +6,12 @@ import io
 import re
 import tokenize
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 import regraft
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 FORMER = "regraft/bus_schema/encoding/records.py"
 """It knows former names of fields, for the errors that name the present ones."""
