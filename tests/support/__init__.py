@@ -6,5 +6,6 @@
 - ``systems``, ``hosts``, ``frog``: whole systems, further hosts, FROG, each started as a user starts it
 - ``buses``, ``threads``: a bus of either kind, and components on threads of this process
 - ``site``, ``step_site``: components on such threads, in real and in simulated time
+- ``tables``: one test for a whole table
 - ``nursery``: components as processes, without a host
 """
