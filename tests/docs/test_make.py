@@ -15,9 +15,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.waiting import PATIENCE
-
-ROOT = Path(__file__).parents[2]
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 LOAD = """
 import sys

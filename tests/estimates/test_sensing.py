@@ -21,7 +21,7 @@ from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
 from regraft.testing import Rig
 from tests.services.rigs import FROG, run, run_until, set_parameters, world_on
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 RAY = {"file": FROG, "renderer": "ray", "width": 80, "height": 60}
 

@@ -8,7 +8,7 @@ import pytest
 
 from regraft.evaluation.runs.search_run import run_search
 from regraft.evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
-from tests.host.system import ROOT
+from tests.support.paths import ROOT
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]
 

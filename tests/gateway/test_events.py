@@ -18,7 +18,7 @@ from regraft.bus_schema.messages.health import Event
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.conftest import Running
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 @dataclass

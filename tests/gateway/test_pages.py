@@ -14,7 +14,7 @@ import pytest
 from regraft.dashboard_api.routes.openapi_page import openapi_page
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 PAGES = ("/", "/api/v1", "/api/v1/openapi.html")
 

@@ -16,9 +16,9 @@ from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
-from tests.kit.site import Site
 from tests.planners.parts import SPEEDS, SmallManager, spec
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 PROPOSE = "/planners/bandits/propose"
 

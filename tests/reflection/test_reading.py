@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding import codec
@@ -23,9 +23,9 @@ from regraft.bus_schema.messages.health import Event, SensorFault, SensorHealth,
 from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.power import BatteryState, PowerDraw
 from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
-from tests.schema.strategies import all_types, values
+from tests.schema.every_type import KINDS, of_every_type
+from tests.schema.strategies import values
 
-KINDS = all_types()
 REDUCTIONS = (None, *Reduce)
 
 
@@ -70,9 +70,7 @@ def holds_plain_data(shape: Shape, path: list[str]) -> bool:
     )
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name.split("/")[1])
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
-@given(data=st.data())
+@of_every_type(25)
 def test_whatever_the_type_promises_every_message_of_it_has(kind: Any, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     arrived = codec.decode(codec.encode(message), kind.cls)

@@ -6,7 +6,6 @@ import json
 import re
 import struct
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -35,11 +34,12 @@ from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data import status_reporter, stream
 from regraft.runtime.handover import incumbent, successor
 from regraft.runtime.requests import request_server
+from tests.support.paths import ROOT
 
 from .spelling import line_of
 from .strategies import all_types
 
-PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
+PAGE = (ROOT / "docs" / "protocol.md").read_text()
 FENCES = re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 DUMPS = [
     (what, bytes.fromhex(dump), json.loads(shown))
