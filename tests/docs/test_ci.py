@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.waiting import PATIENCE
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
-ROOT = Path(__file__).parents[2]
 OWN = sys.version_info.minor
 OTHERS = [f"3.{minor}" for minor in (11, 12, 13) if minor != OWN]
 
