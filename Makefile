@@ -6,10 +6,15 @@ BIN := .venv/bin
 INSTALL = $(BIN)/pip install --disable-pip-version-check
 COMPILE = build/lock/bin/pip-compile --quiet --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --generate-hashes --strip-extras --allow-unsafe --upgrade --no-header --no-annotate
 
-.PHONY: help frog test check bench evidence attack docs lock clean
+OTHER := build/$(notdir $(PYTHON))
+# What Python's version could break: the language, the standard library, compiled packages, processes, asyncio, installing.
+PORTABLE := tests/behavior_tree tests/kit tests/schema tests/stack tests/gateway/test_server.py tests/outside/test_wheel.py
+PORTABLE_RUN := tests/frog/test_runs.py::test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests
+
+.PHONY: help frog test test-python check coverage bench evidence attack docs lock clean
 
 help: ## Say what there is
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
 
 frog: .venv/frog ## Run FROG: a dozen processes in a simulated room
 	$(BIN)/regraft up frog
@@ -17,11 +22,22 @@ frog: .venv/frog ## Run FROG: a dozen processes in a simulated room
 test: .venv/ready ## Pass the tests (a few minutes)
 	$(BIN)/pytest
 
+test-python: $(OTHER)/ready ## Pass what another Python could break: make test-python PYTHON=python3.12
+	$(OTHER)/bin/pytest $(PORTABLE) $(PORTABLE_RUN)
+
 check: .venv/ready ## Format, lint, types, architecture
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	@! test -f build/coverage/rooms.txt || tail -n 1 build/coverage/rooms.txt
+
+coverage: .venv/ready ## Pass the tests and measure which code they reach: build/coverage
+	rm -rf build/coverage
+	mkdir -p build/coverage
+	$(BIN)/coverage run -m pytest; code=$$?; \
+	$(BIN)/coverage combine --quiet && $(BIN)/coverage html --quiet && $(BIN)/coverage json --quiet && \
+	$(BIN)/python -m tests.coverage_by_room && exit $$code
 
 bench: .venv/ready ## Measure every budget as a ratio
 	$(BIN)/python -m benchmarks
@@ -64,6 +80,13 @@ clean: ## Remove what was installed and cached
 	$(INSTALL) --require-hashes -r requirements/docs.txt
 	$(INSTALL) --no-deps -e .
 	@touch .venv/frog $@
+
+# What tests import is compiled as they import it, which is a fraction of the packages.
+$(OTHER)/ready: pyproject.toml requirements/dev.txt
+	$(PYTHON) -m venv $(OTHER)
+	$(OTHER)/bin/pip install --quiet --disable-pip-version-check --no-compile --require-hashes -r requirements/dev.txt
+	$(OTHER)/bin/pip install --quiet --disable-pip-version-check --no-deps -e .
+	@touch $@
 
 # Python 3.11's venv has setuptools, which FROG does not need.
 .venv/bin/pip:

@@ -21,7 +21,7 @@ class MonotonicClock:
 
 
 class ManualClock:
-    """A clock that stands still until it is moved, for simulated time and for tests."""
+    """A clock that is still until it is moved, for simulated time and for tests."""
 
     def __init__(self, start: float = 0.0) -> None:
         """Begin at a time in seconds."""

@@ -28,7 +28,7 @@ class LoadError(TreeError):
 
 
 class UnknownTypeError(LoadError):
-    """A node of the tree has a type that is not known; ``hint`` says which may be meant, empty if none is near."""
+    """A node of the tree has a type that is not known; ``hint`` states which may be meant, empty if none is near."""
 
     hint = ""
 

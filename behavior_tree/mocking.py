@@ -49,7 +49,7 @@ def mock_unknown_types(registry: Registry, collection: TreeCollection) -> None:
             pending.extend(reversed(element.children))
             type_id = element.attributes.get("ID", "") if element.tag in _LONG_FORMS else element.tag
             if type_id in collection.trees:
-                continue  # A sub-tree, if wrongly written; the loader says so.
+                continue  # A sub-tree, if wrongly written; the loader reports it.
             if element.tag != NodeKind.SUBTREE.value and type_id and type_id not in registry.manifests:
                 used.setdefault(type_id, []).append(element)
             elif type_id in modelled and type_id not in used:

@@ -20,7 +20,7 @@ class Registry:
     """All that a tree's XML may refer to; starts with the built-in node types.
 
     Attributes:
-        converters: What makes values of a class from text, by class.
+        converters: Functions that make values from text, by class.
         enums: Whole numbers by name, for scripts and Switch nodes.
         substitutions: Rules that put other nodes in place of those that the XML names.
     """
@@ -75,7 +75,7 @@ class Registry:
         self.enums.update({name: int(member) for name, member in enum_class.__members__.items()})
 
     def register_converter(self, value_class: type[Any], converter: Converter) -> None:
-        """Say how values of a class are made from text, for literals and for text on a blackboard."""
+        """Report how values of a class are made from text, for literals and for text on a blackboard."""
         self.converters[value_class] = converter
 
     def substitute(self, pattern: str, substitution: Substitution) -> None:

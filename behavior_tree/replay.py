@@ -1,6 +1,6 @@
 """Replays traces: ``python -m behavior_tree.replay FILE.jsonl.gz …``.
 
-The last line printed is ``trees: N, mismatching: M``. The exit code is 0 if all trees did what their traces say, 1 if
+The last line printed is ``trees: N, mismatching: M``. The exit code is 0 if all trees did as their traces. It is 1 if
 some did not, and 2 if a file or a record in it cannot be read.
 """
 

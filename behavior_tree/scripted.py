@@ -1,8 +1,7 @@
 """Leaves whose results are spelt out in the XML, for traces and for tests.
 
-``script`` has one letter for each tick of the leaf itself: R running, S success, F failure, K skipped. It is read
-over and over; neither a halt nor a new start begins it anew. Where ``in`` can be read, ``out`` gets it with the
-letter behind.
+``script`` has one letter for each tick of the leaf itself: R running, S success, F failure, K skipped. It is read over
+and over; neither a halt nor a new start restarts it. Where ``in`` can be read, ``out`` gets it with the letter behind.
 """
 
 from collections.abc import MutableSequence
@@ -57,7 +56,7 @@ class _Spelt(Node):
 
 
 class Scripted(_Spelt, StatefulAction):
-    """An action that takes as many ticks as its script says."""
+    """An action that takes as many ticks as its script states."""
 
     def on_start(self) -> Status:
         """Return the next letter's status."""

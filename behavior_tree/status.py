@@ -41,5 +41,5 @@ def status_from_name(name: str) -> Status:
 
 
 def is_completed(status: Status) -> bool:
-    """Tell whether a status is SUCCESS or FAILURE."""
+    """Return whether a status is SUCCESS or FAILURE."""
     return status in COMPLETED

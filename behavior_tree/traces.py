@@ -1,9 +1,9 @@
 """Traces: what a tree did, tick by tick, and whether our tree does the same.
 
-A record has the XML of a tree of scripted leaves, how it was ticked (``exact``: once a line, ``once``: until no node
-asked for another tick), the number of the tick in whose place the tree was halted (-1: none), and a line for each
-tick: the result's letter or ``error``, the stored statuses' letters in order of creation, the events of the leaves,
-and the values of the top blackboard.
+A record has the XML of a tree of scripted leaves and how it was ticked. ``exact`` is once a line; ``once`` is until no
+node asked for another tick. Then come the number of the tick in whose place the tree was halted (-1: none), and a line
+for each tick. A line has the result's letter or ``error`` and the stored statuses' letters in order of creation. The
+events of the leaves and the values of the top blackboard follow.
 """
 
 import json
@@ -25,7 +25,7 @@ MAX_TICKS: Final = 10_000
 
 
 class BadRecord(Exception):
-    """A line is no trace; the text says why."""
+    """A line is no trace; the text states why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ class Mismatch:
 
     Attributes:
         tick: The number of the line, from 1; 0 where the tree could not be loaded.
-        what: What differs.
-        expected: What the trace has.
-        got: What our tree did.
+        what: The subject of the difference.
+        expected: The value in the trace.
+        got: The value of our tree.
     """
 
     tick: int
@@ -117,7 +117,7 @@ def first_mismatch(record: Record) -> Mismatch | None:
 
 
 def _step(tree: Tree, record: Record, number: int, events: list[str]) -> tuple[Line, str]:
-    """Do what a line says; return what is to be seen then and, after an error, its text."""
+    """Do what a line states; return what is to be seen then and, after an error, its text."""
     root, reason = ERROR, ""
     try:
         if number == record.halt_at:
@@ -136,7 +136,7 @@ def _step(tree: Tree, record: Record, number: int, events: list[str]) -> tuple[L
 
 
 def _is_ours(error: Exception) -> bool:
-    """Tell the engine's own errors from its bugs, which a node's error may be wrapped around."""
+    """Distinguish the engine's own errors from its bugs, which a node's error may be wrapped around."""
     cause = error.__cause__
     return isinstance(error, TreeError) and isinstance(cause, TreeError | ValueError | None)
 

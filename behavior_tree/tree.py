@@ -22,7 +22,7 @@ class Tree:
         nodes: All nodes in order of their uid, which starts at 1.
         blackboard: The top blackboard; may be read and written between ticks.
         blackboards: All blackboards, the top one by the tree's ID, the others by the path of their sub-tree.
-        warnings: What the loader found questionable.
+        warnings: The doubts of the loader.
     """
 
     def __init__(
@@ -43,10 +43,10 @@ class Tree:
         self._runtime = runtime
 
     def tick_exactly_once(self) -> Status:
-        """Tick the root once; after SUCCESS or FAILURE the tree is idle and may start anew.
+        """Tick the root once; after SUCCESS or FAILURE the tree is idle and may start again.
 
         Raises:
-            NodeError: A node failed; the tree is left as it is, halt it before going on.
+            NodeError: A node failed; the tree is left as it is, halt it before continuing.
         """
         self._runtime.timers.take_due()
         return self._ended(self.root.execute_tick())
@@ -59,7 +59,7 @@ class Tree:
                 that completes at once never stops by itself.
 
         Raises:
-            NodeError: A node failed; the tree is left as it is, halt it before going on.
+            NodeError: A node failed; the tree is left as it is, halt it before continuing.
         """
         self._runtime.timers.take_due()
         status = self.root.execute_tick()
@@ -80,7 +80,7 @@ class Tree:
             max_ticks: See `tick_once`.
 
         Raises:
-            NodeError: A node failed; the tree is left as it is, halt it before going on.
+            NodeError: A node failed; the tree is left as it is, halt it before continuing.
         """
         while (status := self.tick_once(max_ticks)) == RUNNING:
             wake_up = self.next_wake_up()

@@ -34,7 +34,7 @@ class Patience:
         self._looked = time.monotonic()
 
     def is_over(self) -> bool:
-        """Tell whether the time is up; to be asked now and then during the wait."""
+        """Return whether the time is up; to be asked now and then during the wait."""
         now = time.monotonic()
         passed = now - self._looked
         if passed >= LOOK_INTERVAL or passed >= self._left:

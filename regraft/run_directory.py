@@ -29,7 +29,7 @@ class NotRunning(Exception):
 
 
 class NoRoom(Exception):
-    """The system's folder cannot be written; the text says why."""
+    """The system's folder cannot be written; the text states why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def _locked(held: IO[str]) -> bool:
 
 
 def write_info(info: RunInfo) -> None:
-    """Say how to reach the system; raises NoRoom, leaving what was said before."""
+    """Report how to reach the system; raises NoRoom, leaving what was said before."""
     path = folder(info.system) / "run.json"
     fresh = path.with_suffix(".new")
     try:
@@ -125,7 +125,7 @@ def _no_room(path: Path, error: OSError) -> NoRoom:
 
 
 def forget_info(system: str) -> None:
-    """Say that the system has ended."""
+    """Report that the system has ended."""
     (folder(system) / "run.json").unlink(missing_ok=True)
 
 
@@ -140,7 +140,7 @@ def read_info(system: str) -> RunInfo | None:
 
 
 def is_running(system: str) -> bool:
-    """Tell whether somebody holds the system's lock."""
+    """Return whether somebody holds the system's lock."""
     try:
         with (folder(system) / "lock").open("a+") as held:
             fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)

@@ -39,7 +39,7 @@ from regraft.runtime.core.timers import Timers
 from regraft.runtime.data.inbound import Inbound
 from regraft.runtime.data.status_reporter import StatusReporter
 from regraft.runtime.data.writers import Identity, Writers
-from regraft.runtime.requests.request_client import Caller
+from regraft.runtime.requests.request_client import RequestClient
 from regraft.runtime.runtime import Runtime
 
 C = TypeVar("C", bound=Component)
@@ -70,8 +70,8 @@ class Rig:
         self._timers = Timers()
         self._reporter = StatusReporter(self.bus, self.keys, self.clock, identity, 3600.0)
         self._inbound = Inbound(self.clock, stepped=False)
-        self._caller = Caller(self.keys, "rig-1", self._writers, self._timers, self._reporter)
-        self._inbound.add(self.keys.reply("**", "rig-1"), self._caller)
+        self._requests = RequestClient(self.keys, "rig-1", self._writers, self._timers, self._reporter)
+        self._inbound.add(self.keys.reply("**", "rig-1"), self._requests)
         self.bus.subscribe(self.keys.reply("**", "rig-1"), self._inbox.put)
         self.bus.subscribe(self.keys.event, lambda s: self.events.append(codec.decode(s.payload, Event)))
 
@@ -140,16 +140,16 @@ class Rig:
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> A:
         """Call a service, letting time pass until it answers; raises CallFailed."""
-        waiting = self._caller.call(service, request, reply, timeout)
-        self._advance_until(lambda: waiting.done, timeout + 1.0)
-        if waiting.error:
-            raise waiting.error
-        assert waiting.value is not None
-        return waiting.value
+        outcome = self._requests.call(service, request, reply, timeout)
+        self._advance_until(lambda: outcome.done, timeout + 1.0)
+        if outcome.error:
+            raise outcome.error
+        assert outcome.value is not None
+        return outcome.value
 
     def goal(self, service: str, goal: object, result: type[A], feedback: type[M] | None = None) -> Goal[A, M]:
         """Give an action a goal; let time pass with ``advance``."""
-        given = self._caller.goal(service, goal, result, feedback)
+        given = self._requests.goal(service, goal, result, feedback)
         self.settle()
         return given
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from regraft.sim_service.cameras.renderers import RendererName
-from tests.renderers import best
-from tests.waiting import slowness
-from tests.workers import give_back_memory, workers
+from tests.support.renderers import best
+from tests.support.waiting import slowness
+from tests.support.workers import give_back_memory, workers
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -91,7 +91,7 @@ class AsyncFallback(Fallback):
 
 
 class SequenceWithMemory(_Ordered):
-    """A Sequence that, after a failure or a halt, goes on with the child at which it stopped."""
+    """A Sequence that, after a failure or a halt, continues with the child at which it stopped."""
 
     yields: ClassVar[bool] = True
 

@@ -12,7 +12,7 @@ from ..status import RUNNING, SKIPPED, Status
 
 
 def same_value(first: str, second: str, enums: Mapping[str, int]) -> bool:
-    """Tell whether two texts mean the same: as text, as (enumerated) whole numbers, or as reals."""
+    """Return whether two texts mean the same: as text, as (enumerated) whole numbers, or as reals."""
     if first == second:
         return True
     try:
@@ -45,7 +45,7 @@ class Switch2(Control):
         self._running: int | None = None
 
     def tick(self) -> Status:
-        """Choose anew, halt what ran before if it was another child, and tick the chosen one."""
+        """Choose again, halt what ran before if it was another child, and tick the chosen one."""
         chosen = self._choice()
         if self._running is not None and self._running != chosen:
             self.children[self._running].reset()

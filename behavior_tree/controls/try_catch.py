@@ -22,7 +22,7 @@ class TryCatch(Control):
         self._catching = False
 
     def tick(self) -> Status:
-        """Go on trying or catching."""
+        """Continue trying or catching."""
         self.set_running()
         if not self._catching:
             status = self._tick_tried()

@@ -1,8 +1,7 @@
 """Blackboards: the typed, named values that the nodes of one tree share.
 
-Every sub-tree has a board of its own. A key is looked up locally, then through the sub-tree's explicit
-remapping in the parent's board, then, under autoremap, by the same name in the parent. ``@key`` always means
-the top board.
+Every sub-tree has a board of its own. A key is looked up locally, then through the sub-tree's explicit remapping in the
+parent's board. Under autoremap the same name in the parent comes last. ``@key`` always means the top board.
 """
 
 from collections.abc import Mapping
@@ -37,8 +36,8 @@ class Blackboard:
     Attributes:
         parent: The board of the enclosing tree, None at the top.
         root: The top board, which ``@key`` refers to.
-        clock: What writes are stamped with.
-        converters: What makes values of a class from text.
+        clock: The source of the stamps of writes.
+        converters: Functions that make values of a class from text.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Values of ports and blackboard entries, and the conversions between their types.
 
-A type is a Python class, ``list[...]`` of one, or None for "any". Text converts to whole numbers, reals,
-truth values, statuses, enumerations, lists, and to every class that has a converter in the registry.
+A type is a Python class, ``list[...]`` of one, or None for "any". Text converts to whole numbers, reals, truth values,
+statuses, enumerations and lists. It also converts to every class that has a converter in the registry.
 """
 
 import json

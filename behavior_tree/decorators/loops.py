@@ -24,7 +24,7 @@ class _Loop(Decorator):
         self._rounds = 0
 
     def tick(self) -> Status:
-        """Tick the child; go on to the next round at once if the child was running before."""
+        """Tick the child; continue to the next round at once if the child was running before."""
         limit: int = self.read_port(self.count_port)
         self.set_running()
         while limit == -1 or self._rounds < limit:
@@ -47,7 +47,7 @@ class _Loop(Decorator):
         return self.again
 
     def halt(self) -> None:
-        """Reset the child and begin to count anew."""
+        """Reset the child and begin to count again."""
         self._rounds = 0
         super().halt()
 

@@ -13,8 +13,8 @@ from ..status import COMPLETED, FAILURE, IDLE, RUNNING, SUCCESS, Status
 class _Loop(Decorator):
     """Takes an item off a queue, writes it, ticks the child, and is running until the queue is empty.
 
-    The queue is literal text such as ``1;2;3``, read anew at every start; or a blackboard entry: a
-    ``collections.deque`` is shared and used up by all who take from it, a list or text is copied at the first look
+    The queue is literal text such as ``1;2;3``, read again at every start, or a blackboard entry. A
+    ``collections.deque`` is shared, and used up by all who take from it. A list or text is copied at the first look
     and, as in BehaviorTree.CPP, never read again.
     """
 

@@ -1,4 +1,4 @@
-"""The decorator that stands for another tree."""
+"""The decorator that represents another tree."""
 
 from typing import ClassVar
 
@@ -10,9 +10,8 @@ from ..status import COMPLETED, Status
 class SubTree(Decorator):
     """Ticks the root of another tree, whose nodes have a blackboard of their own, and passes its result on.
 
-    The loader evaluates the attributes: ``ID`` is the tree, ``_autoremap`` shares keys of the same name, and
-    every other attribute connects a key of the sub-tree to one of this tree (``a="{b}"``) or sets it
-    (``a="3"``).
+    The loader evaluates the attributes. ``ID`` is the tree, and ``_autoremap`` shares keys of the same name. Every
+    other attribute connects a key of the sub-tree to one of this tree (``a="{b}"``) or sets it (``a="3"``).
     """
 
     kind: ClassVar[NodeKind] = NodeKind.SUBTREE

@@ -63,7 +63,7 @@ class Timeout(Decorator):
             if duration > 0:
                 self._deadline = self.runtime.timers.start(self.uid, duration / 1000.0)
         if self._deadline is not None and self.runtime.clock.now() >= self._deadline:
-            # The timer fires once: a child that is not running then goes on without a limit.
+            # The timer fires once: a child that is not running then continues without a limit.
             self._deadline = None
             if self.child.status == RUNNING:
                 self._stop_timer()

@@ -22,7 +22,7 @@ class SkipUnlessUpdated(Decorator):
         self._child_runs = False
 
     def tick(self) -> Status:
-        """Go on with a running child without looking; else look and, after a write, tick the child."""
+        """Continue with a running child without looking; else look and, after a write, tick the child."""
         if not self._child_runs and not self._watch.was_written():
             return self.otherwise
         status = self.child.execute_tick()

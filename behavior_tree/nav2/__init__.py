@@ -3,11 +3,11 @@
     registry = Registry()
     register_nav2(registry)
 
-Where Nav2 asks ROS, a node has a further input that is connected to an entry of the top blackboard by default:
+Where Nav2 asks ROS, a node has a further input, connected to an entry of the top blackboard by default. The entries are
 ``robot_pose`` (DistanceController), ``robot_speed`` (SpeedController), ``goal_update`` and ``goals_update``
 (GoalUpdater). The application writes these entries, or connects the inputs to others. `geometry` defines the form of
-poses, goals and paths. A PauseResumeController is told by its `request_pause` and
-`request_resume`, which a function given as ``offer_service`` may make known as services.
+poses, goals and paths. ``request_pause`` and ``request_resume`` pause and resume a PauseResumeController. A function
+given as ``offer_service`` may offer these as services.
 """
 
 from typing import Final
@@ -46,7 +46,7 @@ def register_nav2(registry: Registry, offer_service: OfferService | None = None)
     """Register Nav2's control nodes and decorators under Nav2's names.
 
     Args:
-        registry: What they are added to.
+        registry: The registry that they are added to.
         offer_service: Makes the services of a PauseResumeController known, see `OfferService`.
 
     Returns:

@@ -1,7 +1,7 @@
 """The view that Nav2's decorators have of poses, goals and paths, whatever the messages look like.
 
-- A position is found in an object's or mapping's ``pose``, ``position`` and then ``x`` and ``y``, in this order and
-  where they are there; or in the first two numbers of a sequence. Metres.
+- A position (m) is the first of ``pose``, ``position``, and ``x`` and ``y``, in an object or mapping. In a sequence it
+  is the first two numbers.
 - A stamp is found in ``header`` and ``stamp``, as seconds or as ``sec`` and ``nanosec``; 0 where there is none.
 - A path is a sequence of poses, or has one in ``poses`` or ``points``.
 """
@@ -37,7 +37,7 @@ def position_of(pose: Any) -> Position:
 
 
 def same_pose(first: Any, second: Any) -> bool:
-    """Tell whether two poses are equal, whenever they were stamped."""
+    """Return whether two poses are equal, whenever they were stamped."""
     bare = [_part(pose, "pose") for pose in (first, second)]
     return same(*bare) if None not in bare else same(first, second)
 
@@ -79,7 +79,7 @@ def length_of(poses: Sequence[Any]) -> float:
 
 
 def same(first: Any, second: Any) -> bool:
-    """Tell whether two values are equal, also where comparing gives one answer for each element."""
+    """Return whether two values are equal, also where comparing gives one answer for each element."""
     if first is second:
         return True
     equal = first == second

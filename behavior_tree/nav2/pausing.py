@@ -1,4 +1,4 @@
-"""The node that can be told to pause."""
+"""The node that can be asked to pause."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -34,7 +34,7 @@ _REQUESTS: Final = (_State.PAUSE_REQUESTED, _State.RESUME_REQUESTED)
 
 
 class PauseResumeController(Control):
-    """Ticks its first child until it is told to pause, then the others, until it is told to resume.
+    """Ticks its first child until it is asked to pause, then the others, until it is asked to resume.
 
     The children are: while resumed, while paused, once when pausing, once when resuming; all but the first may be
     missing. It succeeds with the first child and fails with any. Pausing and resuming reset all children. As in Nav2
@@ -61,7 +61,7 @@ class PauseResumeController(Control):
 
     @property
     def is_paused(self) -> bool:
-        """Whether it has paused and not been told to resume."""
+        """Whether it has paused and not been asked to resume."""
         return self._state is _State.PAUSED
 
     def request_pause(self) -> bool:

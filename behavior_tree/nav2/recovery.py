@@ -22,7 +22,7 @@ class RecoveryNode(Control):
         self._retries = 0
 
     def tick(self) -> Status:
-        """Go on trying or recovering, and from one to the other within the tick."""
+        """Continue trying or recovering, and from one to the other within the tick."""
         limit: int = self.read_port_or("number_of_retries", 1)
         self.set_running()
         while self._retries <= limit:
@@ -33,7 +33,7 @@ class RecoveryNode(Control):
         return FAILURE
 
     def halt(self) -> None:
-        """Reset both children and begin to count anew."""
+        """Reset both children and begin to count again."""
         self._recovering = False
         self._retries = 0
         super().halt()

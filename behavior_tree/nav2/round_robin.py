@@ -7,7 +7,7 @@ from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Status
 
 
 class RoundRobin(Control):
-    """Ticks its children in turn until one succeeds, and goes on behind that one next time.
+    """Ticks its children in turn until one succeeds, and continues behind that one next time.
 
     Without wrap_around the round ends with the last child. As in Nav2 that comes before its result is looked at: the
     node fails even if the last child succeeds.

@@ -48,7 +48,7 @@ class CoroutineAction(StatefulAction):
         return self.on_running()
 
     def on_running(self) -> Status:
-        """Go on to the next ``yield``."""
+        """Continue to the next ``yield``."""
         assert self._steps is not None
         try:
             given = next(self._steps)

@@ -40,14 +40,14 @@ class StatefulAction(Leaf):
         raise NotImplementedError(f"{type(self).__name__} does not implement on_start()")
 
     def on_running(self) -> Status:
-        """Go on; called at every tick after the one that began, until the action completes or is halted."""
+        """Continue; called at every tick after the one that began, until the action completes or is halted."""
         raise NotImplementedError(f"{type(self).__name__} does not implement on_running()")
 
     def on_halted(self) -> None:
         """Give up; called only while the action is running."""
 
     def tick(self) -> Status:
-        """Begin, go on, or repeat the result."""
+        """Begin, continue, or repeat the result."""
         if self.status == RUNNING:
             return self.on_running()
         return self.on_start() if self.status == IDLE else self.status
@@ -62,7 +62,7 @@ class StatefulAction(Leaf):
 
 
 class Condition(Leaf):
-    """A question about the world, asked anew at every tick; override `holds`, or `tick` for other results."""
+    """A question about the world, asked again at every tick; override `holds`, or `tick` for other results."""
 
     kind: ClassVar[NodeKind] = NodeKind.CONDITION
 

@@ -50,9 +50,9 @@ class PortModel:
         name: The XML attribute.
         direction: Which way data flows.
         type: The type of the values, None for any.
-        default: What an input holds if the attribute is absent: a value, or text as the attribute would have
+        default: The value of an input if the attribute is absent: a value, or text as the attribute would have
             it; None means no default.
-        description: What the port is for.
+        description: The purpose of the port.
     """
 
     name: str
@@ -111,5 +111,5 @@ def check_port_name(name: str) -> None:
 
 
 def has_control_character(name: str) -> bool:
-    """Tell whether an instance name has a character that no name may have."""
+    """Return whether an instance name has a character that no name may have."""
     return _CONTROL.search(name) is not None

@@ -55,17 +55,16 @@ class NodeSetup:
     Attributes:
         uid: The number of the node, 1, 2, … in order of creation over the whole tree.
         name: The instance name, by default the type ID.
-        path: The instance name behind the path of the enclosing sub-tree; ``Type::uid`` stands for a missing
-            name.
+        path: The instance name behind the path of the enclosing sub-tree; ``Type::uid`` represents a missing name.
         manifest: The node type.
         blackboard: The board of the sub-tree that the node belongs to.
-        runtime: What it shares with the whole tree.
+        runtime: The parts that it shares with the whole tree.
         attributes: The ports' texts as the XML gives them, defaults not included.
         other_attributes: Attributes that start with ``_`` and mean nothing here.
         readers: A function for each readable port that gives its value.
         writers: A function for each writable port that takes its value.
         conditions: The condition attributes, None if there are none.
-        subtree_id: The tree that a SubTree node stands for, empty for others.
+        subtree_id: The tree that a SubTree node represents, empty for others.
         file: The file that the node comes from.
         line: The line in that file.
     """
@@ -92,14 +91,14 @@ class Node:
     Subclasses implement `tick`; parents call `execute_tick` on their children, never `tick`.
 
     Attributes:
-        setup: What the node was made from.
+        setup: The data that the node was made from.
         uid: The number of the node in its tree.
         name: The instance name.
         path: The full name, see `NodeSetup`.
         type_id: The node type's ID.
         status: The stored status; the result of the last tick unless that was SKIPPED, or IDLE after a reset.
         blackboard: The board that ports and scripts of this node refer to.
-        runtime: What the node shares with its tree: clock, timers, wake-ups.
+        runtime: The parts that the node shares with its tree: clock, timers, wake-ups.
         children: The children in order; none for a leaf.
         pre_tick_hook: May replace running the node, see `set_hooks`.
         post_tick_hook: May replace the result, see `set_hooks`.
@@ -184,7 +183,7 @@ class Node:
             return default
 
     def has_literal(self, name: str) -> bool:
-        """Tell whether the XML gives a port a literal, whose value is known when the tree is built."""
+        """Return whether the XML gives a port a literal, whose value is known when the tree is built."""
         text = self.setup.attributes.get(name)
         return text is not None and board_key(text, name) is None
 
@@ -280,7 +279,7 @@ class Node:
             if status == RUNNING or is_observed or not node._resets_plainly:
                 node.reset()
             else:
-                node.status = IDLE  # What `reset` would do, without the calls; nearly all nodes end up here.
+                node.status = IDLE  # This does what `reset` would do, without the calls; nearly all nodes end up here.
 
     def _guarded_tick(self) -> Status:
         status = self._decided_by_precondition()

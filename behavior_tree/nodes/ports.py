@@ -38,9 +38,9 @@ class Port(Generic[T]):
 
         Args:
             kind: The type of its values; None means any.
-            default: What an input holds if the XML attribute is absent; text is read as the attribute would
+            default: The value of an input if the XML attribute is absent; text is read as the attribute would
                 be.
-            description: What it is for.
+            description: Its purpose.
             name: The XML attribute, where it cannot be the name of the Python attribute.
         """
         self._type = kind

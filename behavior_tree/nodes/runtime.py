@@ -31,7 +31,7 @@ class Timers:
         return min(self._deadlines.values(), default=None)
 
     def take_due(self) -> bool:
-        """Forget the timers whose time has come; tell whether there were any."""
+        """Forget the timers whose time has come; return whether there were any."""
         if not self._deadlines:
             return False
         now = self._clock.now()
@@ -60,14 +60,14 @@ class Runtime:
         self.transition_hooks: list[TransitionHook] = []
 
     def take_wake_up(self) -> bool:
-        """Tell whether a wake-up was raised or a timer came due since the last look."""
+        """Return whether a wake-up was raised or a timer came due since the last look."""
         due = self.timers.take_due()
         requested = self.wake_requested
         self.wake_requested = False
         return due or requested
 
     def announce(self, uid: int, previous: Status, status: Status) -> None:
-        """Tell the observers of a node's change of status."""
+        """Notify the observers of a node's change of status."""
         now = self.clock.now()
         for hook in self.transition_hooks:
             hook(uid, previous, status, now)

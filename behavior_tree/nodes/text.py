@@ -11,7 +11,7 @@ def board_key(text: str, port: str) -> str | None:
 
     Args:
         text: The attribute's value.
-        port: The port's name, which ``{=}`` stands for.
+        port: The port's name, which ``{=}`` represents.
     """
     found = _REFERENCE.fullmatch(text)
     if found is None:

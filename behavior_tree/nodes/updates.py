@@ -21,7 +21,7 @@ class EntryWatch:
         self._sequence = 0
 
     def was_written(self) -> bool:
-        """Tell whether the entry was written since the last call, or ever before the first."""
+        """Return whether the entry was written since the last call, or ever before the first."""
         entry = self._blackboard.find(self._key)
         if entry is None:
             return False

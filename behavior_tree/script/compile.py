@@ -20,7 +20,7 @@ def compile_script(text: str, board: Blackboard, enums: Mapping[str, int]) -> Sc
 
     Args:
         text: Statements separated by semicolons.
-        board: What the names in it refer to.
+        board: The blackboard of the names in it.
         enums: Names of whole numbers; they go before the board's.
 
     Raises:

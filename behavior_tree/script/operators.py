@@ -153,7 +153,7 @@ _NUMBER_RELATIONS: Final[Mapping[str, Relation]] = {
 def relation(symbol: str, enums: Mapping[str, int]) -> Relation:
     """Return what a comparison operator means.
 
-    Text beside a number is read as a number or as the name of one.
+    Text compared with a number is read as a number or as the name of one.
     """
     of_numbers, of_texts = _NUMBER_RELATIONS[symbol], _TEXT_RELATIONS[symbol]
 
@@ -174,10 +174,10 @@ def relation(symbol: str, enums: Mapping[str, int]) -> Relation:
 
 
 def number_from_text(text: str, enums: Mapping[str, int]) -> float:
-    """Return the number that a text is beside a number: a truth value, an enumerated name or a real.
+    """Return the number that a text is against a number: a truth value, an enumerated name or a real.
 
     Raises:
-        ScriptError: It is none of these.
+        ScriptError: It is another.
     """
     if text in TRUTH:
         return TRUTH[text]

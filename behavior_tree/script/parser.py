@@ -111,7 +111,7 @@ class _Parser:
         return Literal(TRUTH[token.text]) if token.text in TRUTH else Name(token.text)
 
     def _is_sign(self) -> bool:
-        """Tell whether a plus sign that belongs to a number comes next."""
+        """Return whether a plus sign that belongs to a number comes next."""
         token = self._token
         if token.kind != "operator" or token.text != "+":
             return False

@@ -1,4 +1,4 @@
-"""The nodes that stand in for others; they take any ports."""
+"""The nodes that replace others; they take any ports."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -46,7 +46,7 @@ class _Outcome:
 
 
 class MockAction(StatefulAction):
-    """An action that does nothing but what its config says."""
+    """An action that does nothing but what its config states."""
 
     def __init__(self, setup: NodeSetup, config: MockConfig | None = None) -> None:
         """Compile the scripts; without a config the action succeeds at once."""
@@ -72,7 +72,7 @@ class MockAction(StatefulAction):
 
 
 class MockCondition(Condition):
-    """A condition that answers anew at every tick what its config says."""
+    """A condition that answers again at every tick what its config states."""
 
     def __init__(self, setup: NodeSetup, config: MockConfig | None = None) -> None:
         """Compile the scripts; without a config the condition holds."""

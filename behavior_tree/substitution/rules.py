@@ -9,7 +9,7 @@ from ..errors import RegistryError
 from .config import MockConfig, config_from_plain
 
 Substitution = str | MockConfig
-"""The replacement of a node: another registered type, or an action that does what a config says."""
+"""The replacement of a node: another registered type, or an action that does what a config states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class _Rule:
     substitution: Substitution
 
     def matches_path(self, path: str) -> bool:
-        """Tell whether the pattern, with * for any text and ? for any character, fits a path."""
+        """Return whether the pattern, with * for any text and ? for any character, fits a path."""
         expression = re.escape(self.pattern).replace(r"\*", ".*").replace(r"\?", ".")
         return re.fullmatch(expression, path, re.DOTALL) is not None
 

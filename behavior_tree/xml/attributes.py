@@ -35,7 +35,7 @@ class Attributes:
         ports: The texts of ports or, for a sub-tree, of the keys to connect.
         conditions: The scripts of condition attributes.
         other: Attributes that start with ``_`` and mean nothing here.
-        warnings: What looks like a misspelt condition.
+        warnings: Attributes that look like a misspelt condition.
     """
 
     name: str
@@ -49,7 +49,7 @@ def sort_attributes(element: Element, manifest: NodeManifest) -> Attributes:
     """Sort the attributes of an element.
 
     Raises:
-        LoadError: An attribute is none of the node type's ports, or the instance name is ill-formed.
+        LoadError: An attribute belongs to no port of the node type, or the instance name is ill-formed.
     """
     sorted_ = Attributes(element.attributes.get("name", ""), {}, {}, {}, [])
     if has_control_character(sorted_.name):

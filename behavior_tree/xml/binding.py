@@ -23,7 +23,7 @@ def bind_ports(
         element: Where the node comes from.
         manifest: Its ports.
         texts: Their attributes.
-        board: What keys refer to.
+        board: The blackboard of the keys.
         path: The node's path, for messages.
 
     Raises:
@@ -40,7 +40,7 @@ def bind_ports(
             if port.is_input:
                 readers[name] = _constant(element, port, given, board)
             continue
-        # Only what the XML says gives an entry its type: BehaviorTree.CPP passes over defaults here.
+        # Only what the XML states gives an entry its type: BehaviorTree.CPP passes over defaults here.
         kind = port.type if name in texts else None
         try:
             board.declare(key, kind)

@@ -31,7 +31,7 @@ class Builder:
     Attributes:
         collection: All trees.
         registry: All node types.
-        runtime: What the nodes share.
+        runtime: The parts that the nodes share.
         nodes: The nodes made so far.
         boards: The blackboards by the path of their sub-tree; the main tree's is added by the caller.
     """
@@ -48,7 +48,7 @@ class Builder:
         Args:
             tree_id: The tree.
             board: Its blackboard.
-            prefix: What the paths of its nodes start with.
+            prefix: The start of the paths of its nodes.
 
         Raises:
             LoadError: A node cannot be made; the error names the place.
@@ -65,7 +65,8 @@ class Builder:
             elif node.kind in LEAVES and setup.manifest.kind not in LEAVES:
                 children = ()  # A leaf took the place of a node with children.
             else:
-                children = tuple(self._build(child, board, prefix) for child in element.children)
+                # A generator would take C's stack at each level, which Python 3.12 bounds apart.
+                children = tuple([self._build(child, board, prefix) for child in element.children])
             node.adopt(children)
         except LoadError:
             raise

@@ -25,7 +25,7 @@ class TreeCollection:
         node_models: The node types that have a model, by ID; they need not be registered.
         document: The root element of the first document.
         unversioned: The files that do not say that they are of version 4.
-        warnings: What is questionable but no error.
+        warnings: Doubts that are no errors.
     """
 
     trees: dict[str, Element] = field(default_factory=dict)

@@ -26,7 +26,13 @@ from regraft.bus_schema.messages.manager import (
     UndoAdaptation,
 )
 from regraft.bus_schema.model.adaptation import (
+    ADAPT,
     APPLIED,
+    ARCHITECTURE,
+    CANCEL,
+    CONFIRM,
+    JOURNAL,
+    UNDO,
     AdaptationReport,
     AdaptationRequest,
     Outcome,
@@ -86,7 +92,7 @@ class AdaptationManager(Component):
 
     # --- services ---
 
-    @service("adaptation_manager/adapt")
+    @service(ADAPT)
     async def adapt(self, request: AdaptationRequest) -> AdaptationReport:
         """Carry out an adaptation; answers with what became of it, or at once if ``wait`` is False."""
         await self._gate.passed(self.queue_limit)
@@ -98,9 +104,9 @@ class AdaptationManager(Component):
                 return await self._answer(known, request)
         return await self._answer(self._enqueue(request, None), request)
 
-    @service("adaptation_manager/undo")
+    @service(UNDO)
     async def undo(self, wanted: UndoAdaptation) -> AdaptationReport:
-        """Undo an applied adaptation by a new one, or say what that would do."""
+        """Undo an applied adaptation by a new one, or report what that would do."""
         await self._gate.passed(self.queue_limit)
         undone = self._line_of(wanted.id)
         if undone is None or undone.outcome in OPEN:
@@ -113,7 +119,7 @@ class AdaptationManager(Component):
         request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
         return await self._enqueue(request, lambda r: undo_of(undone, r, self._store.ready(), self._current())).ended()
 
-    @service("adaptation_manager/cancel")
+    @service(CANCEL)
     async def cancel(self, wanted: CancelAdaptation) -> AdaptationReport:
         """Cancel an adaptation that waits or is under way; answers with how it ended."""
         await self._gate.passed(self.queue_limit)
@@ -128,7 +134,7 @@ class AdaptationManager(Component):
             self._worker.finish(entry, report)
         return await entry.ended()
 
-    @service("adaptation_manager/confirm")
+    @service(CONFIRM)
     async def confirm(self, wanted: ConfirmAdaptation) -> AdaptationReport:
         """Make an adaptation that is being confirmed final at once; answers with how it ended."""
         await self._gate.passed(self.queue_limit)
@@ -144,7 +150,7 @@ class AdaptationManager(Component):
         entry.confirmed = True
         return await entry.ended()
 
-    @service("adaptation_manager/journal")
+    @service(JOURNAL)
     async def lines(self, wanted: JournalRequest) -> JournalPage:
         """Return lines of this run's journal, newest first."""
         await self._gate.passed(self.queue_limit)
@@ -158,7 +164,7 @@ class AdaptationManager(Component):
         entries = tuple(self._store.line(report) for report in found[: wanted.limit])
         return JournalPage(entries, len(found) > wanted.limit)
 
-    @service("adaptation_manager/architecture")
+    @service(ARCHITECTURE)
     async def architecture_at(self, wanted: ArchitectureRequest) -> Architecture:
         """Return the architecture, now or at an earlier revision of this run."""
         await self._gate.passed(self.queue_limit)
@@ -241,5 +247,5 @@ class AdaptationManager(Component):
 
 
 def _number(given: str) -> int | None:
-    """Return the number that an adaptation's id stands for, None if it is no id."""
+    """Return the number that an adaptation's id represents, None if it is no id."""
     return int(given) if given.isascii() and given.isdecimal() and len(given) < 19 else None

@@ -18,7 +18,7 @@ class Phases:
         self._tell: Callable[[PhaseReport], object] | None = None
 
     def speak(self, tell: Callable[[PhaseReport], object]) -> None:
-        """Tell of the phases that have ended, and of the others as they do."""
+        """Report the phases that have ended, and of the others as they do."""
         self._tell = tell
         for phase in self.ended:
             tell(phase)

@@ -14,15 +14,15 @@ from typing import Any
 class Inbox:
     """Items in the order of their arrival: put from any thread, taken by one.
 
-    A wait with a time-out has the kernel set a timer, which costs as much as a fifth of a round trip; and a
-    component waits after every message. So another thread, the alarm, keeps the time, and is told of it only
-    when something is due earlier than what it is set to. A wait may end early with nothing.
+    A wait with a time-out has the kernel set a timer, which costs a fifth of a round trip. A component waits after
+    every message, so another thread, the alarm, keeps the time. It is woken only when something is due earlier than its
+    present setting. A wait may end early with nothing.
 
     No wait carries a time-out of its own: before Python 3.13, ``SimpleQueue.get(timeout=...)`` waits for ever if its
     thread is held up in it until the time is over.
 
-    A lazy item is taken like the rest, but wakes nobody, for there is nothing to be done about it yet; unless
-    whoever takes is ``eager``. It comes behind what was put, whichever came first.
+    A lazy item is taken like the rest, but wakes nobody, since nothing can be done about it yet. An ``eager`` taker is
+    woken. It comes behind what was put, whichever came first.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class Inbox:
             self._items.put(None)
 
     def empty(self) -> bool:
-        """Tell whether nothing is there."""
+        """Return whether nothing is there."""
         return not self._lazy and self._items.empty()
 
     def qsize(self) -> int:

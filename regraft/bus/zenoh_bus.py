@@ -217,8 +217,8 @@ class ZenohBus:
     def present(self, key: str, timeout: float) -> list[str]:
         """Ask for the tokens that are there now, within ``timeout`` seconds.
 
-        Zenoh 1.10 leaves out of its answer those that it is just telling to a watcher of this session: for as long as
-        it takes, some milliseconds on a free machine, the answer of a session that begins to watch is not whole.
+        Zenoh 1.10 leaves out of its answer those that it is just reporting to a watcher of this session. For some
+        milliseconds on a free machine, the answer of a session that begins to watch is not whole.
         """
         try:
             replies = list(self._session.now.liveliness().get(key, timeout=timeout))
@@ -228,7 +228,7 @@ class ZenohBus:
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
     def when_renewed(self, call: Callable[[], object]) -> None:
-        """Have something called when another session stands in for one whose link broke."""
+        """Have something called when another session replaces one whose link broke."""
         self._session.when_renewed.append(call)
 
     def close(self) -> None:
@@ -237,7 +237,7 @@ class ZenohBus:
 
 
 def _is_whole(payload: zenoh.ZBytes) -> bool:
-    """Tell whether a payload that has been copied was still its writer's message then.
+    """Return whether a payload that has been copied was still its writer's message then.
 
     A writer takes shared memory back from readers that give no sign of life for 100 ms. A process that the machine
     keeps from running may find another message in its place.

@@ -67,8 +67,8 @@ class Endpoints:
 def admitted(endpoints: Endpoints) -> Iterator[str]:
     """Hold, while a hub's session is being opened, the file from which it reads who is admitted; yields its path.
 
-    The path is empty for a session that nobody connects to. The file is in memory and without a name, so that nobody
-    else can read it and nothing is left of it.
+    The path is empty for a session that nobody connects to. The file is in memory and has no name: others cannot read
+    it, and it leaves nothing.
     """
     if not (endpoints.listen and endpoints.secret):
         yield ""
@@ -135,7 +135,7 @@ def address_of(endpoint: str) -> str:
 
 
 def on_loopback(endpoint: str) -> bool:
-    """Tell whether an endpoint stays on this machine: a Unix socket, or a loopback address.
+    """Return whether an endpoint stays on this machine: a Unix socket, or a loopback address.
 
     Raises:
         BusError: the endpoint is not of the form ``protocol/address``.

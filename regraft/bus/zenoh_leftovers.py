@@ -1,7 +1,7 @@
 """Zenoh's files in ``/dev/shm``: removed by the last process that used them, which Zenoh leaves to the next one.
 
-Every process that has a file open holds a shared lock on it, and the kernel drops the locks of the dead. A file that
-can be locked exclusively is therefore nobody's any more, whichever system or container its users belonged to.
+Every process that has a file open holds a shared lock on it; the kernel drops the locks of dead processes. A file that
+can be locked exclusively is therefore out of use, whichever system or container its users belonged to.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _remove_if_still(pid: int) -> None:
 
 
 def remove_unused() -> None:
-    """Let go of this process's files, then remove all of this user's that no process uses. Sessions must be closed."""
+    """Close this process's files, then remove all of this user's that no process uses. Sessions must be closed."""
     for descriptor in _own():
         with contextlib.suppress(OSError):
             fcntl.flock(descriptor, fcntl.LOCK_UN)

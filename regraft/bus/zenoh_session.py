@@ -20,7 +20,7 @@ Make = Callable[[zenoh.Session], Any]
 
 @dataclass(slots=True, eq=False)
 class Declared:
-    """Something declared; ``inner`` is what stands for it on the session of now, None while there is none.
+    """Something declared; ``inner`` is what represents it on the session of now, None while there is none.
 
     It can be closed twice, and after its session.
     """
@@ -40,9 +40,9 @@ class Declared:
 class LastingSession:
     """A session, and another with all its declarations when its link to the hub broke.
 
-    Zenoh mends a broken link by itself, under the same identity, and often before the hub has done with the old link.
-    A busy hub then takes the new link for the old one and forgets it: it stays open, and nothing, or only a part of
-    what was declared, passes any more (seen with Zenoh 1.10.2). A session of a new identity is not mistaken.
+    Zenoh mends a broken link by itself, under the same identity, often while the hub still holds the old link. A busy
+    hub then takes the new link for the old one and forgets it. The link stays open, and nothing, or only a part of what
+    was declared, passes (seen with Zenoh 1.10.2). A session of a new identity is not mistaken.
     """
 
     def __init__(self, session: zenoh.Session, again: Callable[[], zenoh.Session] | None = None) -> None:

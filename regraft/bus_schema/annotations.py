@@ -36,7 +36,7 @@ class Bounds:
 class Text:
     """The longest text that a field takes, in characters; ``cut`` has a longer one cut when it is packed.
 
-    To cut is for what is told to people, which may quote anything: what happened is told all the same.
+    Cut only texts for people, which may quote anything: the report itself is always sent.
     """
 
     longest: int

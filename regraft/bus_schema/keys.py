@@ -143,7 +143,7 @@ class Keys:
 
 
 def matches(expression: str, key: str) -> bool:
-    """Tell whether two key expressions with ``*`` and ``**`` have a key in common, as Zenoh would."""
+    """Return whether two key expressions with ``*`` and ``**`` have a key in common, as Zenoh would."""
     return _meet(expression.split("/"), key.split("/"))
 
 

@@ -30,7 +30,7 @@ def near(name: str, known: Iterable[str]) -> str | None:
 
 
 def _own_parts_are_near(one: str, other: str) -> bool:
-    """Tell whether two names are near without the packages that they share."""
+    """Return whether two names are near without the packages that they share."""
     parts, others = SEPARATOR.split(one), SEPARATOR.split(other)
     shared = len(list(takewhile(lambda pair: pair[0] == pair[1], zip(parts, others, strict=False))))
     own, own_other = ".".join(parts[shared:]), ".".join(others[shared:])
@@ -38,7 +38,7 @@ def _own_parts_are_near(one: str, other: str) -> bool:
 
 
 def instead_of(name: str, known: Iterable[str], *, none: str = "there are none") -> str:
-    """Say what may have been meant by ``name``: a near name of ``known``, or what names there are.
+    """Report what may have been meant by ``name``: a near name of ``known``, or what names there are.
 
     >>> instead_of("max_velocty", ["max_velocity", "frame"])
     "did you mean 'max_velocity'?"
@@ -55,8 +55,17 @@ def instead_of(name: str, known: Iterable[str], *, none: str = "there are none")
     return f"there are: {', '.join(names[:LISTED])}{more}"
 
 
+def no_such(kind: str, name: str, known: Iterable[str]) -> str:
+    """Say that nothing of a kind has that name, and what may have been meant.
+
+    >>> no_such("mode", "dak", ["dark"])
+    "there is no mode 'dak'; did you mean 'dark'?"
+    """
+    return f"there is no {kind} {name!r}; {instead_of(name, known)}"
+
+
 class Hints:
-    """Says ``instead_of`` for each of many names that do not exist; behind the first few, that there are others."""
+    """Reports ``instead_of`` for each of many names that do not exist; behind the first few, that there are others."""
 
     def __init__(self, known: Iterable[str]) -> None:
         """Suggest names of ``known``."""
@@ -64,7 +73,7 @@ class Hints:
         self._left = MAX_HINTS
 
     def instead_of(self, name: str) -> str:
-        """Say what may have been meant by ``name``."""
+        """Report what may have been meant by ``name``."""
         if not self._left:
             return f"there are {len(self._known)} others"
         self._left -= 1

@@ -17,9 +17,9 @@ import numpy as np
 
 from regraft.bus_schema.annotations import Array, PlainValue
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.registry import MessageType
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     FloatShape,
@@ -42,7 +42,7 @@ INFINITIES = {"Infinity": math.inf, "-Infinity": -math.inf}
 
 @dataclass(frozen=True, slots=True)
 class DescribedType:
-    """A message type by name, with its encoding on the bus, its JSON Schema and the shape of what may be typed in."""
+    """A message type by name, with its encoding on the bus, its JSON Schema and the shape of typed input."""
 
     name: str
     encoding: str
@@ -61,7 +61,7 @@ class DescribedType:
 
 
 def describe_type(kind: MessageType) -> TypeDescription:
-    """Return what a program says of a message type that it knows."""
+    """Return what a program states of a message type that it knows."""
     return TypeDescription(kind.name, kind.version, kind.encoding, json.dumps(kind.json_schema(), ensure_ascii=False))
 
 
@@ -174,7 +174,7 @@ class _Choice(_FromSchema):
 
 @dataclass(frozen=True, slots=True)
 class _Union(_FromSchema):
-    """One of several records, told apart by the value of a field."""
+    """One of several records, distinguished by the value of a field."""
 
     key: str
     members: dict[str, Shape]

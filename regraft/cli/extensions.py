@@ -14,7 +14,7 @@ GROUP = "regraft.commands"
 def add_extensions(app: typer.Typer, found: tuple[EntryPoint, ...] | None = None) -> None:
     """Add to ``app`` what is installed: each entry point names a function or a ``typer.Typer``.
 
-    The entry point's name is the command's. One that cannot be loaded is told of and left out.
+    The entry point's name is the command's. One that cannot be loaded is reported and left out.
     """
     for entry in sorted(tuple(entry_points(group=GROUP)) if found is None else found, key=lambda entry: entry.name):
         try:

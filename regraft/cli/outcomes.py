@@ -16,7 +16,7 @@ Exit codes:
 
 
 class BadInput(Exception):
-    """A command that cannot be carried out as typed; the text says what is wrong and what would be right."""
+    """A command that cannot be carried out as typed; the text states what is wrong and what would be right."""
 
 
 class Unreachable(Exception):

@@ -6,6 +6,7 @@ import getpass
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import typer
@@ -14,18 +15,24 @@ from regraft import run_directory
 from regraft.bus.interface import Bus
 from regraft.bus.zenoh_bus import open_bus
 from regraft.cli.terminal.options import chosen_system
+from regraft.cli.topology import Topology, topology
 from regraft.client import Client
 from regraft.client.sending import Sender
 from regraft.run_directory import RunInfo
 
 
-@dataclass(slots=True)
+@dataclass
 class Reached:
     """A running system, and the means to see and ask it."""
 
     info: RunInfo
     bus: Bus
     client: Client
+
+    @cached_property
+    def known(self) -> Topology:
+        """What there is and how it is connected, asked once; raises ClientError."""
+        return topology(self.client)
 
     def put(self, key: str, payload: bytes, encoding: str) -> None:
         """Put one message; raises BusError."""

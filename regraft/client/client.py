@@ -14,7 +14,8 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
-from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
@@ -33,6 +34,7 @@ from regraft.bus_schema.messages.protocol.control import (
 )
 from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
+    HostStatus,
     HostView,
     LogLines,
     LogRequest,
@@ -40,7 +42,8 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
 )
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.suggestions import instead_of
 from regraft.client.errors import ClientError, ControlRefused, NoAnswer, NoSuchComponent, NoSuchHost
@@ -49,6 +52,7 @@ from regraft.client.requests import ClientGoal, Requests
 from regraft.client.seen import Board, ComponentSeen, HostSeen
 from regraft.client.sending import Sender
 from regraft.client.topics import Subscription, TopicSample
+from regraft.request_protocol import reader
 from regraft.run_directory import RunInfo
 
 A = TypeVar("A")
@@ -82,13 +86,11 @@ class Client:
         self._requests = Requests(self.keys, self.name, self._sender)
         self._board = Board()
         self._listener = Listener(bus, self.name, self._requests.ask_again)
-        listen = self._listener.subscribe
-        self._subscriptions: list[Closable] = [
-            listen(self.keys.reply("**", self.name), self._requests.take),
-            listen(self.keys.status("*"), self._board.take_component),
-            listen(self.keys.host("*", "status"), self._board.take_host),
-            listen(self.keys.clock("time"), self._board.take_clock),
-        ]
+        self._subscriptions: list[Closable] = []
+        self._keep(self._listener.subscribe(self.keys.reply("**", self.name), self._requests.deliver))
+        self._hear(self.keys.status("*"), ComponentStatus, self._board.take_component)
+        self._hear(self.keys.host("*", "status"), HostStatus, self._board.take_host)
+        self._hear(self.keys.clock("time"), ClockTime, self._board.take_clock)
 
     @classmethod
     def connect(cls, info: RunInfo, name: str | None = None) -> Client:
@@ -129,7 +131,7 @@ class Client:
             BadMessage: the request does not fit its type.
         """
         self._may_wait()
-        return self._requests.call(service, codec.to_plain(request), _reader(reply), timeout, patient=patient)
+        return self._requests.call(service, codec.to_plain(request), reader(reply), timeout, patient=patient)
 
     def call_plain(self, service: str, body: PlainValue, timeout: float = 5.0) -> PlainValue:
         """Ask a service by plain data and return the plain data of its reply; raises CallFailed."""
@@ -152,15 +154,9 @@ class Client:
         It is cancelled when this client closes, or its process ends, unless it ``outlives`` it.
         """
         self._may_wait()
-        read_feedback = _reader(feedback) if feedback is not None else None
+        read_feedback = reader(feedback) if feedback is not None else None
         return self._requests.goal(
-            service,
-            codec.to_plain(goal),
-            _reader(result),
-            read_feedback,
-            on_feedback=on_feedback,
-            accept_within=accept_within,
-            outlives=outlives,
+            service, codec.to_plain(goal), reader(result), read_feedback, on_feedback, accept_within, outlives=outlives
         )
 
     def goal_plain(
@@ -174,15 +170,7 @@ class Client:
     ) -> ClientGoal[PlainValue, PlainValue]:
         """Give an action a goal by plain data; result and feedback are plain data too; raises CallFailed."""
         self._may_wait()
-        return self._requests.goal(
-            service,
-            body,
-            _as_it_is,
-            _as_it_is,
-            on_feedback=on_feedback,
-            accept_within=accept_within,
-            outlives=outlives,
-        )
+        return self._requests.goal(service, body, _as_it_is, _as_it_is, on_feedback, accept_within, outlives=outlives)
 
     def reaches(self, service: str) -> bool:
         """Tell whether somebody hears now what a service or action is asked; raises BusError."""
@@ -193,7 +181,11 @@ class Client:
     ) -> AdaptationReport:
         """Have the adaptation manager carry out changes, all or none; returns what became of it. Raises CallFailed."""
         request = AdaptationRequest(changes, reason, self.name, dry_run=dry_run)
-        return self.call("adaptation_manager/adapt", request, AdaptationReport, timeout)
+        return self.call(ADAPT, request, AdaptationReport, timeout)
+
+    def architecture(self, revision: int | None = None, timeout: float = 5.0) -> Architecture:
+        """Return the architecture that the adaptation manager keeps, now or at a revision. Raises CallFailed."""
+        return self.call(ARCHITECTURE, ArchitectureRequest(revision), Architecture, timeout)
 
     # --- components ---
 
@@ -219,20 +211,19 @@ class Client:
             expected = Snapshot
         elif verb == "types":
             expected = KnownTypes
+        return self._control(component, verb, message, expected, timeout)
+
+    def _control(self, component: str, verb: str, message: object | None, reply: type[A], timeout: float) -> A:
         key = self.keys.control(component, self._living_run(component), verb)
-        return self._query(f"component {component!r}", key, message, expected, timeout)
+        return self._query(f"component {component!r}", key, message, reply, timeout)
 
     def describe(self, component: str, timeout: float = 2.0) -> Description:
         """Return what a component says of itself; raises as ``control`` does."""
-        description = self.control(component, "describe", timeout=timeout)
-        assert isinstance(description, Description)
-        return description
+        return self._control(component, "describe", None, Description, timeout)
 
     def qualities(self, component: str, asked: AskQualities | None = None, timeout: float = 2.0) -> Qualities:
         """Return what quality a component gives and, as ``asked``, would give; raises as ``control`` does."""
-        qualities = self.control(component, "describe", asked or AskQualities(), timeout)
-        assert isinstance(qualities, Qualities)
-        return qualities
+        return self._control(component, "describe", asked or AskQualities(), Qualities, timeout)
 
     def types(self, component: str, *names: str, timeout: float = 2.0) -> tuple[TypeDescription, ...]:
         """Return message types as a component describes them, those of ``names`` that it knows.
@@ -240,15 +231,11 @@ class Client:
         Without names, these are the types of its ports, services and actions. Raises as ``control`` does; a component
         that does not know the query refuses it.
         """
-        known = self.control(component, "types", AskTypes(names), timeout)
-        assert isinstance(known, KnownTypes)
-        return known.types
+        return self._control(component, "types", AskTypes(names), KnownTypes, timeout).types
 
     def view(self, component: str, timeout: float = 2.0) -> ComponentView:
         """Return a component's state, parameters and connections now; raises as ``control`` does."""
-        view = self.control(component, "connections", timeout=timeout)
-        assert isinstance(view, ComponentView)
-        return view
+        return self._control(component, "connections", None, ComponentView, timeout)
 
     def components(self, wait: float = 2.0) -> dict[str, ComponentSeen]:
         """Return all components by name, waiting at most ``wait`` seconds until each has told its status."""
@@ -325,27 +312,21 @@ class Client:
 
     def events(self, callback: Callable[[Event], object]) -> Closable:
         """Have ``callback`` called with all that happens, until the returned subscription is closed."""
-
-        def take(sample: Sample) -> None:
-            try:
-                event = codec.decode(sample.payload, Event)
-            except BadMessage:
-                return
-            callback(event)
-
-        return self._keep(self._listener.subscribe(self.keys.event, take))
+        return self._hear(self.keys.event, Event, callback)
 
     def requirements(self, callback: Callable[[Quality], object]) -> Closable:
         """Have ``callback`` called with how well the mission's requirements are met, whenever that changes."""
+        return self._hear(self.keys.quality("*"), Quality, callback)
 
+    def _hear(self, key: str, cls: type[A], callback: Callable[[A], object]) -> Closable:
         def take(sample: Sample) -> None:
             try:
-                quality = codec.decode(sample.payload, Quality)
+                message = codec.decode(sample.payload, cls)
             except BadMessage:
                 return
-            callback(quality)
+            callback(message)
 
-        return self._keep(self._listener.subscribe(self.keys.quality("*"), take))
+        return self._keep(self._listener.subscribe(key, take))
 
     def topic(self, topic: str, cls: type | None, callback: Callable[[TopicSample], object]) -> Subscription:
         """Have ``callback`` called with what is published: instances of ``cls``, or plain data for None.
@@ -376,10 +357,6 @@ class Client:
             return codec.decode(answers[0].payload, reply)
         except BadMessage as error:
             raise ClientError(f"{who} sent an answer that does not fit: {error}") from None
-
-
-def _reader(cls: type[A]) -> Callable[[PlainValue], A]:
-    return lambda plain: codec.from_plain(plain, cls)
 
 
 def _as_it_is(plain: PlainValue) -> PlainValue:

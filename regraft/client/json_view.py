@@ -10,8 +10,8 @@ import msgpack
 import numpy as np
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ARRAY_EXTENSION, TAIL_EXTENSION
 from regraft.bus_schema.encoding.registry import type_of
-from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
 from regraft.bus_schema.errors import BadMessage
 
 MAX_SHOWN = 64

@@ -1,71 +1,43 @@
-"""A tool's requests to services and actions (``regraft.bus_schema.messages.protocol.requests``), blocking."""
+"""A tool's requests to services and actions: blocking, from any thread."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 from regraft.bus.interface import BusError, Sample
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
-from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.keys import Keys, service_name
-from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request, Verb
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.requests import Request, Verb
 from regraft.client.sending import Sender
 from regraft.component.errors import CallFailed
+from regraft.request_protocol import PendingRequest, RequestProtocol
 
 A = TypeVar("A")
 F = TypeVar("F")
-
-ASK_INTERVAL = 1.0
-"""Seconds of silence after which a request is repeated, under the same number."""
-
-
-@dataclass(slots=True)
-class Pending:
-    """A request under way. ``heard_at`` is when something was last said about it, ``alone`` that nobody listens."""
-
-    service: str
-    request: Request
-    read: Callable[[PlainValue], Any]
-    read_feedback: Callable[[PlainValue], Any] | None
-    on_feedback: Callable[[Any], object] | None
-    heard_at: float
-    accepted: threading.Event = field(default_factory=threading.Event)
-    ended: threading.Event = field(default_factory=threading.Event)
-    value: Any = None
-    error: CallFailed | None = None
-    latest: Any = None
-    alone: bool = False
-
-    def end(self, error: CallFailed | None, value: Any = None) -> None:
-        """End it, well or not; the first end counts."""
-        if not self.ended.is_set():
-            self.error, self.value = error, value
-            self.ended.set()
-            self.accepted.set()
 
 
 class ClientGoal(Generic[A, F]):
     """A goal that an action pursues for a tool."""
 
-    def __init__(self, requests: Requests, pending: Pending) -> None:
+    def __init__(self, requests: Requests, pending: PendingRequest) -> None:
         self._requests = requests
         self._pending = pending
+        self._ended = threading.Event()
+        pending.outcome.when_done(self._ended.set)
 
     @property
     def done(self) -> bool:
         """Whether it has ended, well or not."""
-        return self._pending.ended.is_set()
+        return self._pending.outcome.done
 
     @property
     def feedback(self) -> F | None:
         """The latest feedback, None before the first."""
-        feedback: F | None = self._pending.latest
+        feedback: F | None = self._pending.feedback
         return feedback
 
     def result(self, timeout: float) -> A:
@@ -75,9 +47,9 @@ class ClientGoal(Generic[A, F]):
             CallFailed: refused, failed, cancelled; or not ended after ``timeout`` seconds: the goal then goes on,
                 and its result can be waited for again.
         """
-        if not self._pending.ended.wait(timeout):
+        if not self._ended.wait(timeout):
             raise CallFailed(self._pending.service, None, f"the goal is still being pursued after {timeout:g} s")
-        value: A = self._requests.outcome(self._pending)
+        value: A = _outcome(self._pending)
         return value
 
     def cancel(self) -> None:
@@ -85,18 +57,14 @@ class ClientGoal(Generic[A, F]):
         self._requests.cancel(self._pending)
 
 
-class Requests:
+class Requests(RequestProtocol):
     """All requests that one client has under way. Thread-safe."""
 
     def __init__(self, keys: Keys, client: str, sender: Sender) -> None:
         """Ask under the name ``client``, unique in the system."""
+        super().__init__(client)
         self._keys = keys
-        self._client = client
         self._sender = sender
-        self._lock = threading.Lock()
-        self._pending: dict[int, Pending] = {}
-        self._number = 0
-        self._closed = False
 
     def call(
         self,
@@ -123,10 +91,11 @@ class Requests:
                 time.sleep(refused.retry_after)
 
     def _call(self, service: str, body: PlainValue, read: Callable[[PlainValue], A], timeout: float) -> A:
-        pending = self._begin(Verb.CALL, service, body, read, timeout)
-        if not pending.ended.wait(timeout):
-            self._give_up(pending)
-        value: A = self.outcome(pending)
+        pending = self.begin(Verb.CALL, service, body, timeout, time.monotonic_ns(), read)
+        ended = threading.Event()
+        pending.outcome.when_done(ended.set)
+        self._wait(pending, ended, timeout)
+        value: A = _outcome(pending)
         return value
 
     def goal(
@@ -135,142 +104,55 @@ class Requests:
         body: PlainValue,
         read: Callable[[PlainValue], A],
         read_feedback: Callable[[PlainValue], F] | None,
-        *,
         on_feedback: Callable[[F], object] | None,
         accept_within: float,
+        *,
         outlives: bool,
     ) -> ClientGoal[A, F]:
         """Give an action a goal as plain data and wait until it is taken up; raises CallFailed."""
-        pending = self._begin(
-            Verb.GOAL,
-            service,
-            body,
-            read,
-            accept_within,
-            read_feedback=read_feedback,
-            on_feedback=on_feedback,
-            outlives=outlives,
+        now = time.monotonic_ns()
+        pending = self.begin(
+            Verb.GOAL, service, body, accept_within, now, read, read_feedback, on_feedback, outlives=outlives
         )
-        if not pending.accepted.wait(accept_within):
-            self._give_up(pending)
-        if pending.error:
-            raise pending.error
+        settled = threading.Event()
+        pending.accepted.when_done(settled.set)
+        pending.outcome.when_done(settled.set)
+        self._wait(pending, settled, accept_within)
+        if pending.outcome.error is not None:
+            raise pending.outcome.error
         return ClientGoal(self, pending)
 
-    def outcome(self, pending: Pending) -> Any:
-        """Return the value of an ended request; raises CallFailed."""
-        if pending.error:
-            raise pending.error
-        return pending.value
+    def _wait(self, pending: PendingRequest, event: threading.Event, timeout: float) -> None:
+        if not event.wait(timeout):
+            self.give_up(pending, offered=self._is_offered(pending))
+            event.wait()  # a reply may have ended it at the same moment, and is about to say so
 
-    def cancel(self, pending: Pending) -> None:
-        """Ask for the end of a goal."""
-        if not pending.ended.is_set():
-            self._send(pending, Verb.CANCEL)
-
-    def _begin(
-        self,
-        verb: Verb,
-        service: str,
-        body: PlainValue,
-        read: Callable[[PlainValue], Any],
-        timeout: float,
-        *,
-        read_feedback: Callable[[PlainValue], Any] | None = None,
-        on_feedback: Callable[[Any], object] | None = None,
-        outlives: bool = False,
-    ) -> Pending:
-        service_name(service)
-        with self._lock:
-            if self._closed:
-                raise CallFailed(service, None, "the client is closed")
-            self._number += 1
-            request = Request(self._client, self._number, verb, body, timeout, outlives)
-            pending = Pending(service, request, read, read_feedback, on_feedback, time.monotonic())
-            self._pending[self._number] = pending
-        try:
-            self._send(pending, verb)
-        except BadMessage:
-            with self._lock:
-                del self._pending[pending.request.number]
-            raise
-        return pending
-
-    def _send(self, pending: Pending, verb: Verb) -> None:
-        body = pending.request.body if verb in (Verb.CALL, Verb.GOAL) else None
-        request = replace(pending.request, verb=verb, body=body)
+    def send(self, pending: PendingRequest, request: Request) -> None:
+        """Put a request; end it if the bus cannot."""
         try:
             self._sender.put(self._keys.request(pending.service), request)
         except BusError as error:
-            self._end(pending, CallFailed(pending.service, None, str(error)))
+            self.end(pending, CallFailed(pending.service, None, str(error)))
 
     def reaches(self, service: str) -> bool:
         """Tell whether somebody hears what a service is asked; raises BusError."""
         return self._sender.reaches(self._keys.request(service), type_of(Request).encoding)
 
-    def _give_up(self, pending: Pending) -> None:
-        offered = self._sender.matched(self._keys.request(pending.service))
-        patience = f"{pending.request.patience:g} s"
-        why = f"no answer within {patience}" if offered else f"nobody offers this service (waited {patience})"
-        self._end(pending, CallFailed(pending.service, None, why))
-
-    def _end(self, pending: Pending, error: CallFailed | None, value: Any = None) -> None:
-        with self._lock:
-            self._pending.pop(pending.request.number, None)
-        pending.end(error, value)
+    def _is_offered(self, pending: PendingRequest) -> bool:
+        return self._sender.matched(self._keys.request(pending.service))
 
     def ask_again(self) -> None:
         """Repeat what has met with silence, or whose service has come back; called several times a second."""
-        with self._lock:
-            waiting = list(self._pending.values())
-        for pending in waiting:
-            now = time.monotonic()
-            if self._has_come_back(pending) or now - pending.heard_at >= ASK_INTERVAL:
-                pending.heard_at = now
-                self._send(pending, Verb.RESULT if pending.accepted.is_set() else pending.request.verb)
+        for pending in self.under_way():
+            self.repeat_if_silent(pending, time.monotonic_ns(), offered=self._is_offered(pending))
 
-    def _has_come_back(self, pending: Pending) -> bool:
-        """Tell whether somebody offers a service again that nobody offered at the last look."""
-        was_alone = pending.alone
-        pending.alone = not self._sender.matched(self._keys.request(pending.service))
-        return was_alone and not pending.alone
+    def deliver(self, sample: Sample) -> None:
+        """Take a reply; one that does not fit ends its request."""
+        self.take(sample.payload, time.monotonic_ns())
 
-    def close(self) -> None:
-        """End the wait of everybody who waits."""
-        with self._lock:
-            self._closed = True
-            waiting = list(self._pending.values())
-        for pending in waiting:
-            self._end(pending, CallFailed(pending.service, None, "the client was closed"))
 
-    # --- replies ---
-
-    def take(self, sample: Sample) -> None:
-        """Take a reply."""
-        try:
-            reply = codec.decode(sample.payload, Reply)
-        except BadMessage:
-            return
-        with self._lock:
-            pending = self._pending.get(reply.number)
-        if pending is None:
-            return
-        pending.heard_at = time.monotonic()
-        try:
-            self._take(pending, reply)
-        except BadMessage as error:
-            why = f"sent a reply that does not fit: {error}"
-            self._end(pending, CallFailed(pending.service, Answer.FAILED, why))
-
-    def _take(self, pending: Pending, reply: Reply) -> None:
-        if reply.answer is Answer.ACCEPTED:
-            pending.accepted.set()
-        elif reply.answer is Answer.FEEDBACK:
-            if pending.read_feedback is not None:
-                pending.latest = pending.read_feedback(reply.body)
-                if pending.on_feedback:
-                    pending.on_feedback(pending.latest)
-        elif reply.answer is Answer.RESULT:
-            self._end(pending, None, pending.read(reply.body))
-        else:
-            self._end(pending, CallFailed.by(pending.service, reply))
+def _outcome(pending: PendingRequest) -> Any:
+    """Return the value of an ended request; raises CallFailed."""
+    if pending.outcome.error is not None:
+        raise pending.outcome.error
+    return pending.outcome.value

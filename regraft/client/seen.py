@@ -8,14 +8,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from regraft.bus.interface import Sample
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessStatus
+from regraft.bus_schema.model.lifecycle import State
 
-M = TypeVar("M")
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -28,18 +26,38 @@ Heard = tuple[ComponentStatus, float]
 
 @dataclass(frozen=True, slots=True)
 class ComponentSeen:
-    """A component as seen from outside.
+    """A component as seen from outside; of one that nobody has seen, the name alone is known.
 
     ``alive``: one of its runs is on the bus now. ``age``: seconds since its last status, None without one.
     ``host`` and ``process`` are None for a component that no host has told of.
     """
 
     name: str
-    alive: bool
-    status: ComponentStatus | None
-    age: float | None
-    host: str | None
-    process: ProcessStatus | None
+    alive: bool = False
+    status: ComponentStatus | None = None
+    age: float | None = None
+    host: str | None = None
+    process: ProcessStatus | None = None
+
+    @property
+    def state(self) -> State | None:
+        """The lifecycle state of its last status, None without one."""
+        return self.status.state if self.status else None
+
+    @property
+    def error(self) -> str:
+        """The error of its last status, empty without one."""
+        return self.status.error if self.status else ""
+
+    @property
+    def detail(self) -> str:
+        """What it did at its last status, empty if it did not say."""
+        return self.status.detail if self.status else ""
+
+    @property
+    def values(self) -> dict[str, PlainValue]:
+        """The values of its last status, empty without one."""
+        return self.status.values if self.status else {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +86,8 @@ class Board:
         self._hosts: dict[str, tuple[HostStatus, float]] = {}
         self._clock: ClockTime | None = None
 
-    def take_component(self, sample: Sample) -> None:
+    def take_component(self, status: ComponentStatus) -> None:
         """Note what a run of a component says: which one speaks for it, its liveliness token decides later."""
-        status = _decoded(sample, ComponentStatus)
-        if status is None:
-            return
         with self._changed:
             runs = self._components.pop(status.component, {})
             runs.pop(status.incarnation, None)
@@ -82,22 +97,16 @@ class Board:
             _forget_oldest(self._components, MAX_NAMES)
             self._changed.notify_all()
 
-    def take_host(self, sample: Sample) -> None:
+    def take_host(self, status: HostStatus) -> None:
         """Note a host's status."""
-        status = _decoded(sample, HostStatus)
-        if status is None:
-            return
         with self._changed:
             self._hosts.pop(status.host, None)
             self._hosts[status.host] = (status, time.monotonic())
             _forget_oldest(self._hosts, MAX_NAMES)
             self._changed.notify_all()
 
-    def take_clock(self, sample: Sample) -> None:
+    def take_clock(self, clock: ClockTime) -> None:
         """Note simulated time."""
-        clock = _decoded(sample, ClockTime)
-        if clock is None:
-            return
         with self._changed:
             self._clock = clock
             self._changed.notify_all()
@@ -182,10 +191,3 @@ class Board:
 def _forget_oldest(heard: dict[K, V], most: int) -> None:
     while len(heard) > most:
         del heard[next(iter(heard))]
-
-
-def _decoded(sample: Sample, cls: type[M]) -> M | None:
-    try:
-        return codec.decode(sample.payload, cls)
-    except BadMessage:
-        return None

@@ -46,10 +46,10 @@ class Component:
     removal_forbidden: ClassVar[str] = ""
     """Why a running system cannot be without the component, so that it cannot be removed; empty if it can."""
     is_time_source: ClassVar[bool] = False
-    """Whether the component makes simulated time go on; `TimeSource` says so."""
+    """Whether the component makes simulated time continue, as a `TimeSource` does."""
     exclusive: ClassVar[bool] = False
-    """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device,
-    a port, a lock. A run that is succeeded lets go of it first. A class with devices in ``resources`` is exclusive too.
+    """Whether the component, from ``on_configure`` to ``on_cleanup``, holds what only one process can hold: a device, a
+    port, a lock. A run that is succeeded releases it first. A class with devices in ``resources`` is exclusive too.
     """
 
     def __init_subclass__(cls, **more: Any) -> None:
@@ -59,7 +59,7 @@ class Component:
 
     @classmethod
     def is_exclusive(cls) -> bool:
-        """Tell whether another process must let go of something before this one can be configured."""
+        """Return whether another process must release something before this one can be configured."""
         return cls.exclusive or bool(cls.resources.devices)
 
     @classmethod
@@ -84,7 +84,7 @@ class Component:
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any] | Output[Any]]:
-        """Name the ports that a component has by its read-only ``parameters``, beside those of its class.
+        """Name the ports that a component has by its read-only ``parameters``, next to those of its class.
 
         Each needs a ``name`` and an ``origin``; it is found in ``kit.inputs`` or ``kit.outputs``, not as an attribute.
 
@@ -95,11 +95,11 @@ class Component:
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Say what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
+        """Report what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
         return {}
 
     def evaluate(self) -> dict[str, float]:
-        """Say what qualities the running component gives now (ReFrESH EV)."""
+        """Report what qualities the running component gives now (ReFrESH EV)."""
         return {}
 
     def on_configure(self) -> None:
@@ -140,7 +140,7 @@ class Component:
 
     @classmethod
     def restorable_versions(cls) -> tuple[int, ...]:
-        """Return the versions of a state that this class can go on from; none without ``restore``."""
+        """Return the versions of a state that this class can continue from; none without ``restore``."""
         return (cls.state_version, *cls.converts_versions) if cls.restore is not Component.restore else ()
 
 

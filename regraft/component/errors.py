@@ -34,7 +34,7 @@ class RequestRefused(Exception):
 
 
 class CallFailed(Exception):
-    """A request got no good reply: it was refused, failed, or timed out; the text says which.
+    """A request got no good reply: it was refused, failed, or timed out; the text states which.
 
     Attributes:
         service: the service or action.

@@ -51,6 +51,6 @@ class Future(Generic[R]):
     def _finish(self, value: R | None, error: BaseException | None) -> None:
         if self.done:
             return
-        self.done, self.value, self.error = True, value, error
+        self.value, self.error, self.done = value, error, True  # another thread may look as soon as it is done
         if self._callback:
             self._callback()

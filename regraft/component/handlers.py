@@ -146,7 +146,7 @@ def service_of(method: str, function: Callable[..., Any]) -> Service | None:
 
 
 def is_offered_or_timed(function: Callable[..., Any]) -> bool:
-    """Tell whether a method is marked with ``@service``, ``@action`` or ``@every``."""
+    """Return whether a method is marked with ``@service``, ``@action`` or ``@every``."""
     return hasattr(function, "__regraft_offer__") or hasattr(function, "__regraft_period__")
 
 

@@ -21,7 +21,7 @@ F = TypeVar("F")
 
 
 class Task(Protocol):
-    """A coroutine that runs beside others of its component."""
+    """A coroutine that runs next to others of its component."""
 
     @property
     def finished(self) -> bool:
@@ -45,7 +45,7 @@ class ExclusiveSlot(Protocol):
 
 
 class Kit(Protocol):
-    """Time, waiting, asking others, telling how things are. Times are seconds on the component's clock."""
+    """Time, waiting, asking others, reporting progress. Times are seconds on the component's clock."""
 
     @property
     def name(self) -> str:
@@ -89,7 +89,7 @@ class Kit(Protocol):
         """The world tick that this component is in, None in real time."""
 
     def sleep(self, seconds: float) -> Future[None]:
-        """``await`` it: go on after ``seconds``."""
+        """``await`` it: continue after ``seconds``."""
 
     # --- asking others ---
 
@@ -113,7 +113,7 @@ class Kit(Protocol):
         """
 
     def feedback(self, message: object) -> None:
-        """Tell the client of the goal that the calling action pursues how it goes."""
+        """Report progress to the client of the goal that the calling action pursues."""
 
     @property
     def asked_by(self) -> str:
@@ -122,24 +122,24 @@ class Kit(Protocol):
     # --- doing several things ---
 
     def spawn(self, coroutine: Coroutine[Any, Any, R], name: str = "task") -> Task:
-        """Run a coroutine beside the others until it ends or the component is deactivated."""
+        """Run a coroutine next to the others until it ends or the component is deactivated."""
 
     def compute(self, function: Callable[..., R], *arguments: Any) -> Future[R]:
-        """``await`` it: the result of heavy work, done on another thread while this component goes on.
+        """``await`` it: the result of heavy work, done on another thread while this component continues.
 
         Under simulated time the step waits for it, so that it takes no simulated time.
         """
 
-    # --- telling how things are ---
+    # --- reporting progress ---
 
     def event(self, kind: str, text: str, **details: Any) -> None:
-        """Tell of something that happened once; ``kind`` is dotted, such as ``battery.low``."""
+        """Report something that happened once; ``kind`` is dotted, such as ``battery.low``."""
 
     def diagnose(self, subject: str, level: Level, text: str, **values: Any) -> None:
         """Put a diagnostic about a part of the component."""
 
     def report_quality(self, quality: Quality) -> None:
-        """Tell, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
+        """Report, now and whoever asks, how a quality requirement is met; its name must be able to stand in a key."""
 
     def set_status_text(self, detail: str, **values: Any) -> None:
         """Put a short text into the component's status, and the same as plain ``values`` for programs.

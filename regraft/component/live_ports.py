@@ -69,9 +69,9 @@ class OutputPort(Protocol[M_contra]):
         """Publish what ``make`` returns, as of now; in simulated time others need not wait until it is made.
 
         It is made right behind this step, on this thread, before anything else is handled; readers wait for it only
-        when they are to handle it. So heavy work, such as rendering, goes on while time does. ``make`` must use what
-        is now, not what it finds later. Under the real clock it is made at once. If it raises, or a field does not
-        fit, that is reported, and the message counts as lost.
+        when they are to handle it. So heavy work, such as rendering, continues while time does. ``make`` must use what
+        is now, not what it finds later. Under the real clock it is made at once. If it raises, or a field does not fit,
+        that is reported, and the message counts as lost.
 
         Raises:
             NotActive: the component is not active.

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from regraft.bus_schema.model.description import ParameterDescription
+from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.bus_schema.suggestions import Hints
 
 V = TypeVar("V", bool, int, float, str, tuple[float, ...], tuple[str, ...])
 
 JSON_TYPES: dict[type, str] = {bool: "boolean", int: "integer", float: "number", str: "string", tuple: "array"}
+_NAMES_OF_TYPES = ", ".join(each.__name__ for each in JSON_TYPES)
 
 
 class ParameterError(ValueError):
@@ -81,17 +83,22 @@ class Parameter(Generic[V]):
         """
         self.name = ""
         self.default: V = default
-        self.description = description
-        self.minimum = minimum
-        self.maximum = maximum
-        self.choices: tuple[V, ...] = tuple(choices)
-        self.unit = unit
         self.read_only = read_only
-        self.exists = exists
+        if type(default) not in JSON_TYPES:
+            raise TypeError(f"a parameter's default is of type {type(default).__name__}, must be of {_NAMES_OF_TYPES}")
+        schema: dict[str, Any] = {"type": JSON_TYPES[type(default)]}
+        if isinstance(default, tuple):
+            schema["items"] = {"type": JSON_TYPES[type(default[0])] if default else ["number", "string"]}
+        bounds = {"minimum": minimum, "maximum": maximum}
+        schema |= {key: bound for key, bound in bounds.items() if bound is not None}
+        if choices:
+            schema["enum"] = list(choices)
+        self._described = ParameterDescription("", default, schema, unit, read_only, description, exists)
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
         self.default = self.checked(self.default)
+        self._described = replace(self._described, name=name, default=self.plain(self.default))
 
     @overload
     def __get__(self, instance: None, owner: type) -> Parameter[V]: ...
@@ -112,26 +119,25 @@ class Parameter(Generic[V]):
 
     def checked(self, value: Any) -> V:
         """Return ``value`` in the parameter's type; raises ParameterError saying what would be right."""
-        wanted = type(self.default)
-        converted = _converted(value, wanted)
-        problem = None
-        if converted is None:
-            problem = f"must be {_a(JSON_TYPES[wanted])}"
-        elif wanted in (int, float) and not math.isfinite(converted):
-            problem = "must be finite"
-        elif self.minimum is not None and any(v < self.minimum for v in _numbers(converted)):
-            problem = f"must be at least {self.minimum}{self._unit()}"
-        elif self.maximum is not None and any(v > self.maximum for v in _numbers(converted)):
-            problem = f"must be at most {self.maximum}{self._unit()}"
-        elif self.choices and converted not in self.choices:
-            problem = f"must be one of: {', '.join(map(str, self.choices))}"
+        problem = parameter_problem(self._described, value)
         if problem:
-            raise ParameterError([(f"{self.name} = {value!r}", problem)])
-        checked: V = converted
+            raise ParameterError([(self.name, problem)])
+        wanted = type(self.default)
+        checked: V = wanted(value) if wanted in (float, tuple) else value
         return checked
 
-    def _unit(self) -> str:
-        return f" {self.unit}" if self.unit else ""
+    @property
+    def choices(self) -> tuple[V, ...]:
+        """The values that it can have; empty where its type and bounds alone say that."""
+        return tuple(self._described.schema.get("enum", ()))
+
+    def renamed(self, name: str, default: Any) -> Parameter[V]:
+        """Return the same parameter under another name and with another default; raises ParameterError."""
+        other = copy(self)
+        other.default = self.checked(default)
+        other.name = name
+        other._described = replace(self._described, name=name, default=self.plain(other.default))
+        return other
 
     def plain(self, value: Any) -> Any:
         """Return a value as plain data."""
@@ -139,39 +145,7 @@ class Parameter(Generic[V]):
 
     def describe(self) -> ParameterDescription:
         """Return the parameter's description, with a JSON Schema of its values."""
-        schema: dict[str, Any] = {"type": JSON_TYPES[type(self.default)]}
-        if isinstance(self.default, tuple):
-            schema["items"] = {"type": JSON_TYPES[type(self.default[0])]} if self.default else {}
-        bounds = {"minimum": self.minimum, "maximum": self.maximum}
-        schema |= {key: bound for key, bound in bounds.items() if bound is not None}
-        if self.choices:
-            schema["enum"] = list(self.choices)
-        default = self.plain(self.default)
-        return ParameterDescription(
-            self.name, default, schema, self.unit, self.read_only, self.description, self.exists
-        )
-
-
-def _a(noun: str) -> str:
-    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
-
-
-def _numbers(value: Any) -> tuple[float, ...]:
-    if isinstance(value, tuple):
-        return tuple(v for v in value if isinstance(v, int | float))
-    return (value,) if isinstance(value, int | float) else ()
-
-
-def _converted(value: Any, wanted: type) -> Any:
-    """Return ``value`` as ``wanted``, None where it is of another type."""
-    if wanted is bool or isinstance(value, bool):
-        return value if wanted is bool and isinstance(value, bool) else None
-    if wanted is float and isinstance(value, int | float):
-        return float(value)
-    if wanted is tuple:
-        fits = isinstance(value, list | tuple) and all(isinstance(v, int | float | str) for v in value)
-        return tuple(value) if fits else None
-    return value if isinstance(value, wanted) else None
+        return self._described
 
 
 @dataclass(slots=True)

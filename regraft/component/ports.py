@@ -38,7 +38,7 @@ class Input(Generic[M]):
 
         Args:
             message: the message class; None takes whatever the topic carries.
-            topic: the topic it has unless the stack says another; the port's name by default.
+            topic: the topic it has unless the stack states another; the port's name by default.
             latest_only: see only the newest message, for sensor streams.
             required: whether a stack must feed it.
             keep: how many messages wait for ``take`` at the most, then the oldest are dropped; 0 if it is not used.
@@ -116,7 +116,7 @@ class Output(Generic[M]):
 
         Args:
             message: the message class.
-            topic: the topic it has unless the stack says another; the port's name by default.
+            topic: the topic it has unless the stack states another; the port's name by default.
             reliable: block, within bounds, rather than drop; the stack's topic table overrides it.
             required: whether a stack must list its topic.
             description: what it carries.

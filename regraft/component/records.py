@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Generic, TypeVar, overload
 
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.description import ParameterDescription
 from regraft.component.parameters import HasParameters, Parameter, ParameterError
 
 T = TypeVar("T")
@@ -33,6 +33,8 @@ class Records(Parameter[Any], Generic[T]):
         described: Any = record
         self._shape = record_shape(described)
         super().__init__((), description, read_only=True)
+        schema = {"type": "array", "items": self._shape.json_schema()}
+        self._described = replace(self._described, schema=schema)
 
     @overload
     def __get__(self, instance: None, owner: type) -> Records[T]: ...
@@ -47,7 +49,7 @@ class Records(Parameter[Any], Generic[T]):
         return records
 
     def checked(self, value: Any) -> tuple[T, ...]:
-        """Return the records that plain data stands for; raises ParameterError with everything that is wrong."""
+        """Return the records that plain data represents; raises ParameterError with everything that is wrong."""
         if not isinstance(value, list | tuple):
             raise ParameterError([(self.name, f"must be a list of records, is {type(value).__name__}")])
         records: list[Any] = []
@@ -64,8 +66,3 @@ class Records(Parameter[Any], Generic[T]):
     def plain(self, value: Any) -> Any:
         """Return records as plain data."""
         return [self._shape.pack(record) for record in value]
-
-    def describe(self) -> ParameterDescription:
-        """Return the parameter's description, with the JSON Schema of its records."""
-        schema = {"type": "array", "items": self._shape.json_schema()}
-        return ParameterDescription(self.name, [], schema, read_only=True, description=self.description)

@@ -60,7 +60,7 @@ def _check_assignments(owner: type, base: type, reserved: set[str], code: CodeTy
 
 
 def _may_assign(code: CodeType, reserved: set[str]) -> bool:
-    """Tell at little cost whether code may assign one of the names: most of a class does not."""
+    """Check at little cost whether code may assign one of the names: most of a class does not."""
     if reserved.isdisjoint(code.co_names):
         return False
     operations, arguments = code.co_code[::2], code.co_code[1::2]
@@ -89,7 +89,7 @@ def _refuse(place: str, base: type, name: str, used: str) -> None:
 
 
 def _place(owner: type, name: str) -> str:
-    """Return file and line of what a class body defines, the class's own place where its source is not at hand."""
+    """Return file and line of a class body's definition, or the class's own place where its source is missing."""
     try:
         lines, first = inspect.getsourcelines(owner)
         (found,) = ast.parse(textwrap.dedent("".join(lines))).body

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from fastapi import FastAPI
-from starlette.responses import JSONResponse
 
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
@@ -20,12 +19,9 @@ from regraft.dashboard_api.routes import adaptations, changes, events, mission, 
 from regraft.dashboard_api.routes.mission_events import MissionFeed
 
 PREFIX = "/api/v1"
-HEARTBEAT = 10.0
 
 
-def build(
-    services: Services, buffer: EventBuffer, callers: Callers, address: str, *, heartbeat: float = HEARTBEAT
-) -> FastAPI:
+def build(services: Services, buffer: EventBuffer, callers: Callers, address: str) -> FastAPI:
     """Return the application that is to be served at ``address``, where ``callers`` may act."""
     manager = Manager(services)
     # No page of FastAPI's: it would run scripts from elsewhere on this origin, which may adapt the robot.
@@ -44,10 +40,10 @@ def build(
         changes.routes(manager, PREFIX),
         mission.routes(services),
         planners.routes(services, manager),
-        mission_events.routes(MissionFeed(services, manager, buffer.beside()), heartbeat),
-        events.routes(buffer, heartbeat),
+        mission_events.routes(MissionFeed(services, manager, buffer.beside())),
+        events.routes(buffer),
     ):
-        app.include_router(router, prefix=PREFIX, default_response_class=JSONResponse)
+        app.include_router(router, prefix=PREFIX, responses=problems.declared(403, 421, 500))
     app.include_router(pages.routes(services.client.system, openapi, PREFIX))
     problems.install(app)
     # The last one that is added is the first one that a request meets.

@@ -1,7 +1,7 @@
-"""A campaign: many runs of a study, some at a time, that can be ended and gone on with at any point.
+"""A campaign: many runs of a study, some at a time, that can be ended and continued at any point.
 
-A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when all of it is there, so what stands among the
-runs is complete. Failed runs are kept in ``failed/`` and tried again when the campaign goes on.
+A run is made in ``work/`` and moved to ``runs/CONFIGURATION/NUMBER`` when it is complete. Failed runs are kept in
+``failed/`` and retried when the campaign continues.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ LOOK_INTERVAL: Final = 0.1
 
 
 class BadCampaign(ValueError):
-    """A campaign that cannot be made so; the text says why, and what would be right."""
+    """A campaign that cannot be made so; the text states why, and what would be right."""
 
 
 class NoRoom(Exception):
-    """The campaign's folder cannot be written; the text says why. Finished runs are there."""
+    """The campaign's folder cannot be written; the text states why. Finished runs are there."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
     """A campaign's plan: so many runs of each configuration, from a seed on, of so many simulated seconds.
 
-    With ``one_seed`` all runs have the first seed, and differ only by what the study says that differs in time.
+    With ``one_seed`` all runs have the first seed, and differ only by what the study states that differs in time.
     """
 
     study: Study
@@ -69,7 +69,7 @@ class Wanted:
         )
 
     def about(self) -> dict[str, object]:
-        """Return what must be equal when a campaign is gone on with; configurations and runs may be added."""
+        """Return what must be equal when a campaign is continued; configurations and runs may be added."""
         return {
             "study": self.study.name,
             "definitions": self.definitions,
@@ -112,7 +112,7 @@ class Campaign:
         """Take the folder, and find out what is still to be run; a mere report may be of runs of an older stack.
 
         Raises:
-            BadCampaign: there are runs already and they are not to be gone on with, or they are others; or there is
+            BadCampaign: there are runs already and they are not to be continued, or they are others; or there is
                 nothing to report.
             NoRoom: the folder cannot be written.
         """

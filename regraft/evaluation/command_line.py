@@ -53,7 +53,7 @@ def evaluate(
 ) -> None:
     """Run a study: many seeded runs of a system at full speed, then the report with its tables and figures.
 
-    It can be ended at any time, and gone on with by --resume. Exits with 1 if a run failed.
+    It can be ended at any time, and continued by --resume. Exits with 1 if a run failed.
     """
     # Whatever ends the campaign also ends the runs that are under way.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))

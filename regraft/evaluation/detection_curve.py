@@ -140,7 +140,7 @@ def read_looks(path: Path) -> list[Look]:
     """Read looks from CSV.
 
     Raises:
-        ValueError: a line is no look; says which.
+        ValueError: a line is no look; the error names it.
     """
     looks = []
     with path.open(newline="") as file:

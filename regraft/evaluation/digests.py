@@ -24,8 +24,8 @@ def combined(chains: Mapping[str, bytes]) -> str:
 def adaptation_bytes(report: AdaptationReport) -> bytes:
     """Return what counts of an adaptation: what was changed, when in simulated time, and how it went.
 
-    Identifiers, texts and durations differ between equal runs, and the resulting architecture, which follows
-    from the changes, names files of this machine.
+    Identifiers, texts and durations differ between equal runs. The resulting architecture follows from the changes, and
+    names files of this machine.
     """
     plain = codec.to_plain(report)
     changes = plain["request"]["changes"]

@@ -20,7 +20,7 @@ NAME: Final = "STUDY"
 
 
 class NoSuchStudy(ValueError):
-    """There is no such study; the text says which there are."""
+    """There is no such study; the text states which there are."""
 
 
 def find_study(name: str) -> Study:

@@ -28,11 +28,11 @@ ENDED = (MissionState.SUCCEEDED, MissionState.FAILED, MissionState.HALTED)
 
 
 class Judge(Component):
-    """Says how good a run was: the map, the localization, the visits, the contacts, the result, the battery.
+    """Reports how good a run was: the map, the localization, the visits, the contacts, the result, the battery.
 
-    It wakes once a second and disturbs nobody. Everything is counted until the mission has ended and the robot has
-    come to rest: it may still brake when its last drive is told to have arrived. It knows the mission by
-    its status alone: the phase is what the blackboard calls so, the result the place at ``result``.
+    It wakes once a second and disturbs nobody. Everything is counted until the mission has ended and the robot has come
+    to rest: it may still brake when its last drive is asked to have arrived. It knows the mission by its status alone:
+    the phase is what the blackboard calls so, the result the place at ``result``.
     """
 
     resources = Resources(cpu=0.03, memory=25.0)

@@ -21,10 +21,10 @@ NEIGHBOURS = np.ones((3, 3), bool)
 class MapQuality:
     """Intersections over unions (0 to 1) of what a map calls occupied and free with what is.
 
-    ``occupied_iou`` forgives one cell: right is each true surface cell with an occupied one of the map at most a
-    cell away, missing is each without, and too much is each occupied cell of the map with no true one at most a
-    cell away. ``free_iou`` is over the free ground that the robot can see or get to; cells beside obstacles are
-    left out, where a cell more or less is forgiven.
+    ``occupied_iou`` forgives one cell. Right is each true surface cell with an occupied one of the map at most a cell
+    away. Missing is each without. Too much is each occupied cell of the map with no true one at most a cell away.
+    ``free_iou`` is over the free ground that the robot can see or get to. Cells next to obstacles are left out: there a
+    cell more or less is forgiven.
     """
 
     occupied_iou: float

@@ -1,7 +1,7 @@
 """How well requirements are met over time, and what is adapted for their sake: tables and a picture of runs.
 
 ``python -m regraft.evaluation.quality_over_time --stack STACK --mission TREE.xml --for 300 --out DIR`` runs the mission
-at full speed and writes ``quality.md``, ``TREE.jsonl`` (all that was told, one document a line) and, with matplotlib,
+at full speed. It writes ``quality.md``, ``TREE.jsonl`` (all reports, one document a line) and, with matplotlib,
 ``TREE.png``. With ``--mission`` several times they run one after the other, and the table has a column for each.
 """
 

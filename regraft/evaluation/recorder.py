@@ -79,7 +79,7 @@ class Recorder(Component):
             self._note_visit(truth.pose)
 
     def _note_visit(self, pose: Pose) -> None:
-        """Count a visit when the robot stands at another goal than the one it last stood at, and faces its object."""
+        """Count a visit when the robot stands at another goal than at the last visit, and faces its object."""
         known = self.goals.latest
         here = {
             goal.name: abs(math.remainder(pose.yaw - goal.pose.pose.yaw, math.tau))

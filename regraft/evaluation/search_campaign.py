@@ -112,7 +112,7 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def is_kept(runs: Sequence[SearchRun], failures: dict[int, str]) -> bool:
-    """Tell whether all promises are kept; a run that failed keeps none."""
+    """Return whether all promises are kept; a run that failed keeps none."""
     total = len(runs) + len(failures)
     return all(sum(promise.holds(run) for run in runs) >= math.ceil(promise.share * total) for promise in PROMISES)
 
@@ -129,7 +129,7 @@ def seeds_of(text: str) -> list[int]:
 def run_campaign(
     stack: Path, seeds: Sequence[int], out: Path, options: tuple[str, ...], at_most: float
 ) -> tuple[list[SearchRun], dict[int, str]]:
-    """Run every seed, telling how it goes, and write the report after each; returns the runs and the failures."""
+    """Run every seed, reporting progress, and write the report after each; returns the runs and the failures."""
     runs: list[SearchRun] = []
     failures: dict[int, str] = {}
     out.mkdir(parents=True, exist_ok=True)

@@ -2,8 +2,8 @@
 
     STUDY = Study("patrol", "does caution pay?", Path("regraft/stacks/patrol/stack.yaml"), {...}, report)
 
-``regraft evaluate patrol`` finds it. A study names what is run (a stack, and for each configuration what is different
-in it), what is written down (a `RowRecorder` among the stack's components), and what is made of it (``report``).
+``regraft evaluate patrol`` finds it. A study names a stack, and what is different in it for each configuration. It
+names what is written down (a `RowRecorder` among the stack's components), and what is made of it (``report``).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def nothing(seed: int) -> Changes:
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """One way to run the study's stack; ``changes`` says for a seed what is different in the stack file.
+    """One way to run the study's stack; ``changes`` states for a seed what is different in the stack file.
 
     ``scenario`` names the circumstances, if there are several: configurations are compared within one scenario.
     """
@@ -102,7 +102,7 @@ class Study:
 
     ``configurations`` are by the definitions that they go by: studies with one reading of their measures have one.
     ``additions`` are merged into the stack file of every run, the configuration's changes into the result.
-    ``timing_only`` says what is different in a run of this number where all runs have one seed.
+    ``timing_only`` states what is different in a run of this number where all runs have one seed.
     """
 
     name: str

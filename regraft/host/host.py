@@ -84,7 +84,7 @@ class Host(Supervisor):
             self._take(self.inbox.get(0.0), shed=True)
 
     def end(self) -> None:
-        """End every process, the time source first: once time stands still, nobody misses those who leave.
+        """End every process, the time source first: once time is still, nobody misses those who leave.
 
         A process that does not end is killed after a while; everything is accounted for.
         """

@@ -21,7 +21,7 @@ class UnknownComponent(Exception):
 
 
 class Refused(Exception):
-    """A refused request; the text says why."""
+    """A refused request; the text states why."""
 
     def __init__(self, text: str, code: ControlCode = ControlCode.REFUSED) -> None:
         self.code = code
@@ -39,11 +39,11 @@ class HostPublisher:
         self._log = logging.getLogger("host")
 
     def status(self, status: HostStatus) -> None:
-        """Tell how the host and its processes are."""
+        """Report how the host and its processes are."""
         self._put(self._keys.host(self._host, "status"), status)
 
     def event(self, kind: str, subject: str, text: str, **details: Any) -> None:
-        """Tell what has happened, to the log too."""
+        """Report what has happened, to the log too."""
         self._log.warning("%s", text)
         self._put(self._keys.event, Event(self._clock.now() / 1e9, kind, subject, text, details))
 

@@ -1,7 +1,7 @@
 """A host that has joined another: it runs what the architecture places on it, for as long as it belongs to the system.
 
 It proves that it is there by renewing its lease. Once that has run out, it is alone: what may then start elsewhere it
-ends at once, so that two runs of a component never act. When it is heard again, it asks anew what to run.
+ends at once, so that two runs of a component never act. When it is heard again, it asks again what to run.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PATIENCE = 60.0
 
 
 class JoinedHost(Host):
-    """A joined host. ``over`` says why it has to end, empty while it has not to."""
+    """A joined host. ``over`` states why it has to end, empty while it has not to."""
 
     def __init__(
         self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str, seal: Seal
@@ -181,11 +181,13 @@ class JoinedHost(Host):
         self._end_beside()
 
     def _is_handed_over(self, name: str) -> bool:
-        """Tell whether a component is being moved, from here or to here: it may go on elsewhere, whatever the rules."""
+        """Return whether a component is being moved, from here or to here: it may continue elsewhere, whatever the
+        rules.
+        """
         return self.processes[name].awaited or self._is_elsewhere(name)
 
     def _end_beside(self) -> None:
-        """End what stands beside components: nobody may ever say what is to become of it."""
+        """End what runs next to components: nobody may ever say what is to become of it."""
         for managed in list(self.standby_runs.processes.values()):
             self._cut_off(managed)
 

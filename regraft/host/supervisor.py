@@ -169,7 +169,7 @@ class Supervisor:
         )
 
     def _is_elsewhere(self, name: str) -> bool:
-        """Tell whether a component is placed on another host by now."""
+        """Return whether a component is placed on another host by now."""
         spec = self.plan.architecture.components.get(name)
         return spec is not None and spec.host != self.plan.name
 
@@ -242,7 +242,7 @@ class Supervisor:
             managed.keep(time.monotonic())
 
     def tell_soon(self) -> None:
-        """Tell the status at the next look."""
+        """Publish the status at the next look."""
         self._next_status = 0.0
 
     def status(self) -> HostStatus:

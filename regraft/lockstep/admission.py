@@ -59,7 +59,7 @@ class Admission:
             self._open = False
 
     def may_join(self, join: Join) -> bool:
-        """Tell whether a run may still join: one that was released only has not ended yet."""
+        """Return whether a run may still join: one that was released only has not ended yet."""
         return (join.member, join.incarnation) not in self._released
 
     def _answer(self, verb: str, query: Query) -> None:

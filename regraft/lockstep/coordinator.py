@@ -1,6 +1,6 @@
 """Keeps all members in step: rounds within a tick until it is quiet, exclusive slots, joining, wiring, leaving.
 
-It lives in the process of the time source, works on its thread, and counts the source itself as a member.
+It lives in the time source's process, works on its thread, and counts the source as a member.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class Coordinator:
         member = self.membership.members.get(name)
         if member is not None and member.incarnation == incarnation:
             if self._admission.is_open and not self._dispatcher.awaits(name):
-                self._ended_in_slot.add((name, incarnation))  # another run may be about to go on in its place
+                self._ended_in_slot.add((name, incarnation))  # another run may be about to continue in its place
             else:
                 self._drop(name, RUN_ENDED)
 
@@ -160,7 +160,7 @@ class Coordinator:
         return False
 
     def _succeed(self, run: ClockMember) -> bool:
-        """Have another run of a member go on in its place, once it lives; all that is wired stays so."""
+        """Have another run of a member continue in its place, once it lives; all that is wired stays so."""
         member = self.membership.members.get(run.member)
         if member is None:  # it was dropped, since the run before stood still without anybody to take over
             self._joins.expect(run)
@@ -370,7 +370,7 @@ class Coordinator:
     def wait_for(self, names: Iterable[str], seconds: float, without_sign: float) -> None:
         """Wait at most ``seconds`` until all of ``names`` have joined, ``without_sign`` for those that show no token.
 
-        Time starts without the others, and that is told.
+        Time starts without the others, and that is reported.
         """
         missing = wait_for_members(
             set(names),

@@ -51,12 +51,12 @@ class JoinRequests:
             del self.pending[run.member]
 
     def asks(self, run: ClockMember) -> bool:
-        """Tell whether the request of exactly this run waits."""
+        """Return whether the request of exactly this run waits."""
         join = self.pending.get(run.member)
         return join is not None and join.incarnation == run.incarnation
 
     def lives(self, run: ClockMember) -> bool:
-        """Tell whether a run lives."""
+        """Return whether a run lives."""
         return self._living.has((run.member, run.incarnation))
 
     def expect(self, run: ClockMember) -> None:

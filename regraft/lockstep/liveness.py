@@ -22,7 +22,7 @@ class LivenessTracker:
         self._early: dict[Run, Join] = {}
 
     def admits(self, join: Join, former: Iterable[int]) -> bool:
-        """Tell whether the run that asks lives, and no ``former`` one; otherwise its join is kept until that is so."""
+        """Return whether the run that asks lives, and no ``former`` one; else its join is kept until that is so."""
         run = (join.member, join.incarnation)
         admitted = run in self._runs and not any(n < run[1] and (join.member, n) in self._runs for n in former)
         if not admitted and len(self._early) < MAX_EARLY:
@@ -39,7 +39,7 @@ class LivenessTracker:
         return self._early.pop(run, None) if run in self._runs else None
 
     def has(self, run: Run) -> bool:
-        """Tell whether a run's token is there."""
+        """Return whether a run's token is there."""
         return run in self._runs
 
     def vanished(self, run: Run) -> list[Join]:

@@ -1,6 +1,6 @@
 """The loop of a component under simulated time: it works when the coordinator gives it a step, and acknowledges.
 
-Between steps it answers control queries and keeps its heartbeat; its clock stands still.
+Between steps it answers control queries and keeps its heartbeat; its clock is still.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Member:
 
     @property
     def _incarnation(self) -> int:
-        """As which this run is known now: one that was handed over from and goes on again has a new one."""
+        """As which this run is known now: one that was handed over from and continues again has a new one."""
         return self._runtime.assignment.incarnation
 
     def run(self) -> None:
@@ -87,7 +87,7 @@ class Member:
         self._publisher.close()
 
     def _shelve(self, item: Any) -> None:
-        """Take in a topic's message, on the bus's thread: it is not handled before the step that says so.
+        """Take in a topic's message, on the bus's thread: it is handled in its step, not before.
 
         A marker, which alone is empty, is waited for now.
         """
@@ -215,7 +215,7 @@ class Member:
         return error
 
     def _wait_for(self, step: Step) -> str:
-        """Wait until the inputs have come as far as the step says."""
+        """Wait until the inputs have come as far as the step states."""
         inbox, inbound = self._runtime.inbox, self._runtime.inbound
         for item in inbox.take_lazy():
             self._runtime.take(item)

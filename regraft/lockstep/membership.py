@@ -47,7 +47,9 @@ class MemberState:
         return frontier
 
     def take_gone(self) -> tuple[str, ...]:
-        """Return who left, for the step that begins now; whose last data is still to be handled is told in the next."""
+        """Return who left, for the step that begins now; whose last data is still to be handled is reported in the
+        next.
+        """
         handled_now = {source for sources in self.pending.values() for source in sources}
         gone, self.gone = self.gone - handled_now, self.gone & handled_now
         return tuple(sorted(gone))
@@ -58,7 +60,7 @@ class MemberState:
         return tuple(sorted(ended))
 
     def wakes_on(self, key: str) -> bool | None:
-        """Tell whether new data at ``key`` wakes the member; None if it does not read the key."""
+        """Return whether new data at ``key`` wakes the member; None if it does not read the key."""
         found = self.inputs.get(key)
         if found is None:
             found = next(
@@ -78,9 +80,7 @@ class Membership:
         self._all_wired = True
 
     def add(self, name: str, incarnation: int, wiring: Wiring, next_wake: int | None) -> MemberState:
-        """Take a member in, with nothing wired. One that was here before is not gone any more: its numbering goes on,
-        or its new epoch begins it anew, and to drop it now would drop what it puts from here on.
-        """
+        """Its numbering continues, or its new epoch restarts it. To drop it now would drop its next samples."""
         for other in self.members.values():
             other.gone.discard(name)
         member = MemberState(name, incarnation, dict(wiring.inputs), set(wiring.outputs), next_wake)

@@ -16,8 +16,8 @@ TELL_INTERVAL = 0.25
 class RunReport:
     """The report of one run of the time source, put at ``key`` now and then.
 
-    ``speed`` is simulated time over wall-clock time, ``wall`` the wall-clock seconds since the first tick
-    of the run's first incarnation, those included in which the source was dead.
+    ``speed`` is simulated time over wall-clock time. ``wall`` is the wall-clock seconds since the first tick of the
+    run's first incarnation, those with a dead source included.
     """
 
     publisher: ClockPublisher

@@ -1,4 +1,4 @@
-"""A source of simulated time: the component that makes the world go on, with the coordinator in its process."""
+"""A source of simulated time: the component that makes the world continue, with the coordinator in its process."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from regraft.runtime.loop import reach
 from regraft.runtime.runtime import Runtime
 
 MEMBERS_TIMEOUT = 30.0
-"""Seconds that the first tick of a run waits for the members that the stack names, after a restart those that live."""
+"""Seconds that a run's first tick waits for the members in the stack, after a restart for the living ones."""
 MEMBERS_BACK_TIMEOUT = 2.0
 """The same after a restart of the source for members without a sign of life: they may be gone for good."""
 LATE_AT_MOST = 1.0
 """Seconds that a paced run may fall behind the wall clock before it stops trying to catch up."""
 SPEED_OVER = 1.0
 LOOK_INTERVAL = 0.05
-"""Seconds between looks at who joins or wants a slot while time stands still."""
+"""Seconds between looks at who joins or wants a slot while time is still."""
 
 
 class TimeSource(Component):
@@ -124,7 +124,7 @@ class SourceLoop:
     def _promise_checkpoint(self) -> None:
         """Take a checkpoint of this moment, to be packed and put while the others work.
 
-        It is put before anything of the next tick is: whoever goes on from it repeats this moment at the most.
+        It is put before anything of the next tick is: whoever continues from it repeats this moment at the most.
         """
         runtime, checkpoints = self._runtime, self._runtime.checkpoints
         if checkpoints.keeps_state:
@@ -157,7 +157,7 @@ class SourceLoop:
             self._speed_mark = (now, coordinator.moment.time)
 
     def _finish(self, coordinator: Coordinator) -> None:
-        """The run has ended: time stands still, and everybody may still be asked."""
+        """The run has ended: time is still, and everybody may still be asked."""
         while self._runtime.state is not State.FINALIZED:
             coordinator.tell_time(finished=True)
             coordinator.stand_still(LOOK_INTERVAL)

@@ -1,4 +1,4 @@
-"""The inbox of a time source while it waits: control queries are answered and the heartbeat goes on."""
+"""The inbox of a time source while it waits: control queries are answered and the heartbeat continues."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class StepDispatcher:
             self._takes[ack.member] = takes + FORGETS_SLOWLY * (self._takes.get(ack.member, takes) - takes)
 
     def awaits(self, name: str) -> bool:
-        """Tell whether a member's acknowledgement is waited for."""
+        """Return whether a member's acknowledgement is waited for."""
         return name in self._steps and name not in self._acks
 
     def forget(self, name: str) -> None:

@@ -8,7 +8,7 @@ from regraft.runtime.runtime import Runtime
 
 
 class ReportedWiring:
-    """The wiring of a component, and what the coordinator has been told of it."""
+    """The wiring of a component, and the part that the coordinator knows."""
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
@@ -47,7 +47,7 @@ def wiring_of(runtime: Runtime) -> Wiring:
 
 
 def _same(one: Wiring | None, other: Wiring) -> bool:
-    """Tell whether two wirings name the same keys, none of them anew, whatever their sequences."""
+    """Return whether two wirings name the same keys, none of them again, whatever their sequences."""
     if one is None or other.anew:
         return False
     return one.inputs == other.inputs and one.outputs.keys() == other.outputs.keys()

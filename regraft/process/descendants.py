@@ -1,7 +1,7 @@
 """Everything that a process has started, and that what it has started has started: none of it is to stay behind.
 
 A program can leave its group and its parent (``setsid``, a double fork). A subreaper (prctl(2)) becomes the parent of
-whatever loses its own below it, so that all of it can be found by its parents.
+every process below it that loses its own. So all of them can be found by their parents.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def end_descendants(but: frozenset[int] = frozenset()) -> bool:
 
 
 def _reap(ended: set[int]) -> None:
-    """Take note of the ends of those that have become children of this process, or no number would be free again."""
+    """Reap the children that this process has inherited: each holds a process number until then."""
     for pid in ended:
         with contextlib.suppress(ChildProcessError):
             os.waitpid(pid, os.WNOHANG)

@@ -35,7 +35,7 @@ def die_with_parent(parent: int, by: signal.Signals = signal.SIGKILL) -> None:
 
 
 def open_log(path: str) -> None:
-    """Send what the process prints to its log file; a log grown too large is kept as ``.1`` and begun anew."""
+    """Send what the process prints to its log file; a log grown too large is kept as ``.1`` and begun again."""
     begin_anew_if_long(Path(path))
     try:
         log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)

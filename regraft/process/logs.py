@@ -1,4 +1,4 @@
-"""Components' logs: their ends, and their bound. A log that is too long is kept as ``.1``, and begins anew."""
+"""Components' logs: their ends, and their bound. A log that is too long is kept as ``.1``, and begins again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.protocol.host import LogLines, LogRequest
 
 MAX_BYTES = 1024 * 1024
 MAX_LOG_SIZE = 8 * 1024 * 1024
-"""Bytes to which a log may grow, and that are kept of it when it begins anew."""
+"""Bytes to which a log may grow, and that are kept of it when it begins again."""
 
 
 def tail(folder: Path, payload: bytes) -> LogLines:
@@ -33,7 +33,7 @@ def log_of(folder: Path, component: str) -> Path:
 
 
 def begin_anew_if_long(log: Path) -> None:
-    """Keep the end of a log that has grown too long as ``.1``, and empty it; whoever writes to it goes on.
+    """Keep the end of a log that has grown too long as ``.1``, and empty it; whoever writes to it continues.
 
     It is copied, since programs hold it open. A failed attempt is repeated the next time.
     """

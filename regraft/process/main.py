@@ -49,7 +49,7 @@ def how_it_ended(code: int) -> str:
 
 
 class NoSuchClass(Exception):
-    """``module:Class`` does not name a component class; the text says what is wrong."""
+    """``module:Class`` does not name a component class; the text states what is wrong."""
 
 
 def load_class(path: str) -> type[Component]:
@@ -133,7 +133,7 @@ def run_component(
 
 
 def _watch_for_what_is_not_repeatable(runtime: Runtime) -> None:
-    """Tell, as an event and in the log, where a component in step reads clocks and chance that are not the kit's."""
+    """Report, as an event and in the log, where a lockstep component reads clocks and chance outside the kit."""
 
     def tell(file: str, line: int, name: str, instead: str) -> None:
         text = f"{file}:{line}: {name} gives something else in each run: use {instead}"
@@ -175,7 +175,7 @@ def _run(runtime: Runtime, clock: RealClock | SteppedClock) -> int:
 
 
 def _leave(runtime: Runtime) -> None:
-    """Leave the bus; a link that does not let go cannot keep the process alive."""
+    """Leave the bus; a link that hangs cannot keep the process alive."""
     by_force = threading.Timer(LEAVE_TIMEOUT, lambda: os._exit(EXIT_FAULT))
     by_force.daemon = True
     by_force.start()

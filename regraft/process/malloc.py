@@ -1,8 +1,8 @@
 """Keeps freed memory in the process.
 
-glibc gives large blocks back at once, depending on what was freed before, and each page of the next block then
-costs a fault. A component that handles images frees and allocates the same megabytes for each. Measured with bare
-zenoh on the main thread: a 1 MB round trip through shared memory took 0.7 ms with these limits, 1.7 ms without.
+glibc gives large blocks back at once, depending on what was freed before. Each page of the next block then costs a
+fault. A component that handles images frees and allocates the same megabytes for each. Measured with bare zenoh on the
+main thread: a 1 MB round trip through shared memory took 0.7 ms with these limits, 1.7 ms without.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ OUR_FOLDER = Path(__file__).parents[1]
 
 
 class CannotImport(Exception):
-    """A module cannot be imported; the text says why."""
+    """A module cannot be imported; the text states why."""
 
 
 def imported(name: str, in_copy: Callable[[], object] = lambda: None) -> ModuleType:
@@ -56,7 +56,7 @@ def text_of(error: BaseException) -> str:
 
 
 def instead_of_module(name: str, error: ImportError) -> str:
-    """Say which module may be meant by ``name`` if importing it failed for its name, as the end of a sentence.
+    """Return which module may be meant by ``name`` if its import failed, as the end of a sentence.
 
     Empty if there is none near, or if another module is what is missing.
     """
@@ -84,7 +84,7 @@ def _children(package: str) -> list[str]:
 
 
 def after_failure(name: str, error: BaseException) -> str:
-    """Say why importing ``name`` may have failed, as the end of a sentence; empty if nothing is known.
+    """Report why importing ``name`` may have failed, as the end of a sentence; empty if nothing is known.
 
     A module that is found first may hide the one that is meant: ``name`` itself, or one that it imports.
     """
@@ -97,13 +97,13 @@ def after_failure(name: str, error: BaseException) -> str:
 
 
 def hidden_by_another(name: str) -> str:
-    """Say that a module which is found first hides a file on the path that may be meant; empty if none does."""
+    """Report that a module which is found first hides a file on the path that may be meant; empty if none does."""
     package = name.partition(".")[0]
     return next(filter(None, (_hiding(package, hidden) for hidden in dict.fromkeys((name, package)))), "")
 
 
 def hidden_file(name: str) -> str:
-    """Say that ``name`` was found in one place and hides another of exactly that name; empty if it does not."""
+    """Report that ``name`` was found in one place and hides another of exactly that name; empty if it does not."""
     return _hiding(name.partition(".")[0], name)
 
 
@@ -115,7 +115,7 @@ def _hiding(package: str, name: str) -> str:
 
 
 def _other_file(found: ModuleType, name: str) -> Path | None:
-    """Return the first file on the path that a module's name stands for, and that is not of the package ``found``."""
+    """Return the first file on the path that a module's name represents, and that is not of the package ``found``."""
     known = [getattr(found, "__file__", None), *getattr(found, "__path__", ())]
     places = {Path(place).resolve() for place in known if place}
     for folder in map(Path, dict.fromkeys(place or "." for place in sys.path)):

@@ -13,8 +13,8 @@ ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class ShutdownRequest:
     """A request to shut down what this process runs. Once made it stays.
 
-    An exception alone would not do: Python drops one that a signal raises inside a callback, as after a fork, and
-    the signal would be lost with it.
+    An exception alone would not do. Python drops one that a signal raises inside a callback, as after a fork, and loses
+    the signal with it.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """Notices what makes a run in step another one each time: clocks and random numbers that are not the kit's.
 
-In a component's process, functions of ``time``, ``random``, ``numpy.random`` and ``uuid`` that give something else in
-each run are replaced by ones that look at their caller. They return what they always did.
+In a component's process, some functions of ``time``, ``random``, ``numpy.random`` and ``uuid`` return something else in
+each run. They are replaced by ones that look at their caller, and return what they always did.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Unrepeatable:
         return call
 
     def _look(self, frame: FrameType, name: str, instead: str) -> None:
-        """Tell of a place, the first time that it is come by."""
+        """Report a place, the first time that it is come by."""
         self._seen.add((frame.f_code, frame.f_lasti))
         file = frame.f_code.co_filename
         if self._told < MAX_TOLD and self._is_authored(frame.f_globals.get("__name__", ""), file):

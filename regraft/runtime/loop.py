@@ -14,7 +14,8 @@ MAX_SECONDS_AT_ONCE = 0.05
 """Items taken from the inbox, and seconds spent on them, before timers and the heartbeat get their turn."""
 
 MAX_WAITING = 10_000
-"""Items that may wait in the inbox: whoever cannot keep up loses messages, and says so, rather than grow for ever."""
+"""Items that may wait in the inbox: whoever cannot keep up loses messages, and reports it, rather than grow for ever.
+"""
 
 
 def start(runtime: Runtime) -> None:
@@ -52,7 +53,7 @@ def pump(runtime: Runtime) -> float:
 
 
 def give_up_on_holes(runtime: Runtime, now: int) -> None:
-    """Go on behind holes that have stayed open for too long, but first take all that has come until ``now``.
+    """Continue behind holes that have stayed open for too long, but first take all that has come until ``now``.
 
     The missing messages may be among it: a handler took its time.
     """

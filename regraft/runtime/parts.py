@@ -31,7 +31,7 @@ from regraft.runtime.data.status_reporter import StatusReporter
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.data.writers import Identity, Writers
 from regraft.runtime.presence import Presence
-from regraft.runtime.requests.request_client import Caller
+from regraft.runtime.requests.request_client import RequestClient
 from regraft.runtime.requests.request_server import Server
 
 
@@ -76,7 +76,7 @@ class Parts:
         self.writers = Writers(bus, clock, self.identity, self.reporter.fault)
         self.writers.keeps_history, self.writers.lockstep = True, self.stepped
         client = f"{assignment.name}-{assignment.incarnation}"
-        self.caller = Caller(self.keys, client, self.writers, self.timers, self.reporter)
+        self.requests = RequestClient(self.keys, client, self.writers, self.timers, self.reporter)
         self.component = cls.__new__(cls)
         self.inputs = {name: self._input(name) for name in self.declared.inputs}
         self.outputs = {
@@ -84,7 +84,7 @@ class Parts:
         }
         self.servers = [self._server(name) for name in self.declared.services]
         self.presence = Presence(
-            lambda: self.assignment, bus, self.inbox, self.inbound, self.caller, self.servers, self.reporter
+            lambda: self.assignment, bus, self.inbox, self.inbound, self.requests, self.servers, self.reporter
         )
 
     def _inbound(self) -> Inbound:
@@ -138,7 +138,7 @@ class Parts:
         return type(self.component).handler_timeout if assigned is None else assigned
 
     def is_reliable(self, key: str) -> bool:
-        """Tell whether the topic at ``key`` is reliable, rather than a sensor stream."""
+        """Return whether the topic at ``key`` is reliable, rather than a sensor stream."""
         return self.keys.topic_of(key) not in self.assignment.sensor_streams
 
     def reader(self, key: str) -> TopicReader | None:

@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data.inbound import Inbound
 from regraft.runtime.data.status_reporter import StatusReporter
-from regraft.runtime.requests.request_client import Caller
+from regraft.runtime.requests.request_client import RequestClient
 from regraft.runtime.requests.request_server import Server
 
 
@@ -28,7 +28,7 @@ class Presence:
         bus: Bus,
         inbox: Inbox,
         inbound: Inbound,
-        caller: Caller,
+        requests: RequestClient,
         servers: list[Server],
         reporter: StatusReporter,
     ) -> None:
@@ -38,7 +38,7 @@ class Presence:
         self._keys = Keys(assignment().system)
         self._inbox = inbox
         self._inbound = inbound
-        self._caller = caller
+        self._requests = requests
         self._servers = servers
         self._reporter = reporter
         self._declared: list[Closable] = []
@@ -61,8 +61,8 @@ class Presence:
 
     def listen_for_replies(self) -> None:
         """Read the replies to this component's requests, under the name by which it asks now."""
-        replies = self._keys.reply("**", self._caller.client)
-        self._inbound.add(replies, self._caller)
+        replies = self._keys.reply("**", self._requests.client)
+        self._inbound.add(replies, self._requests)
         self._declared.append(self._bus.subscribe(replies, self._inbox.put))
 
     def listen_for_requests(self) -> None:

@@ -134,7 +134,7 @@ class Runtime(Parts):
     def _link_renewed(self) -> None:
         """Make good what the broken link has lost: say how far all that is written has come, ask for what is read.
 
-        In step there is no need: everybody is told how far to read.
+        In lockstep there is no need: each step has how far to read.
         """
         if self.stepped:
             return

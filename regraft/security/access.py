@@ -22,7 +22,7 @@ PROTOCOLS = ("tcp", "tls", "unixsock-stream")
 
 
 class NotSecure(Exception):
-    """A link that strangers could use, or that cannot be made safe; the text says what would be right."""
+    """A link that strangers could use, or that cannot be made safe; the text states what would be right."""
 
 
 @dataclass(frozen=True, slots=True)

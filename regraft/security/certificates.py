@@ -1,6 +1,6 @@
 """Certificates for a lab: an authority of its own, and one certificate for each host, made by ``openssl``.
 
-Beside them lies the secret that all hosts of its systems share.
+The folder also has the secret that all hosts of its systems share.
 
 Elliptic-curve keys (P-256). The authority's key stays in the folder; whoever has it can admit hosts.
 """
@@ -25,13 +25,13 @@ ALWAYS = ("localhost", "127.0.0.1", "::1")
 
 
 class CannotMake(Exception):
-    """A certificate cannot be made; the text says why."""
+    """A certificate cannot be made; the text states why."""
 
 
 def make(folder: Path, names: Sequence[str], addresses: Sequence[str] = ()) -> list[Path]:
     """Make a certificate for each host, and what is missing of authority and secret; returns the files written.
 
-    ``addresses`` are the names and IP addresses under which hosts reach each other, beside each host's name. A host
+    ``addresses`` are the names and IP addresses under which hosts reach each other, next to each host's name. A host
     that has a certificate gets a new one.
 
     Raises:

@@ -20,7 +20,7 @@ PLACE = re.compile(r"^\[\w+\] | \(_ssl\.c:\d+\)$")
 
 
 class BadCertificate(Exception):
-    """A certificate is of no use; the text says why."""
+    """A certificate is of no use; the text states why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def reason_of(error: Exception) -> str:
 
 
 def certificate_of(told: dict[str, Any]) -> Certificate:
-    """Return a certificate that ``ssl`` has told of."""
+    """Return a certificate that ``ssl`` has reported."""
     begins, ends = (ssl.cert_time_to_seconds(told[key]) for key in ("notBefore", "notAfter"))
     return Certificate(common_name(told), begins, ends)
 

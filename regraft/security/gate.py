@@ -1,8 +1,8 @@
 """The gate of a first host: TLS from other machines ends here, and only those with a certificate reach the hub.
 
-A process of its own, run as a script: it needs the standard library alone. Zenoh's own listener stops for 0.1 s
-after every handshake that fails (1.10.2), so 200 silent connections would lock everybody out for 20 s of every 30.
-Here a connection that has not proved itself costs a socket for two seconds, and no other one waits for it.
+A process of its own, run as a script: it needs the standard library alone. Zenoh's own listener stops for 0.1 s after
+every handshake that fails (1.10.2). So 200 silent connections would lock everybody out for 20 s of every 30. Here an
+unproved connection costs a socket for two seconds, and no other one waits for it.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Gate:
         arrival.link.close()
 
     def _greet(self, arrival: _Arrival) -> None:
-        """Begin the handshake now that the other end has said something, or go on with it."""
+        """Begin the handshake now that the other end has said something, or continue with it."""
         link = arrival.link
         try:
             if arrival.refused:

@@ -1,8 +1,8 @@
 """How a host proves to the first one that it is the host whose name it joins under.
 
-The link's TLS tells only that some certificate of the authority is at its other end. So both hosts do a TLS handshake
-with each other through the bus, and compare the names in the certificates. Within it the joining host gives the first
-a key of its own, with which it seals what it asks from then on.
+The link's TLS proves only that some certificate of the authority is at its other end. So both hosts do a TLS handshake
+with each other through the bus, and compare the names in the certificates. Within it the joining host gives the first a
+key of its own. With the key it seals its later queries.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Sealed = TypeVar("Sealed", JoinHost, RenewLease)
 
 
 class NotProved(Exception):
-    """An end has not proved who it is; the text says why."""
+    """An end has not proved who it is; the text states why."""
 
 
 class Seal:

@@ -19,7 +19,7 @@ SHAPE = re.compile(r"[A-Za-z0-9_-]{16,256}")
 
 
 class BadSecret(Exception):
-    """A file holds no usable secret; the text says what would be right."""
+    """A file holds no usable secret; the text states what would be right."""
 
 
 def fresh() -> str:
@@ -43,7 +43,7 @@ def read(file: Path) -> str:
 
 
 def make(file: Path) -> bool:
-    """Write a fresh secret to a file that is not there yet; tells whether it did. Raises BadSecret."""
+    """Write a fresh secret to a file that is not there yet; returns whether it did. Raises BadSecret."""
     try:
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:

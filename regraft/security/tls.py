@@ -23,7 +23,7 @@ class Exchange:
         self.done = False
 
     def take(self, flight: bytes) -> None:
-        """Take what the other end has sent, and go on as far as that suffices."""
+        """Take what the other end has sent, and continue as far as that suffices."""
         self._incoming.write(flight)
         if not self.done:
             try:

@@ -43,7 +43,7 @@ class BadTokens(Exception):
 
 
 class BadToken(Exception):
-    """A token cannot be made or revoked as it was asked for; the text says why."""
+    """A token cannot be made or revoked as it was asked for; the text states why."""
 
 
 class Role(Enum):
@@ -53,7 +53,7 @@ class Role(Enum):
     ADMINISTER = "administer"
 
     def includes(self, other: Role) -> bool:
-        """Tell whether this role may do what ``other`` may."""
+        """Return whether this role may do what ``other`` may."""
         return self is Role.ADMINISTER or other is Role.OPERATE
 
 

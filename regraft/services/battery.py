@@ -14,7 +14,7 @@ EMPTY, LOW, BELOW_LIMIT, FULL = "empty", "low", "below_limit", "ok"
 SEVERITY = {EMPTY: Level.ERROR, LOW: Level.WARNING, BELOW_LIMIT: Level.WARNING, FULL: Level.OK}
 TEXTS = {EMPTY: "empty", LOW: "low", BELOW_LIMIT: "below its limit", FULL: "all right"}
 CHARGER_HOLDS = 2.0
-"""s: so long after its last word a charger is taken to go on as it said."""
+"""s: so long after its last word a charger is taken to continue as it said."""
 
 
 class Battery(Component):
@@ -45,8 +45,8 @@ class Battery(Component):
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return the ``power`` (W) of the whole robot, the ``endurance`` (s), and the ``time_to_limit`` (s).
 
-        ``context`` may say the ``charge``, and the ``power`` that is drawn or the ``speed`` (m/s), by which it then
-        goes, pictures left out. All times are without a charger.
+        ``context`` may give the ``charge``, and the ``power`` that is drawn or the ``speed`` (m/s) that gives it,
+        without pictures. All times are without a charger.
         """
         capacity = float(parameters.get("capacity", cls.capacity.default))
         limit = float(parameters.get("limit", cls.limit.default))

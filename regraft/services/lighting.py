@@ -19,10 +19,10 @@ def darkness_at(time: float, period: float, phase: float, darkest: float = 1.0) 
 
 
 class Lighting(Component):
-    """Says how dark it is: full light and full darkness in turns.
+    """Reports how dark it is: full light and full darkness in turns.
 
-    The curve follows the stack's clock, so a restarted component goes on where the light is. The defaults are
-    those measured in the published FROG runs: 0.006 Hz, begun 51.8 s before the mission.
+    The curve follows the stack's clock, so a restarted component continues where the light is. The defaults are those
+    measured in the published FROG runs: 0.006 Hz, begun 51.8 s before the mission.
     """
 
     resources = Resources(cpu=0.01, memory=20.0)

@@ -45,7 +45,7 @@ def picture_fingerprint(pixels: npt.NDArray[np.uint8]) -> bytes:
 
 
 def judge_picture(fingerprint: bytes) -> Finding | None:
-    """Say whether a picture shows nothing at all: even in the dark a working camera has noise."""
+    """Report whether a picture shows nothing at all: even in the dark a working camera has noise."""
     if fingerprint.count(fingerprint[:1]) < len(fingerprint):
         return None
     if fingerprint[0] == 0:
@@ -59,7 +59,7 @@ def scan_fingerprint(ranges: npt.NDArray[np.float32]) -> bytes:
 
 
 def judge_scan(ranges: npt.NDArray[np.float32], least_valid: float, most_gaps: float) -> Finding | None:
-    """Say whether too few rays hit anything, or too many single ones are missing.
+    """Report whether too few rays hit anything, or too many single ones are missing.
 
     ``least_valid`` is a share of the rays; ``most_gaps`` the share of neighbours of which one hit something
     and the other nothing: the edges of what is far away are few.
@@ -99,7 +99,7 @@ class Jumps:
         self._last: tuple[float, Pose] | None = None
 
     def jump(self, stamp: float, pose: Pose, tolerance: float) -> float:
-        """Return how far (m) a pose at a time (s) has jumped; 0 if within the tolerance (m, and rad of yaw)."""
+        """Return how far (m) a pose at a time (s) has jumped; 0 within the tolerance (m, rad of yaw)."""
         last, self._last = self._last, (stamp, pose)
         if last is None or stamp <= last[0]:
             return 0.0
@@ -111,5 +111,5 @@ class Jumps:
 
 
 def is_moving(twist: Twist) -> bool:
-    """Tell whether a twist is more than standing."""
+    """Return whether a twist is more than standing."""
     return abs(twist.forward) > MIN_MOTION or abs(twist.turn) > MIN_MOTION

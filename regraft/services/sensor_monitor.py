@@ -45,12 +45,12 @@ class _Watch:
 
 
 class SensorMonitor(Component):
-    """Looks at the sensors' messages now and then, and says which are silent, frozen, black, blind or jumpy.
+    """Looks at the sensors' messages now and then, and reports which are silent, frozen, black, blind or jumpy.
 
-    A sensor is watched from its first message on, one of ``expected`` from the start. A sensor counts as frozen
-    when it sends exactly the same over and over, which noise keeps a working one from; a pose, when it stays
-    exactly the same though the robot drives. Pictures are rendered for this too, so leave ``image`` unconnected
-    where nobody else needs them.
+    A sensor is watched from its first message on, one of ``expected`` from the start. A sensor counts as frozen when it
+    repeats exactly the same: noise keeps a working one from that. A pose counts as frozen when it stays exactly the
+    same though the robot drives. Pictures are rendered for this too, so leave ``image`` unconnected if only this would
+    use them.
     """
 
     resources = Resources(cpu=0.03, memory=20.0)
@@ -73,7 +73,7 @@ class SensorMonitor(Component):
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return the ``detection_delay``: how long (s) it takes at the most until a failure is told.
+        """Return the ``detection_delay``: how long (s) it takes at the most until a failure is reported.
 
         ``context`` may give the ``rate`` (Hz) of the sensor (default 5). The sensor falls silent, or sends the same
         over and over; other failures are seen at the next look.
@@ -81,7 +81,7 @@ class SensorMonitor(Component):
         silent = float(parameters.get("silent_after", cls.silent_after.default))
         frozen = float(parameters.get("frozen_after", cls.frozen_after.default))
         period = 1.0 / float(context.get("rate", 5.0))
-        # Two looks lie between the first of the same messages and the one that is told of: each comes up to one late.
+        # Two looks lie between the first of the same messages and the one that is reported: each comes up to one late.
         return {"detection_delay": max(silent + 1.0 / LOOKS, frozen + 2.0 / LOOKS + period)}
 
     def on_configure(self) -> None:

@@ -49,8 +49,8 @@ class Mapped:
 class SystemReflection(Component):
     """Puts topics into the root blackboard of missions, by a mapping.
 
-    Each entry is an input of its own, named like the entry; rewire it to have the entry come from another topic. What
-    comes is told at once, but at most ``rate`` times a second, then the newest. An empty field tells nothing new.
+    Each entry is an input of its own, named like the entry; rewire it to have the entry come from another topic. Values
+    are reported at once, but at most ``rate`` times a second, then the newest. An empty field reports nothing.
     """
 
     resources = Resources(cpu=0.02, memory=20.0)
@@ -95,7 +95,7 @@ class SystemReflection(Component):
             await self.kit.sleep(1.0 / entry.mapped.rate)
 
     async def _tell_news(self) -> None:
-        """Tell of all entries that are new at one time in one message."""
+        """Report all entries that are new at one time in one message."""
         while True:
             await self._news
             self._news = Future()
@@ -115,7 +115,7 @@ class SystemReflection(Component):
 
 
 class _Entry:
-    """One entry: its input, and what is told of it."""
+    """One entry: its input, and its published value."""
 
     def __init__(self, mapped: Mapped, port: InputPort[Any]) -> None:
         self.mapped = mapped

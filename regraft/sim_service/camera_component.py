@@ -20,7 +20,7 @@ from regraft.sim_service.cameras.camera import CameraSettings, RenderState, Sens
 from regraft.sim_service.cameras.camera import Image as Pixels
 from regraft.sim_service.cameras.camera_mount import CameraMount, camera_mount
 from regraft.sim_service.cameras.renderers import Probe, RendererName, make_camera
-from regraft.sim_service.devices.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, parse_schedule
+from regraft.sim_service.devices.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, CameraFails, Schedule
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import load_scene
@@ -81,7 +81,7 @@ class Camera(Component):
     )
     read_noise = Parameter(4.0, "electrons of noise in reading a pixel", minimum=0.0, read_only=True)
     failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
-    failures = Parameter("", "when it fails, while 'failure' is none, as '30 black, 60 none'", read_only=True)
+    failures = Records(CameraFails, "when it fails and works again, in order, while 'failure' is none")
 
     world_state = Input(WorldState, latest_only=True, description="the tick to draw")
     image = Output(Image, description="the pictures")
@@ -110,7 +110,7 @@ class Camera(Component):
         if not self.file:
             raise ValueError("the parameter 'file' must name the world's MJCF file")
         cv2.setNumThreads(1)  # the other cores are for the other components
-        self._schedule = parse_schedule(self.failures, {"image": CAMERA_FAILURES})
+        self._schedule = Schedule(self.failures)
         self._failing = NONE
         self._shown: Pixels | None = None
         self._taken: deque[float] = deque()
@@ -188,7 +188,7 @@ class Camera(Component):
 
     def _note_failure(self) -> str:
         """Return how the camera fails now, and tell when that changes."""
-        failure = self.failure if self.failure != NONE else self._schedule.at("image", self.kit.now())
+        failure = self.failure if self.failure != NONE else self._schedule.at(self.kit.now())
         if failure != self._failing:
             self._failing = failure
             self.kit.event("camera.failure", f"image: {failure}", sensor="image", failure=failure)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from regraft.bus_schema.suggestions import instead_of
 from regraft.component.kit import Kit
+from regraft.component.parameters import ParameterError
 from regraft.sim_service.devices.device import Device
 from regraft.sim_service.devices.device_kit import DeviceParameters
-from regraft.sim_service.devices.failures import NONE, parse_schedule
+from regraft.sim_service.devices.failures import NONE, DeviceFails, Schedule
 from regraft.sim_service.devices.fitting import Fitted, fitted
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
@@ -34,23 +36,46 @@ class _Renamed(Mapping[str, Any]):
         return len(self._names)
 
 
+def check_failures(robots: Sequence[RobotSpec], failures: Sequence[DeviceFails]) -> None:
+    """Check that the devices of a schedule can fail as it says; raises ParameterError with everything that is wrong."""
+    kinds = _kinds(fitted(robots))
+    problems: list[tuple[str, str]] = []
+    for index, fails in enumerate(failures):
+        known = kinds.get(fails.device)
+        if known is None:
+            why = f"there is no device {fails.device!r} that can fail; {instead_of(fails.device, kinds)}"
+            problems.append((f"failures.{index}.device", why))
+        elif fails.failure not in known:
+            why = f"{fails.failure!r}: {fails.device} can fail as one of: {', '.join(known)}"
+            problems.append((f"failures.{index}.failure", why))
+        if index and fails.at < failures[index - 1].at:
+            why = f"{fails.at:g} s comes after {failures[index - 1].at:g} s: put the entries in order"
+            problems.append((f"failures.{index}.at", why))
+    if problems:
+        raise ParameterError(problems)
+
+
+def _kinds(devices: Sequence[Fitted]) -> dict[str, tuple[str, ...]]:
+    """Return the ways to fail of each device that has any, by its name in the world."""
+    return {
+        device.robot.prefix + device.spec.name: device.declared.parameters[FAILURE].choices
+        for device in devices
+        if FAILURE in device.declared.parameters
+    }
+
+
 class DeviceWiring:
     """The devices of all robots, as the world component handles them.
 
     Raises:
         ParameterError: the robots' devices do not fit their classes.
-        ScheduleError: the schedule of failures cannot be read, or names what there is not.
     """
 
-    def __init__(self, kit: Kit, robots: Sequence[RobotSpec], failures: str) -> None:
+    def __init__(self, kit: Kit, robots: Sequence[RobotSpec], failures: Sequence[DeviceFails]) -> None:
         self._kit = kit
         self._fitted = fitted(robots)
-        kinds = {
-            device.robot.prefix + device.spec.name: device.declared.parameters[FAILURE].choices
-            for device in self._fitted
-            if FAILURE in device.declared.parameters
-        }
-        self._schedule = parse_schedule(failures, kinds)
+        kinds = _kinds(self._fitted)
+        self._schedules = {name: Schedule([fails for fails in failures if fails.device == name]) for name in kinds}
         self._failing = dict.fromkeys(kinds, NONE)
         self._devices: dict[str, Device] = {}
         self._handlers: dict[str, list[Callable[[Any], object]]] = {}
@@ -86,7 +111,7 @@ class DeviceWiring:
         for name, failing in self._failing.items():
             device = self._devices[name]
             asked = device.kit.parameters.values[FAILURE]
-            failure = asked if asked != NONE else self._schedule.at(name, now)
+            failure = asked if asked != NONE else self._schedules[name].at(now)
             if failure != failing:
                 self._failing[name] = device.kit.failing = failure
                 self._kit.event("world.failure", f"{name}: {failure}", sensor=name, failure=failure)

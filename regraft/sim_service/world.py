@@ -13,14 +13,15 @@ from regraft.bus_schema.messages.world import GroundTruth, WorldState
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
+from regraft.sim_service.devices.failures import DeviceFails
 from regraft.sim_service.devices.fitting import parameters_of, ports_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.layout.visitor import parse_walk
+from regraft.sim_service.layout.visitor import DEFAULT_SPEED, Walk, Waypoint
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulated_robot import SimulatedRobot
 from regraft.sim_service.simulation import Simulation, SimulationSettings
-from regraft.sim_service.wiring import DeviceWiring
+from regraft.sim_service.wiring import DeviceWiring, check_failures
 
 MAP_FRAME = "map"
 TRUTH = "ground_truth"
@@ -41,17 +42,19 @@ class World(TimeSource):
 
     file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
     robots = Records(RobotSpec, "the robots in it, with their devices")
-    visitor = Parameter(
-        "", "where somebody walks to and fro, and how fast (m/s), as '1.0 0.0; -1.0 0.5 @0.3'", read_only=True
+    visitor = Records(Waypoint, "where somebody walks to and fro, in a world that has a visitor")
+    visitor_speed = Parameter(
+        DEFAULT_SPEED, "how fast the visitor walks", minimum=0.01, maximum=3.0, unit="m/s", read_only=True
     )
-    failures = Parameter("", "when which device fails, as '30 scan silent, 60 scan none'", read_only=True)
+    failures = Records(DeviceFails, "when which device fails")
 
     light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
     world_state = Output(WorldState, description="what a camera needs to draw a tick, if there is one")
 
     @classmethod
     def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
-        """Name the parameters of all devices of all robots."""
+        """Name the parameters of all devices of all robots; raises ParameterError for failures of others."""
+        check_failures(parameters["robots"], parameters["failures"])
         return parameters_of(parameters["robots"])
 
     @classmethod
@@ -72,7 +75,7 @@ class World(TimeSource):
         settings = SimulationSettings(
             tick=tick,
             control_period=min(tick, SimulationSettings().control_period),
-            walk=parse_walk(self.visitor),
+            walk=Walk(tuple((at.x, at.y) for at in self.visitor), self.visitor_speed) if self.visitor else None,
         )
         self._wiring = DeviceWiring(self.kit, self.robots, self.failures)
         scene = load_scene(self.file, self.robots)

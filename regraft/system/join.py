@@ -44,7 +44,7 @@ Told = TypeVar("Told", JoinedSystem, HostProof)
 
 
 class CannotJoin(Exception):
-    """The system does not take the host in; the text says why and what would be right."""
+    """The system does not take the host in; the text states why and what would be right."""
 
 
 class NothingThere(Exception):

@@ -78,7 +78,7 @@ def run_system(
     """Start ``stack`` and run it; ``step`` is called again and again, and may want its ``ending``.
 
     Its hub listens at the endpoint ``listen``, empty for any free one on loopback; there other hosts join. ``guard``
-    says how a link beyond loopback is kept safe.
+    states how a link beyond loopback is kept safe.
 
     SIGINT, SIGTERM and SIGHUP end it too. When this returns, every process has ended.
 
@@ -122,8 +122,8 @@ def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: N
     Returns what the classes have to say about this machine, each line once. ``notice`` gets a line about a module
     whose import takes long.
 
-    It is left out of every collection of garbage from then on: to look at it all takes a tenth of a second, in which no
-    thread of the process runs, and would write to pages of memory that the processes share.
+    It is left out of every collection of garbage from then on. To look at it all takes a tenth of a second, in which no
+    thread of the process runs. It would also write to pages of memory that the processes share.
     """
     said: dict[str, None] = {}
     for path, cls in _classes(specs, notice).items():

@@ -10,7 +10,7 @@ from regraft import CallFailed, Component, Input, Output, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, SetParameters, Swap
 from tests.handover.parts import Ask, Item, Totaller
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 HERE = "tests.adaptation.gathering"
 

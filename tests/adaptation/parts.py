@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 ADAPT = "adaptation_manager/adapt"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,74 +22,29 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, C
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
 from regraft.component.component import Component, class_path, describe
-from regraft.lockstep.member import Member
-from regraft.lockstep.source import SourceLoop, TimeSource
-from regraft.runtime import loop
 from regraft.runtime.core.assignment import Assignment, Succession
-from regraft.runtime.core.clock import RealClock, SteppedClock
-from regraft.runtime.runtime import Runtime
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Listener, Newcomer, Scanner, Talker
-from tests.waiting import PATIENCE
+from tests.support.threads import ComponentThread
+from tests.support.waiting import PATIENCE
 
 SYSTEM = "t"
 M = TypeVar("M")
 
 
-class Running:
-    """A component in a thread of its own."""
+def in_thread(
+    hub: MemoryHub, cls: type[Component], assignment: Assignment, ended: Callable[[], object] = lambda: None
+) -> ComponentThread:
+    """Run a component in a thread of its own, whose session ends with it."""
+    bus = MemoryBus(hub)
 
-    def __init__(
-        self,
-        hub: MemoryHub,
-        cls: type[Component],
-        assignment: Assignment,
-        ended: Callable[[], object] = lambda: None,
-    ) -> None:
-        self.bus = MemoryBus(hub)
-        self._ended = ended
-        self._ready = threading.Event()
-        self._cls, self._assignment = cls, assignment
-        self.thread = threading.Thread(target=self._run, daemon=True)
-        self.thread.start()
-        assert self._ready.wait(PATIENCE)
+    def over() -> None:
+        bus.close()
+        ended()
 
-    def _run(self) -> None:
-        clock = SteppedClock() if self._assignment.simulated else RealClock()
-        self.runtime = Runtime(self._cls, self._assignment, self.bus, clock)
-        self.runtime.post(self._ready.set)
-        try:
-            if isinstance(clock, RealClock):
-                loop.run(self.runtime)
-            elif isinstance(self.runtime.component, TimeSource):
-                SourceLoop(self.runtime, clock, self.runtime.component).run()
-            else:
-                Member(self.runtime, clock).run()
-        except SystemExit:
-            self.bus.close()
-        self.runtime.leave()
-        self.bus.close()
-        self._ended()
-
-    @property
-    def component(self) -> Any:
-        """The author's object; look at it, do not touch it."""
-        return self.runtime.component
-
-    def end(self) -> None:
-        """Shut down in order."""
-        self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
-        self.thread.join(PATIENCE)
-
-    def kill(self) -> None:
-        """End at once, in the middle of whatever it does."""
-        self.runtime.post(_die)
-        self.thread.join(PATIENCE)
-        assert not self.thread.is_alive()
-
-
-def _die() -> None:
-    raise SystemExit
+    running = ComponentThread(cls, assignment, bus, ended=over)
+    running.wait_started()
+    return running
 
 
 @dataclass
@@ -101,8 +55,8 @@ class System:
     architecture: Architecture
     host: HostStub
     journal: Path
-    running: dict[str, Running] = field(default_factory=dict)
-    runs: dict[tuple[str, int], Running] = field(default_factory=dict)
+    running: dict[str, ComponentThread] = field(default_factory=dict)
+    runs: dict[tuple[str, int], ComponentThread] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     ends_are_seen: bool = False
     client: Client = field(init=False)
@@ -113,7 +67,7 @@ class System:
         self.host.launch, self.host.terminate = self.start, self._terminate
         self.host.succeed, self.host.end_run, self.host.speaks = self._succeed, self._end_run, self._speaks
 
-    def start(self, name: str, incarnation: int = 1) -> Running:
+    def start(self, name: str, incarnation: int = 1) -> ComponentThread:
         """Start a component as its spec says."""
         running = self.running[name] = self._run(self.host.specs[name], incarnation, None)
         if running.thread.is_alive():
@@ -133,7 +87,7 @@ class System:
     def _speaks(self, name: str, started_as: int) -> None:
         self.running[name] = self.runs[name, started_as]
 
-    def _run(self, spec: ComponentSpec, incarnation: int, succession: Succession | None) -> Running:
+    def _run(self, spec: ComponentSpec, incarnation: int, succession: Succession | None) -> ComponentThread:
         name = spec.name
         module, _, cls_name = spec.cls.partition(":")
         cls = getattr(importlib.import_module(module), cls_name)
@@ -151,10 +105,10 @@ class System:
             members=tuple(other for other in {**self.architecture.components, **self.running} if other != name),
             succeeds=succession,
         )
-        run = self.runs[name, incarnation] = Running(
+        running = self.runs[name, incarnation] = in_thread(
             self.hub, cls, assignment, lambda: self._has_ended(name, incarnation)
         )
-        return run
+        return running
 
     def _has_ended(self, name: str, incarnation: int) -> None:
         process = self.host.processes.get(name)
@@ -170,7 +124,7 @@ class System:
 
     def start_manager(
         self, name: str = "manager", services: dict[str, str] | None = None, **parameters: object
-    ) -> Running:
+    ) -> ComponentThread:
         """Start an adaptation manager on the journal."""
         values = {
             "journal": str(self.journal),
@@ -187,10 +141,10 @@ class System:
             services=services or {},
             simulated=self.architecture.simulated,
         )
-        self.running[name] = Running(self.hub, AdaptationManager, assignment)
+        self.running[name] = in_thread(self.hub, AdaptationManager, assignment)
         return self.running[name]
 
-    def restart(self, name: str) -> Running:
+    def restart(self, name: str) -> ComponentThread:
         """Kill a component and start its next incarnation, as its host would."""
         old = self.running[name]
         old.kill()

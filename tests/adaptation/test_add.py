@@ -19,7 +19,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, T
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Listener, Newcomer
 from tests.adaptation.system import System, spec_of
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 NEWCOMER = ComponentSpec(cls="tests.adaptation.parts:Newcomer")
 LISTENER = ComponentSpec(cls="tests.adaptation.parts:Listener")

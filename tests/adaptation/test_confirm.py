@@ -28,7 +28,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 LOUDER = SetParameters("listener", {"gain": 0.9})
 LONG = 60.0

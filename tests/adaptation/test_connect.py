@@ -8,7 +8,7 @@ from typing import Any
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
 from tests.adaptation.system import System
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 def _runs_without_holes(log: list[tuple[str, int]], source: str) -> list[list[int]]:

@@ -23,7 +23,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetPa
 from regraft.bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 COPIES = itertools.count()
 

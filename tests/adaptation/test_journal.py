@@ -17,7 +17,7 @@ from regraft.bus_schema.messages.protocol.host import JournalEnd
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
 from tests.adaptation.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_the_stacks_start_is_the_first_line(system: System) -> None:

@@ -10,7 +10,7 @@ from regraft import CallFailed
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def _hold(system: System) -> AdaptationReport:

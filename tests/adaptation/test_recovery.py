@@ -23,7 +23,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 VALUES: tuple[Change, ...] = (SetParameters("listener", {"gain": 0.9}), SetParameters("fragile", {"level": 3}))
 CHANGES: tuple[Change, ...] = (

@@ -13,7 +13,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec, Constraint, Con
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Newcomer, Ticker
 from tests.adaptation.system import System, small_architecture, spec_of
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_a_removed_component_is_gone_from_everywhere(system: System) -> None:

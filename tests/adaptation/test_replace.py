@@ -12,7 +12,7 @@ from regraft.bus_schema.model.lifecycle import State
 from tests.adaptation.system import System
 from tests.adaptation.test_swap import DOUBLER, _cls, _hears_on, site
 from tests.handover.parts import Ask, Item
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 __all__ = ["site"]
 

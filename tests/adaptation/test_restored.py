@@ -28,7 +28,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System
 from tests.adaptation.test_recovery import dying
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 SWAP = Swap("listener", parameters={"gain": 0.9})
 """The incumbent's assignment leaves the gain open."""

@@ -7,7 +7,7 @@ from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, S
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_a_hung_component_leads_to_rolled_back_within_its_bound(impatient: System) -> None:

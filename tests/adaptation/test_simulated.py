@@ -17,7 +17,7 @@ from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Changer, Collector, Confirmer, Judge, Keeper, Planner, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 def _system(folder: Path) -> System:

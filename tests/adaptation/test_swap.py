@@ -27,10 +27,11 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.parts import Fragile
-from tests.adaptation.system import SYSTEM, Running, System, spec_of, started
+from tests.adaptation.system import SYSTEM, System, spec_of, started
 from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Ask, Item, Report, Sink, Source, Totaller
-from tests.waiting import PATIENCE, wait_until
+from tests.support.threads import ComponentThread
+from tests.support.waiting import PATIENCE, wait_until
 
 ITEM = "handover_tests/Item"
 NOTHING = (0, 0, 0, 0)
@@ -101,7 +102,7 @@ def _runs(system: System) -> list[int]:
     ]
 
 
-def _as_before(system: System, run: Running, views: dict[str, tuple[Any, ...]]) -> None:
+def _as_before(system: System, run: ComponentThread, views: dict[str, tuple[Any, ...]]) -> None:
     """Check that the same process speaks, with the same values and connections, and that nobody missed anything."""
     assert system.running["totaller"] is run
     after = system.views()

@@ -17,8 +17,8 @@ from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.handover.parts import Ask, Item, Report, Sink, Source
-from tests.ports import free_port
-from tests.waiting import PATIENCE, wait_until
+from tests.support.ports import free_port
+from tests.support.waiting import PATIENCE, wait_until
 
 HERE = "tests.adaptation.holding"
 ARM = Swap("holder", f"{HERE}:Arm")

@@ -22,7 +22,7 @@ from tests.adaptation.parts import Fragile, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Source
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 OUTCOMES = [Outcome.APPLIED] * 2 + [Outcome.ROLLED_BACK] * 4 + [Outcome.APPLIED] * 2
 

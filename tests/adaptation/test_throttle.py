@@ -23,7 +23,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.client import Client
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 AT_ONCE = 40
 

@@ -6,7 +6,7 @@ from regraft.adaptation_manager.manager import AdaptationManager
 from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System, spec_of
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 def test_a_component_is_deactivated_and_its_spec_says_so(system: System) -> None:

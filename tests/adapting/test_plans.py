@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,8 +14,9 @@ from regraft.services.bt_executor.adaptation import AdaptOnStart, AdaptOnSuccess
 from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
 from regraft.stacks.frog.plans import PLANS
 from tests.adapting.helpers import Bench, FakeContext, bench, speed_change
+from tests.support.paths import ROOT
 
-PAGE = Path(__file__).parents[2] / "docs" / "adapting.md"
+PAGE = ROOT / "docs" / "adapting.md"
 
 
 class Ladder(AdaptOnStart):

@@ -20,7 +20,7 @@ from tests.adaptation.conftest import bare_system  # noqa: F401
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker
 from tests.adaptation.system import SYSTEM, System, spec_of
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 ENDED = (MissionState.SUCCEEDED, MissionState.FAILED)
 WORK = "<Sleep msec='50'/>"

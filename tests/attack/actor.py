@@ -7,10 +7,10 @@ from pathlib import Path
 
 from regraft.bus_schema.messages.protocol.host import HostState
 from regraft.bus_schema.model.adaptation import Move, Outcome
-from tests.host.guests import Guest, go_on, stop, wait_state
 from tests.host.several import MOVE, Site
-from tests.host.system import children_of
-from tests.waiting import wait_until
+from tests.support.hosts import JoinedHost, wait_state
+from tests.support.processes import children_of, go_on, stop
+from tests.support.waiting import wait_until
 
 TIMES = 13
 """Attacks of one test."""
@@ -40,7 +40,7 @@ class Attacked:
         self.site, self.chance, self.acts = site, chance, folder / "acts"
         site.up(ACTOR.replace("FILE", str(self.acts)), MOVE)
         self.link = site.link()
-        self.guest: Guest = site.join("edge", self.link.endpoint)
+        self.guest: JoinedHost = site.join("edge", self.link.endpoint)
         self.run = site.wait_active("actor")
 
     def freeze(self, everything: bool) -> None:

@@ -11,7 +11,7 @@ import pytest
 from regraft.stack.load import load
 from regraft.stack.yaml.problems import StackError
 from tests.attack.tally import Tally
-from tests.host.system import ROOT
+from tests.support.paths import ROOT
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(600)]
 

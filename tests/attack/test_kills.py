@@ -13,7 +13,7 @@ from tests.adaptation.test_restored import as_told, some_change, some_way
 from tests.attack.tally import Tally
 from tests.host.conftest import HEAD
 from tests.host.killing import STACK, TOPICS, adapt_through_kills
-from tests.host.system import System
+from tests.support.systems import System
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]
 

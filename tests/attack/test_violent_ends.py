@@ -11,9 +11,10 @@ import pytest
 
 from regraft import run_directory
 from tests.attack.tally import Tally
-from tests.host.system import System, children_of, wait_gone
 from tests.hostile.conftest import HEAD, SINK, SOURCE
-from tests.waiting import wait_until
+from tests.support.processes import children_of, wait_gone
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(600)]
 

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -19,17 +18,14 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.control import ControlError, Snapshot
+from regraft.component.component import class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
-from tests.ports import free_endpoint
-from tests.waiting import PATIENCE, wait_for
-
-TESTS = Path(__file__).parents[1]
-RUN_KIT_COMPONENT = (
-    "import sys; from regraft.bus_schema.encoding import codec; from regraft.runtime.core.assignment import Assignment;"
-    "from regraft.process.main import run_component;"
-    "sys.exit(run_component(codec.decode(sys.stdin.buffer.read(), Assignment)))"
-)
+from tests.support.nursery import Nursery
+from tests.support.paths import ROOT
+from tests.support.ports import free_endpoint
+from tests.support.processes import exists, wait_gone
+from tests.support.waiting import PATIENCE, wait_for
 
 T = TypeVar("T")
 
@@ -52,6 +48,8 @@ class System:
         self.secret = fresh()
         self.bus = open_bus(Endpoints((self.endpoint,), (), router=True, secret=self.secret), lockstep=simulated)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._nursery: Nursery | None = None
+        self._forked: list[int] = []
         self.statuses: dict[str, list[ComponentStatus]] = {}
         self.bus.subscribe(self.keys.status("*"), self._take_status)
 
@@ -69,12 +67,17 @@ class System:
     ) -> None:
         for process in self.processes.values():
             process.send_signal(signal.SIGTERM)
+        for pid in filter(exists, self._forked):
+            os.kill(pid, signal.SIGTERM)
         for process in self.processes.values():
             try:
                 process.wait(PATIENCE)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        wait_gone(self._forked)
+        if self._nursery:
+            self._nursery.close()
         self.bus.close()
 
     def _assignment(self, name: str, cls: str, **more: Any) -> Assignment:
@@ -83,26 +86,18 @@ class System:
         )
         return replace(made, **more)
 
-    def _start(self, name: str, command: list[str], environment: dict[str, str], given: bytes) -> None:
-        paths = os.pathsep.join((str(TESTS), str(TESTS.parent)))
-        process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, env={**os.environ, "PYTHONPATH": paths, **environment}
-        )
-        assert process.stdin is not None
-        process.stdin.write(given)
-        process.stdin.close()
-        self.processes[name] = process
-
     def kit(self, name: str, cls: type, **more: Any) -> None:
         """Start a component of the kit."""
-        assignment = self._assignment(name, f"bare.kit_side:{cls.__name__}", **more)
-        self._start(name, [sys.executable, "-c", RUN_KIT_COMPONENT], {}, codec.encode(assignment))
+        if self._nursery is None:
+            self._nursery = Nursery(cls.__module__)
+        self._forked.append(self._nursery.start(self._assignment(name, class_path(cls), **more)))
 
     def bare(self, name: str = "bare", checkpoint_file: str = "", **more: Any) -> None:
         """Start a bare component, as a host starts any program."""
         plain = {**codec.to_plain(self._assignment(name, "", **more)), "checkpoint_file": checkpoint_file}
         command = [sys.executable, "-m", "bare.bare_component"]
-        self._start(name, command, {"REGRAFT_ASSIGNMENT": json.dumps(plain)}, b"")
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "tests"), "REGRAFT_ASSIGNMENT": json.dumps(plain)}
+        self.processes[name] = subprocess.Popen(command, stdin=subprocess.DEVNULL, env=environment)
 
     def status(self, name: str) -> ComponentStatus | None:
         """Return the latest status of a component."""

@@ -30,7 +30,7 @@ from regraft.bus_schema.messages.protocol.requests import Answer, Reply, Request
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.waiting import PATIENCE, wait_for
+from tests.support.waiting import PATIENCE, wait_for
 
 from .kit_side import Asker, Lamp, Recorder
 from .systems import ControlRefused, System

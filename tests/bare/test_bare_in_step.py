@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
 from regraft.bus_schema.messages.protocol.requests import Answer, Request, Verb
 from regraft.bus_schema.messages.sensors import LightLevel
-from tests.waiting import wait_for
+from tests.support.waiting import wait_for
 
 from .kit_side import Asker, Mover, Recorder, Sun
 from .systems import System

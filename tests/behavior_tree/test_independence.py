@@ -14,7 +14,7 @@ import pytest
 import behavior_tree
 from behavior_tree import SUCCESS
 from behavior_tree.examples import thermostat
-from tests.wheels import build_wheel
+from tests.support.wheels import build_wheel
 
 ROOT = Path(behavior_tree.__file__).parent.parent
 README = (ROOT / "behavior_tree" / "README.md").read_text(encoding="utf-8")

@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks.__main__ import ALL
 from benchmarks.harness import Result
-from tests.host.system import ROOT
-from tests.waiting import PATIENCE
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 TINY = ("--rounds", "1", "--share", "0.01")
 FOR_INFORMATION = {"adaptations"}

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,13 +11,13 @@ from typing import Any
 from typer.testing import CliRunner
 
 from tests.cli.app import whole
-from tests.waiting import PATIENCE, wait_for
+from tests.support.commands import Command, in_home, run
+from tests.support.waiting import wait_for
 
 STACK = Path(__file__).parent / "stack"
-ROOT = Path(__file__).parents[2]
 
 
-class System:
+class System(Command):
     """The tiny stack, up, or whatever ``command`` runs, until the block ends."""
 
     def __init__(
@@ -28,46 +25,29 @@ class System:
     ) -> None:
         """Run it in ``home``; it is ready once it prints a line that begins so."""
         self.home = home
-        self.lines: list[str] = []
-        self.process: subprocess.Popen[str]
-        self.joined: list[subprocess.Popen[str]] = []
-        self._command = command
+        self.joined: list[Command] = []
         self._ready = ready
+        home.mkdir(exist_ok=True)
+        super().__init__(*command, log=home / "up.log", cwd=STACK, environment=in_home(home))
 
     def __enter__(self) -> System:
-        self.process = start(self.home, *self._command)
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self.lines.append(line.rstrip())
-            if line.startswith(self._ready):
-                return self
-        raise AssertionError("never came up:\n" + "\n".join(self.lines))
+        try:
+            self.wait_line(self._ready)
+        except AssertionError:
+            self.kill()
+            raise
+        return self
 
     def __exit__(self, *_: object) -> None:
         self.interrupt()
-        for process in (self.process, *self.joined):
-            try:
-                process.communicate(timeout=2 * PATIENCE)
-            finally:
-                process.kill()
-                process.wait()
+        for command in (self, *self.joined):
+            command.ended()
 
-    def join(self, *arguments: str) -> subprocess.Popen[str]:
+    def join(self, *arguments: str) -> subprocess.Popen[bytes]:
         """Have one more component join the system."""
-        joined = start(self.home, "run", "--join", "tiny", *arguments, output=subprocess.DEVNULL)
-        self.joined.append(joined)
-        return joined
-
-    def interrupt(self) -> None:
-        """Do what Ctrl-C does."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-
-    def ended(self) -> int:
-        """Wait for its end; returns the exit code."""
-        assert self.process.stdout is not None
-        self.lines += [line.rstrip() for line in self.process.stdout]
-        return self.process.wait(2 * PATIENCE)
+        words = ("run", "--join", "tiny", *arguments)
+        self.joined.append(Command(*words, log=self.home / "joined.log", cwd=STACK, environment=in_home(self.home)))
+        return self.joined[-1].process
 
     def ask(self, *arguments: str) -> Any:
         """Return the JSON that a command printed."""
@@ -91,26 +71,6 @@ class System:
         return wait_for(found, f"{name} is active in a later run than {incarnation}")
 
 
-def environment(home: Path) -> dict[str, str]:
-    """Return the environment of a command."""
-    kept = {name: value for name, value in os.environ.items() if name != "REGRAFT_SYSTEM"}
-    return {**kept, "REGRAFT_HOME": str(home), "PYTHONPATH": str(ROOT)}
-
-
-def start(
-    home: Path, *arguments: str, output: int = subprocess.PIPE, errors: int = subprocess.STDOUT
-) -> subprocess.Popen[str]:
-    """Start a command that stays, where the tiny stack's classes are."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "regraft.cli", *arguments],
-        env=environment(home),
-        stdout=output,
-        stderr=errors,
-        text=True,
-        cwd=STACK,
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class Done:
     """A command that has ended."""
@@ -123,8 +83,7 @@ class Done:
 def regraft(home: Path, *arguments: str) -> Done:
     """Run a command: in this process, unless it forks others."""
     if arguments[0] == "up":
-        process = start(home, *arguments, errors=subprocess.PIPE)
-        stdout, stderr = process.communicate(timeout=2 * PATIENCE)
-        return Done(process.returncode, stdout, stderr)
+        done = run(*arguments, cwd=STACK, environment=in_home(home))
+        return Done(done.returncode, done.stdout, done.stderr)
     result = CliRunner().invoke(whole(), list(arguments), env={"REGRAFT_HOME": str(home), "REGRAFT_SYSTEM": None})
     return Done(result.exit_code, result.stdout, result.stderr)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.host.system import ROOT
-from tests.waiting import PATIENCE
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 ENOUGH = 4_000_000
 """KiB of addresses that a command may have: more than it needs, and soon filled by a file without end."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.cli.live import Done, environment, regraft
-from tests.waiting import PATIENCE
+from tests.cli.live import Done, regraft
+from tests.support.commands import in_home, run
 
 # Python drops the exception that a signal raises here.
 DROPPED = """
@@ -42,15 +40,7 @@ def run_alone(folder: Path, **interrupted: str) -> Done:
     """Run the component, interrupted at some points of its start, until it ends."""
     nowhere = {"imported": "pass", "prepared": "pass", "built": "pass", "started": "pass"}
     (folder / "dropped.py").write_text(DROPPED.format(**nowhere | interrupted))
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "run", "dropped:Part"],
-        cwd=folder,
-        env=environment(folder / "home"),
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = run("run", "dropped:Part", cwd=folder, environment=in_home(folder / "home"))
     return Done(done.returncode, done.stdout, done.stderr)
 
 

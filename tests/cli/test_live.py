@@ -7,9 +7,10 @@ import os
 import signal
 from pathlib import Path
 
-from tests.cli.live import STACK, System, regraft, start
-from tests.host.system import wait_gone
-from tests.waiting import wait_until
+from tests.cli.live import STACK, System, regraft
+from tests.support.commands import Command, in_home
+from tests.support.processes import wait_gone
+from tests.support.waiting import wait_until
 
 
 def test_ps_lists_every_component_with_its_process(tiny: System) -> None:
@@ -32,6 +33,8 @@ def test_a_parameter_that_was_set_is_what_get_and_list_say(tiny: System) -> None
     assert tiny.ask("param", "get", "talker", "step")["value"] == 2.5
     rows = tiny.ask("param", "list", "talker")["parameters"]
     assert {row["parameter"]: row["value"] for row in rows}["step"] == 2.5
+    listed = regraft(tiny.home, "param", "list").stdout
+    assert all(f"{name}" in listed for name in ("adaptation_manager", "listener", "talker", "step"))
 
 
 def test_values_that_do_not_fit_are_all_told_and_never_asked_for(tiny: System) -> None:
@@ -139,12 +142,11 @@ def test_a_goal_that_takes_too_long_is_cancelled_and_exits_with_1(tiny: System) 
     assert "cancelled" in found.stderr
 
 
-def test_a_goal_ends_with_the_command_that_sent_it_however_that_ends(tiny: System) -> None:
-    sender = start(tiny.home, "action", "send", "wait_for", "{value: 1.0e300}", "--feedback")
-    assert sender.stdout is not None
-    sender.stdout.readline()
+def test_a_goal_ends_with_the_command_that_sent_it_however_that_ends(tiny: System, tmp_path: Path) -> None:
+    words = ("action", "send", "wait_for", "{value: 1.0e300}", "--feedback")
+    sender = Command(*words, log=tmp_path / "log", environment=in_home(tiny.home))
+    sender.wait_line("")
     sender.kill()
-    sender.communicate()
     wait_until(
         lambda: "its client is gone" in regraft(tiny.home, "logs", "listener").stdout, "the goal to be cancelled"
     )

@@ -14,6 +14,7 @@ import typer
 from tests.cli.app import whole
 from tests.cli.live import STACK, Done, System, regraft
 from tests.executor.helpers import tree
+from tests.support.tables import check_each
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -199,7 +200,7 @@ def commands(command: Any, *names: str) -> Iterator[tuple[tuple[str, ...], list[
 COMMANDS = dict(commands(typer.main.get_command(whole())))
 
 
-def generated() -> Iterator[Any]:
+def generated() -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield every command with one of its arguments mistyped and the others right, and what is told."""
     for names, places in COMMANDS.items():
         for at, place in enumerate(places):
@@ -207,7 +208,7 @@ def generated() -> Iterator[Any]:
                 right = RIGHT | {"FILE": "proposal"} if names == PROPOSE else RIGHT
                 words = [wrong if index == at else right.get(other, "") for index, other in enumerate(places)]
                 words = [word for index, word in enumerate(words) if word or index <= at]
-                yield pytest.param((*names, *words), told, id=" ".join((*names, place, wrong)))
+                yield (*names, *words), told
 
 
 def mistyped(robot: System, *words: str) -> Done:
@@ -234,26 +235,25 @@ def among_files(robot: System, monkeypatch: pytest.MonkeyPatch) -> System:
     return robot
 
 
-@pytest.mark.parametrize(("words", "told"), list(generated()))
-def test_a_mistyped_argument_exits_with_2_and_leaves_no_trace(
-    among_files: System, words: tuple[str, ...], told: str
-) -> None:
-    check(mistyped(among_files, *words), told)
+def test_every_mistyped_argument_exits_with_2_and_leaves_no_trace(among_files: System) -> None:
+    check_each(generated(), lambda row: check(mistyped(among_files, *row[0]), row[1]))
 
 
-@pytest.mark.parametrize(("line", "told"), OPTIONS)
-def test_a_mistyped_option_exits_with_2_and_leaves_no_trace(among_files: System, line: str, told: str) -> None:
-    check(mistyped(among_files, *line.replace("STACK", str(STACK)).split()), told)
+def test_every_mistyped_option_exits_with_2_and_leaves_no_trace(among_files: System) -> None:
+    check_each(OPTIONS, lambda row: check(mistyped(among_files, *row[0].replace("STACK", str(STACK)).split()), row[1]))
 
 
-@pytest.mark.parametrize(("change", "told"), CHANGES)
 @pytest.mark.parametrize("more", [(), ("--dry-run",)], ids=["", "dry run"])
-def test_a_mistyped_change_in_a_file_exits_with_2_and_leaves_no_trace(
-    among_files: System, tmp_path: Path, change: dict[str, Any], told: str, more: tuple[str, ...]
+def test_every_mistyped_change_in_a_file_exits_with_2_and_leaves_no_trace(
+    among_files: System, tmp_path: Path, more: tuple[str, ...]
 ) -> None:
     file = tmp_path / "request.json"
-    file.write_text(json.dumps({"changes": [change]}))
-    check(mistyped(among_files, "adapt", str(file), *more), told)
+
+    def refused(row: tuple[dict[str, Any], str]) -> None:
+        file.write_text(json.dumps({"changes": [row[0]]}))
+        check(mistyped(among_files, "adapt", str(file), *more), row[1])
+
+    check_each(CHANGES, refused)
 
 
 def test_every_mistake_of_a_request_is_told_at_once_by_its_change(among_files: System, tmp_path: Path) -> None:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.live import STACK, environment
-from tests.waiting import PATIENCE
+from tests.cli.live import STACK
+from tests.support.commands import in_home
+from tests.support.waiting import PATIENCE
 
 COMMANDS = ("--help", "ps", "types", "doctor", "evaluate --help")
 REFUSED = ("up nowhere", "run nowhere:Class", "up")
@@ -22,7 +23,7 @@ def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess
     return subprocess.run(
         ["sh", "-c", f"{before}{sys.executable} -m regraft.cli {typed}"],
         cwd=home,
-        env=environment(home),
+        env=in_home(home),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

@@ -11,9 +11,10 @@ import typer
 
 from tests.cli.app import whole
 from tests.cli.conftest import Regraft
+from tests.support.paths import ROOT
 
 SURFACE = Path(__file__).parent / "surface.txt"
-DOCUMENTED = Path(__file__).parents[2] / "docs" / "commands.md"
+DOCUMENTED = ROOT / "docs" / "commands.md"
 
 
 def surface(command: Any, path: str) -> Iterator[str]:
@@ -39,19 +40,22 @@ def words(line: str) -> list[str]:
     return [word for word in line.split()[1:] if word.islower() and not word.startswith("-")]
 
 
-@pytest.mark.parametrize("line", SURFACE.read_text().splitlines())
-def test_every_command_has_help(regraft: Regraft, line: str) -> None:
-    assert regraft(*words(line), "--help").exit_code == 0
+def test_every_command_has_help(regraft: Regraft) -> None:
+    lines = SURFACE.read_text().splitlines()
+    assert [line for line in lines if regraft(*words(line), "--help").exit_code != 0] == []
 
 
-@pytest.mark.parametrize("line", SURFACE.read_text().splitlines())
-def test_every_command_is_documented(line: str) -> None:
-    told = [text for text in DOCUMENTED.read_text().splitlines() if text.startswith("| `regraft ")]
+def is_documented(line: str) -> bool:
+    """Tell whether the page of the commands has a row for a command."""
+    rows = [text for text in DOCUMENTED.read_text().splitlines() if text.startswith("| `regraft ")]
     group, *command = words(line) or ["up"]
-    assert any(
-        f"`regraft {group}" in text and all(f"{name}`" in text or f" {name} " in text for name in command)
-        for text in told
+    return any(
+        f"`regraft {group}" in row and all(f"{name}`" in row or f" {name} " in row for name in command) for row in rows
     )
+
+
+def test_every_command_is_documented() -> None:
+    assert [line for line in SURFACE.read_text().splitlines() if not is_documented(line)] == []
 
 
 def test_help_lists_the_exit_codes(regraft: Regraft) -> None:

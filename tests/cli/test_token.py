@@ -19,7 +19,7 @@ from regraft.cli.outcomes import BAD_INPUT, NOT_REACHABLE
 from regraft.run_directory import NoRoom, RunInfo
 from regraft.security.tokens import BadToken, BadTokens, Role, Tokens
 from tests.cli.conftest import Regraft
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 MAKE = ("token", "create", "--role", "operate", "--for", "8h", "--system", "frog")
 

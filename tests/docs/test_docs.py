@@ -6,7 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,9 +29,10 @@ from regraft.security.tokens import Tokens
 from regraft.stack import StackError, load
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
-from tests.waiting import PATIENCE
+from tests.support.paths import ROOT
+from tests.support.tables import check_each
+from tests.support.waiting import PATIENCE
 
-ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
 FENCE = re.compile(r"^```(\w*) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FOLDERS = tuple(path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith("."))
@@ -53,10 +54,10 @@ def spans(page: Path) -> list[str]:
     return re.findall(r"`([^`\n]+)`", prose(page))
 
 
-def in_pages(found: Any) -> list[Any]:
-    """Return (page, thing) for everything that ``found`` finds on the pages, as test parameters."""
+def check_all(found: Callable[[Path], Iterable[str]], check: Callable[[Path, str], object]) -> None:
+    """Check everything that ``found`` finds on the pages; fails with all that is wrong."""
     pairs = [(page, thing) for page in PAGES for thing in dict.fromkeys(found(page))]
-    return [pytest.param(page, thing, id=f"{page.name}: {str(thing)[:60]!r}") for page, thing in pairs]
+    check_each(pairs, lambda pair: check(*pair), lambda pair: f"{pair[0].name}: {pair[1]!r}")
 
 
 # --- Python ---
@@ -98,12 +99,14 @@ def stack_problems(text: str, folder: Path) -> list[str]:
     return []
 
 
-@pytest.mark.parametrize(("page", "text"), in_pages(lambda page: blocks(page, "yaml")))
-def test_stacks_in_the_docs_load(page: Path, text: str, tmp_path: Path) -> None:
-    for named in re.findall(r"(?:mission|file): (\w+\.xml)", text):
-        (tmp_path / named).write_text("")
-    if "system:" in text:
-        assert stack_problems(text, tmp_path) == []
+def test_stacks_in_the_docs_load(tmp_path: Path) -> None:
+    def loads(_: Path, text: str) -> None:
+        for named in re.findall(r"(?:mission|file): (\w+\.xml)", text):
+            (tmp_path / named).write_text("")
+        if "system:" in text:
+            assert stack_problems(text, tmp_path) == []
+
+    check_all(lambda page: blocks(page, "yaml"), loads)
 
 
 def test_errors_shown_are_those_that_come(tmp_path: Path) -> None:
@@ -114,10 +117,11 @@ def test_errors_shown_are_those_that_come(tmp_path: Path) -> None:
         assert stack_problems(text, tmp_path) == expected.splitlines()
 
 
-@pytest.mark.parametrize(("page", "text"), in_pages(lambda page: blocks(page, "yaml", "adaptation")))
-def test_adaptations_in_the_docs_are_well_formed(page: Path, text: str) -> None:
-    request = codec.from_plain(yaml.safe_load(text), AdaptationRequest)
-    assert request.changes
+def test_adaptations_in_the_docs_are_well_formed() -> None:
+    def has_changes(_: Path, text: str) -> None:
+        assert codec.from_plain(yaml.safe_load(text), AdaptationRequest).changes
+
+    check_all(lambda page: blocks(page, "yaml", "adaptation"), has_changes)
 
 
 # --- files, modules, types, links ---
@@ -130,19 +134,18 @@ def paths_in(page: Path) -> Iterator[str]:
             yield span
 
 
-def is_type(name: str) -> bool:
-    """Tell whether it is the name of a message type."""
-    return name in {kind.name for kind in (*known_types(), *all_types())}
-
-
 def is_topic_or_service(name: str) -> bool:
     """Tell whether it is one of the services that are named after their component's folder."""
     return name in ("adaptation_manager/adapt",)
 
 
-@pytest.mark.parametrize(("page", "path"), in_pages(paths_in))
-def test_every_file_named_exists(page: Path, path: str) -> None:
-    assert (ROOT / path).exists() or is_type(path) or is_topic_or_service(path)
+def test_every_file_named_exists() -> None:
+    types = {kind.name for kind in (*known_types(), *all_types())}
+
+    def exists(_: Path, path: str) -> None:
+        assert (ROOT / path).exists() or path in types or is_topic_or_service(path)
+
+    check_all(paths_in, exists)
 
 
 def classes_in(page: Path) -> list[str]:
@@ -150,10 +153,8 @@ def classes_in(page: Path) -> list[str]:
     return re.findall(r"\b[a-z_]+(?:\.\w+)+:[A-Z]\w+", prose(page))
 
 
-@pytest.mark.parametrize(("page", "place"), in_pages(classes_in))
-def test_every_component_class_named_exists(page: Path, place: str) -> None:
-    if place.split(".")[0] in FOLDERS:
-        load_class(place)
+def test_every_component_class_named_exists() -> None:
+    check_all(classes_in, lambda _, place: place.split(".")[0] not in FOLDERS or load_class(place))
 
 
 def anchors(page: Path) -> set[str]:
@@ -162,14 +163,18 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize(("page", "target"), in_pages(lambda page: re.findall(r"\]\(([^)\s]+)\)", prose(page))))
-def test_every_link_within_the_project_resolves(page: Path, target: str) -> None:
+def resolves(page: Path, target: str) -> None:
+    """Check a link of a page."""
     if target.startswith("https://"):
         return
     name, _, anchor = target.partition("#")
     there = (page.parent / name).resolve() if name else page
     assert there.exists()
     assert not anchor or anchor in anchors(there)
+
+
+def test_every_link_within_the_project_resolves() -> None:
+    check_all(lambda page: re.findall(r"\]\(([^)\s]+)\)", prose(page)), resolves)
 
 
 # --- commands ---
@@ -191,8 +196,8 @@ def commands_in(page: Path) -> Iterator[str]:
             yield span
 
 
-@pytest.mark.parametrize(("page", "text"), in_pages(commands_in))
-def test_every_command_named_exists(page: Path, text: str) -> None:
+def is_a_command(_: Path, text: str) -> None:
+    """Check the words and options of a command."""
     command = command_line()
     words = shlex.split(text)[1:]
     while words and hasattr(command, "commands") and words[0] in command.commands:
@@ -204,9 +209,15 @@ def test_every_command_named_exists(page: Path, text: str) -> None:
         assert {word.partition("=")[0] for word in words if re.fullmatch(r"--[a-z-]+.*", word)} <= options
 
 
-@pytest.mark.parametrize(("page", "target"), in_pages(lambda page: re.findall(r"`make ([a-z]+)`", prose(page))))
-def test_every_make_target_named_exists(page: Path, target: str) -> None:
-    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+def test_every_command_named_exists() -> None:
+    check_all(commands_in, is_a_command)
+
+
+def test_every_make_target_named_exists() -> None:
+    def exists(_: Path, target: str) -> None:
+        assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+
+    check_all(lambda page: re.findall(r"`make ([a-z]+)`", prose(page)), exists)
 
 
 # --- routes ---

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.test_docs import ROOT, commands_in
-from tests.waiting import PATIENCE
+from tests.docs.test_docs import commands_in
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 REGRAFT = Path(sys.executable).parent / "regraft"
 README = ROOT / "README.md"

@@ -15,9 +15,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.waiting import PATIENCE
-
-ROOT = Path(__file__).parents[2]
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 LOAD = """
 import sys
@@ -54,10 +53,10 @@ def run(command: list[str], folder: Path, env: dict[str, str] | None = None) -> 
     return done.stdout
 
 
-def made(folder: Path, target: str) -> str:
-    """Return what `make` would do there for a target."""
+def made(folder: Path, *targets: str) -> str:
+    """Return what `make` would do there for targets."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
-    command = ["make", "--dry-run", target]
+    command = ["make", "--dry-run", *targets]
     done = subprocess.run(
         command, cwd=folder, env=kept, capture_output=True, text=True, timeout=4 * PATIENCE, check=True
     )
@@ -103,6 +102,14 @@ def test_frog_runs_with_the_tests_packages(clone: Path) -> None:
     assert "touch .venv/frog .venv/ready" in made(clone, "test")
     install(clone, "frog", "ready")
     assert packages(made(clone, "frog")) == packages(made(clone, "test")) == []
+
+
+def test_another_python_has_a_place_of_its_own(clone: Path) -> None:
+    install(clone, "frog", "ready")
+    text = made(clone, "test-python", "PYTHON=/opt/3.13/bin/python3.13")
+    assert "/opt/3.13/bin/python3.13 -m venv build/python3.13\n" in text
+    assert packages(text) == ["dev"]
+    assert ".venv" not in text
 
 
 @pytest.mark.parametrize("stack", ["stack.yaml", "search.yaml", "rounds.yaml"])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -15,8 +14,9 @@ from regraft import Component
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.testing import Rig
+from tests.support.paths import ROOT
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
+README = (ROOT / "README.md").read_text()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
 import signal
@@ -15,10 +14,11 @@ from typing import Any
 
 import pytest
 
-from tests.ports import free_port
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import in_home
+from tests.support.paths import ROOT
+from tests.support.ports import free_port
+from tests.support.waiting import PATIENCE, wait_until
 
-ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "components.md").read_text()
 
 
@@ -48,8 +48,7 @@ class Place:
         self.author.mkdir()
         self.foreign.mkdir()
         (self.author / "watchman.py").write_text(block_with("python", "class Watchman(Component)"))
-        kept = {name: value for name, value in os.environ.items() if name != "REGRAFT_SYSTEM"}
-        self._environment = {**kept, "REGRAFT_HOME": str(self.home), "PYTHONPATH": str(ROOT)}
+        self._environment = in_home(self.home)
         self._started: list[subprocess.Popen[bytes]] = []
 
     def start(self, folder: Path, *words: str) -> None:

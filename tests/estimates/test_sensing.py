@@ -21,7 +21,7 @@ from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
 from regraft.testing import Rig
 from tests.services.rigs import FROG, run, run_until, set_parameters, world_on
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 RAY = {"file": FROG, "renderer": "ray", "width": 80, "height": 60}
 
@@ -58,7 +58,7 @@ def test_pictures_come_at_the_rate_estimated_and_told(rate: float) -> None:
 def test_a_camera_that_fails_is_told_to_give_no_pictures() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig)
-        camera = rig.add(Camera, parameters={**RAY, "failures": "2 silent"})
+        camera = rig.add(Camera, parameters={**RAY, "failures": [{"at": 2.0, "failure": "silent"}]})
         rig.collect("image", Image)
         run(rig, world, 8.0)
         assert camera.evaluate()["rate"] == 0.0

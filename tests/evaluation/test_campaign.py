@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 
 from regraft.cli.main import build
 from regraft.evaluation.command_line import evaluate
-from tests.waiting import PATIENCE, wait_until
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE, wait_until
 
 STUDY = "tests.evaluation.tiny:STUDY"
-ROOT = Path(__file__).parents[2]
 SCRIPT = "from tests.evaluation.test_campaign import command_line; command_line()(prog_name='regraft')"
 
 

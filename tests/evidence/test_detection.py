@@ -9,7 +9,7 @@ import pytest
 
 from regraft.evaluation.detection_curve import by_darkness, false_alarms, groups, percentile_error, report, write_report
 from tests.detector.measuring import DETECTORS, measure
-from tests.renderers import renderers
+from tests.support.renderers import renderers
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 

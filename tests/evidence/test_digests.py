@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.frog.frog import Load, run_frog
+from tests.support.frog import Load, run_frog
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import Load, pause
+from tests.support.frog import Load, pause
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 

@@ -25,9 +25,10 @@ from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.testing import Rig
 from tests.estimates.course import TRAVEL_NOISE, Course, Truth
 from tests.estimates.dock import charge
-from tests.host.system import ROOT, System
 from tests.services.rigs import TICK, run_until, world_on
-from tests.waiting import wait_until
+from tests.support.paths import FROG
+from tests.support.systems import System, all_ended, home
+from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -176,20 +177,16 @@ def usage(pid: int) -> Usage:
 
 
 @pytest.fixture
-def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], System]]:
+def start(tmp_path: Path) -> Iterator[Callable[[str], System]]:
     """Return what starts one of FROG's stacks at the pace of the wall clock; every one is ended with the test."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    started: list[System] = []
+    with home(tmp_path / "home"), all_ended() as started:
 
-    def run_stack(name: str) -> System:
-        options = ["--system", "tests", "--speed", "real", "--set", "gateway.port=0"]
-        system = System(ROOT / "regraft" / "stacks" / "frog" / name, *options, log=tmp_path / "up.log")
-        started.append(system)
-        return system
+        def run_stack(name: str) -> System:
+            options = ["--system", "tests", "--speed", "real", "--set", "gateway.port=0"]
+            started.append(System(FROG / name, *options, log=tmp_path / "up.log"))
+            return started[-1]
 
-    yield run_stack
-    for system in started:
-        system.end()
+        yield run_stack
 
 
 @pytest.mark.parametrize("stack", ["stack.yaml", "search.yaml"])

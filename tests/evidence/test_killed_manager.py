@@ -8,7 +8,7 @@ import pytest
 
 from tests.host.conftest import HEAD
 from tests.host.killing import STACK, TOPICS, adapt_through_kills
-from tests.host.system import System
+from tests.support.systems import System
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
 

@@ -13,8 +13,9 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK, speed_of
-from tests.waiting import wait_until
+from tests.support.frog import speed_of
+from tests.support.paths import FROG
+from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(300)]
 
@@ -25,7 +26,7 @@ STANDING = 0.01
 @pytest.mark.parametrize("attempt", range(5))
 def test_frog_stops_within_a_second_of_its_executors_death(start_frog: StartFrog, tmp_path: Path, attempt: int) -> None:
     folder = tmp_path / "frog"
-    shutil.copytree(STACK, folder)
+    shutil.copytree(FROG, folder)
     stack = folder / "stack.yaml"
     stack.write_text(stack.read_text().replace("  bt_executor:\n", "  bt_executor:\n    restart: never\n"))
     frog = start_frog("--speed", "real", "--seed", str(attempt + 1), stack=folder)

@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.world import GroundTruth
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import load_scene
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK
+from tests.support.paths import FROG
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -24,7 +24,7 @@ def test_sightings_by_light(start_frog: StartFrog) -> None:
     pictures = {"light": 0, "dark": 0}
     hits = {"light": 0, "dark": 0}
     wrong = 0
-    scene = load_scene(STACK / "world.xml")
+    scene = load_scene(FROG / "world.xml")
     for seed in (11, 12, 13, 14):
         frog = start_frog("--speed", "max", "--seed", str(seed))
         hydrant = draw_placement(scene, seed).poses["hydrant"]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -29,10 +28,11 @@ from regraft.services.navigator.sensing import scan
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robot.odometry import OdometrySettings
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from tests.support.paths import ROOT
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1200)]
 
-FROG = Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml"
+FROG = ROOT / "regraft" / "stacks" / "frog" / "world.xml"
 SEEDS = range(1, 6)
 SECONDS = 300
 TICKS_PER_SCAN = 4

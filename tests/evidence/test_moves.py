@@ -8,7 +8,7 @@ from regraft.bus_schema.model.adaptation import Outcome
 from tests.handover.parts import Ask, Item, Report
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
 

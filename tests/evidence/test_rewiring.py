@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.harness import Effort
 from benchmarks.rewire import rewire
-from tests.frog.frog import Load
+from tests.support.frog import Load
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(900)]
 

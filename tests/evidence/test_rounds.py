@@ -89,7 +89,7 @@ def test_equal_seeds_adapt_equally_and_the_journal_knows_the_requirements_as_the
 def test_a_camera_that_fails_is_replaced_within_a_leg_and_taken_back_when_it_is_well(
     failure: str, tmp_path: Path
 ) -> None:
-    option = f"camera.failures={FAILS_AT:g} {failure}, 120 none"
+    option = f"camera.failures=[{{at: {FAILS_AT:g}, failure: {failure}}}, {{at: 120, failure: none}}]"
     run, journal = rounds("rewired", tmp_path, "--set", option, seconds=180.0)
     print(report([run]), run.camera)
     assert [line.outcome for line in journal] == [Outcome.APPLIED] * len(journal)

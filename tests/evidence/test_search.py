@@ -8,15 +8,23 @@ import pytest
 
 from regraft.evaluation.runs.search_run import run_search
 from regraft.evaluation.search_campaign import AT_LEAST, AT_MOST, is_kept, report, run_campaign
-from tests.host.system import ROOT
+from tests.support.paths import ROOT
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]
 
 STACK = ROOT / "regraft" / "stacks" / "frog" / "search.yaml"
+
+
+def entries(schedule: str) -> str:
+    """Return a schedule such as ``30 silent, 60 none`` as the parameters of failures take it."""
+    words = (entry.split() for entry in schedule.split(","))
+    return f"[{', '.join(f'{{at: {at}, failure: {failure}}}' for at, failure in words)}]"
+
+
 FAILURES = {
-    "lidar": "world.failures=30 scan silent, 60 scan none, 150 scan dropout, 160 scan none",
-    "odometry": "world.failures=30 odometry silent, 45 odometry none, 150 odometry drift, 170 odometry none",
-    "camera": "camera.failures=80 black, 200 none, 360 silent, 380 none",
+    "lidar": "world.scan_failures=" + entries("30 silent, 60 none, 150 dropout, 160 none"),
+    "odometry": "world.odometry_failures=" + entries("30 silent, 45 none, 150 drift, 170 none"),
+    "camera": "camera.failures=" + entries("80 black, 200 none, 360 silent, 380 none"),
 }
 
 
@@ -39,7 +47,7 @@ def test_a_sensor_that_fails_for_a_while_is_told_and_nothing_is_touched(sensor: 
 
 
 def test_a_lidar_that_stays_away_ends_the_search_with_the_reason_and_without_a_contact(tmp_path: Path) -> None:
-    failure = ("--set", "world.failures=30 scan silent")
+    failure = ("--set", "world.scan_failures=" + entries("30 silent"))
     run = run_search(STACK, 2, tmp_path, at_least=10.0, at_most=AT_MOST, options=failure)
     assert run.judgement.mission == "failed"
     assert run.judgement.contacts == 0

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.frog.frog import run_frog
+from tests.support.frog import run_frog
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 

@@ -8,9 +8,9 @@ import pytest
 
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from tests.evidence.test_swapping import GOOD, PATIENT
-from tests.frog.frog import Load, run_frog
-from tests.host.system import System
 from tests.host.test_swap import HEAD, NOTHING, adapt, faults, hears_on
+from tests.support.frog import Load, run_frog
+from tests.support.systems import System
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(14_400)]
 

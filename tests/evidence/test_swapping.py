@@ -15,9 +15,10 @@ from regraft.client import ClientGoal
 from tests.handover.parts import Ask, Asked, Item
 from tests.host.moving import Moving
 from tests.host.several import Site
-from tests.host.system import System, children_of, exists
 from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
-from tests.waiting import PATIENCE, wait_until
+from tests.support.processes import children_of, exists
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
 

@@ -13,9 +13,10 @@ from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client import ClientError
-from tests.host.guests import Guest
-from tests.host.system import System, children_of
-from tests.waiting import wait_until
+from tests.support.hosts import JoinedHost
+from tests.support.processes import children_of
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,7 @@ class Standing:
 Standings = dict[str, Standing]
 
 
-def settled(system: System, *others: Guest) -> Standings:
+def settled(system: System, *others: JoinedHost) -> Standings:
     """Wait until every process that a host has is well, and return how each component stands."""
     found: list[Standings] = []
     hosts = {"local": system.process.pid} | {guest.name: guest.process.pid for guest in others}

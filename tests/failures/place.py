@@ -9,8 +9,9 @@ from regraft.bus_schema.messages.protocol.host import HostState
 from tests.failures.injecting import HOST_PID
 from tests.failures.kinds import OF_TWO_HOSTS, STACK
 from tests.failures.observing import settled
-from tests.host.guests import Guest, wait_state
-from tests.host.system import System, children_of, exists
+from tests.support.hosts import JoinedHost, wait_state
+from tests.support.processes import children_of, exists
+from tests.support.systems import System
 
 
 class Place:
@@ -20,7 +21,7 @@ class Place:
         stack = folder / "stack.yaml"
         stack.write_text(STACK if hosts == 1 else OF_TWO_HOSTS)
         self._logs = folder
-        self.guests: list[Guest] = []
+        self.guests: list[JoinedHost] = []
         self.system = System(stack)
         self.folder = run_directory.folder("tests")
         if hosts > 1:
@@ -28,7 +29,7 @@ class Place:
         settled(self.system, *self.guests)
 
     def _join(self) -> None:
-        guest = Guest(self.system.info.endpoint, "edge", self._logs / "edge.log")
+        guest = JoinedHost(self.system.info.endpoint, "edge", self._logs / "edge.log")
         guest.wait_joined(self.system)
         self.guests = [guest]
         (self.folder / HOST_PID).write_text(str(guest.process.pid))

@@ -20,8 +20,8 @@ from tests.failures.injecting import Fault
 from tests.failures.kinds import WITH_A_GAP
 from tests.failures.observing import Standings, architecture, delivered, disagreements, settled
 from tests.failures.place import Place
-from tests.host.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 FIRST = "local"

@@ -7,25 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from tests.frog.frog import STACK, Frog
+from tests.support.frog import Frog
+from tests.support.paths import FROG
+from tests.support.systems import all_ended, home
 
 StartFrog = Callable[..., Frog]
 
 
 @pytest.fixture
-def start_frog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[StartFrog]:
+def start_frog(tmp_path: Path) -> Iterator[StartFrog]:
     """Return what starts FROG; every one is ended with the test."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    started: list[Frog] = []
+    with home(tmp_path / "home"), all_ended(Frog.end) as started:
 
-    def run(*options: str, stack: Path = STACK) -> Frog:
-        frog = Frog(tmp_path, *options, stack=stack)
-        started.append(frog)
-        return frog
+        def run(*options: str, stack: Path = FROG) -> Frog:
+            started.append(Frog(tmp_path, *options, stack=stack))
+            return started[-1]
 
-    yield run
-    for frog in started:
-        frog.end()
+        yield run
 
 
 @pytest.fixture

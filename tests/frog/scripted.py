@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tests.frog.frog import STACK, Run, run_frog
+from tests.support.frog import Run, run_frog
+from tests.support.paths import FROG
 
 
 def scripted(folder: Path, stack: str, seconds: float, script: list[Any]) -> tuple[Run, list[str]]:
@@ -24,12 +25,12 @@ def told(home: Path) -> list[str]:
 def with_changer(folder: Path, stack: str, script: list[Any]) -> Path:
     """Write a stack of FROG's with a changer in it into a new folder; returns its file."""
     folder.mkdir()
-    for part in STACK.iterdir():
+    for part in FROG.iterdir():
         if part.suffix != ".yaml":
             (folder / part.name).symlink_to(part)
     (folder / "script.json").write_text(json.dumps(script))
     changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
-    (folder / "stack.yaml").write_text((STACK / stack).read_text() + changer)
+    (folder / "stack.yaml").write_text((FROG / stack).read_text() + changer)
     return folder / "stack.yaml"
 
 

@@ -13,8 +13,10 @@ from regraft.bus_schema.messages.perception import Detections
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK, Frog, speed_of
-from tests.waiting import wait_until
+from tests.support.frog import Frog, speed_of
+from tests.support.paths import FROG
+from tests.support.systems import home
+from tests.support.waiting import wait_until
 
 TICK = 0.05
 SLOW = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.10}}
@@ -30,9 +32,8 @@ def test_it_is_said_when_everybody_is_active(start_frog: StartFrog) -> None:
 def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:
     """Return FROG, running as fast as it can; every test leaves it as it was."""
     folder = tmp_path_factory.mktemp("frog")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("REGRAFT_HOME", str(folder / "home"))
-        frog = Frog(folder, "--speed", "max", stack=STACK)
+    with home(folder / "home"):
+        frog = Frog(folder, "--speed", "max", stack=FROG)
         yield frog
         frog.end()
 

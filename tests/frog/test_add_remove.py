@@ -6,9 +6,9 @@ from pathlib import Path
 
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.perception import Detect, Detections, Sightings
-from tests.frog.frog import Frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
-from tests.waiting import wait_until
+from tests.support.frog import Frog, speed_of
+from tests.support.waiting import wait_until
 
 SECOND_DETECTOR = {
     "change": "add",

@@ -14,9 +14,9 @@ from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import Frog, speed_of
-from tests.host.system import children_of, wait_gone
-from tests.waiting import PATIENCE, wait_until
+from tests.support.frog import Frog, speed_of
+from tests.support.processes import children_of, wait_gone
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def _drives(frog: Frog) -> None:

@@ -10,10 +10,10 @@ import pytest
 from regraft import run_directory
 from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.perception import Detections
-from tests.frog.frog import Frog, Run, run_frog
 from tests.frog.scripted import told, with_changer
-from tests.host.guests import Guest
-from tests.waiting import PATIENCE, wait_until
+from tests.support.frog import Frog, Run, run_frog
+from tests.support.hosts import JoinedHost
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_notice(
@@ -21,7 +21,7 @@ def test_the_detector_moves_to_a_second_host_and_back_and_the_mission_does_not_n
 ) -> None:
     looks = frog.listen("detections", Detections)
     missions = frog.listen("mission", MissionStatus)
-    edge = Guest(frog.info.join, "edge", tmp_path / "edge.log")
+    edge = JoinedHost(frog.info.join, "edge", tmp_path / "edge.log")
     try:
         edge.wait_joined(frog)
         for host in ("edge", "local"):
@@ -56,7 +56,7 @@ def _run_with_moves(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Run,
         options = ("--speed", "max", "--system", "tests", "--place", "detector=edge")
         running = pool.submit(run_frog, folder / "home", 13, *options, stack=stack)
         wait_until(lambda: bool(run_directory.running()), "the run to begin")
-        edge = Guest(run_directory.find("tests").join, "edge", folder / "edge.log")
+        edge = JoinedHost(run_directory.find("tests").join, "edge", folder / "edge.log")
         try:
             return running.result(), told(folder / "home")
         finally:

@@ -8,10 +8,11 @@ from typing import Any
 
 from regraft.bus_schema.messages.quality import Quality
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK, Frog
-from tests.waiting import wait_until
+from tests.support.frog import Frog
+from tests.support.paths import FROG
+from tests.support.waiting import wait_until
 
-ROUNDS = STACK / "rounds.yaml"
+ROUNDS = FROG / "rounds.yaml"
 REQUIREMENTS = [
     "MoveSafely", "MoveQuickly", "MovePowerEfficiently", "DetectPowerEfficiently", "DetectEffectively",
 ]  # fmt: skip
@@ -57,7 +58,7 @@ def test_requirements_are_told_and_adapted_for_and_a_dead_reflection_stops_nothi
 
 
 def test_a_strategy_adapts_the_speed_and_the_rounds_go_on_when_its_planner_dies(start_frog: StartFrog) -> None:
-    external = STACK / "missions" / "rounds_external.xml"
+    external = FROG / "missions" / "rounds_external.xml"
     frog = start_frog("--speed", "max", "--set", f"bt_executor.mission={external}", stack=ROUNDS)
     wait_until(lambda: adaptations(frog, "bandits"), "the strategy to choose", 60.0)
     kill(frog, "bandits")

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import STACK, run_frog
-from tests.host.system import ROOT
-from tests.ports import free_port
-from tests.renderers import without_opengl
-from tests.waiting import PATIENCE
+from tests.support.commands import run
+from tests.support.frog import run_frog
+from tests.support.paths import FROG
+from tests.support.ports import free_port
+from tests.support.renderers import without_opengl
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
@@ -70,12 +68,4 @@ def test_without_opengl_all_cameras_together_say_once_what_to_install(
 
 
 def _up(*options: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "up", str(STACK), "--headless", *options],
-        cwd=ROOT,
-        env=environment or dict(os.environ),
-        capture_output=True,
-        text=True,
-        timeout=2 * PATIENCE,
-        check=False,
-    )
+    return run("up", str(FROG), "--headless", *options, environment=environment)

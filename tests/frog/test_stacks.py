@@ -8,9 +8,9 @@ import pytest
 
 from regraft.bus_schema.model.description import Description
 from regraft.stack import load
-from tests.frog.frog import STACK
+from tests.support.paths import FROG
 
-STACKS = sorted(Path(STACK).glob("*.yaml"))
+STACKS = sorted(Path(FROG).glob("*.yaml"))
 TRUTH = ("ground_truth", "truth/")
 ALTERNATIVES = {
     "mapper": ("regraft.services.mapper.mapper:Mapper", "regraft.services.mapper.odometry_mapper:OdometryMapper"),

@@ -10,9 +10,9 @@ from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.perception import Detections
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Swap
 from tests.frog.conftest import StartFrog
-from tests.frog.frog import Frog, run_frog, speed_of
 from tests.frog.scripted import applied, scripted, twice
-from tests.waiting import PATIENCE, wait_until
+from tests.support.frog import Frog, run_frog, speed_of
+from tests.support.waiting import PATIENCE, wait_until
 
 TEMPLATE = "regraft.services.detector.template_detector:TemplateDetector"
 FEATURE = "regraft.services.detector.detector:Detector"

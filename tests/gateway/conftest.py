@@ -13,8 +13,8 @@ from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.contract import Contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
-from tests.kit.site import Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
 

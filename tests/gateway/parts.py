@@ -46,7 +46,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import after
 from regraft.component.component import class_path, describe
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 
 class Navigator(Component):

@@ -76,8 +76,10 @@ def acts(running: Running) -> Iterator[Act]:
             continue
         role = Role(operation[ROLE])
         content = operation.get("requestBody", {}).get("content", {}).get("application/json", {})
-        body = content.get("example", {"changes": [SLOWER]} if "examples" in content else None)
+        body = next((example["value"] for example in content.get("examples", {}).values()), None)
         plain = path.removeprefix("/api/v1").replace("{id}", "1").replace("{name}", "navigator")
+        if plain == "/adaptations":
+            body = {"changes": [SLOWER]}
         yield Act(method.upper(), plain, body, role)
         if any(each["name"] == "dry_run" for each in operation.get("parameters", ())):
             yield Act(method.upper(), f"{plain}?dry_run=true", body, role)

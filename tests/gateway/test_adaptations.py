@@ -10,7 +10,7 @@ from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from regraft.dashboard_api.http.callers import user_name
 from tests.gateway.conftest import Running
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 SLOWER = {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.18}}
 

@@ -96,6 +96,17 @@ def test_every_misfit_of_an_adaptation_is_told(running: Running) -> None:
     assert running.manager.requests == []
 
 
+def test_misfits_of_body_query_and_headers_are_told_together(running: Running) -> None:
+    path = "/components/navigator/swap?dry_run=perhaps"
+    body = {"class": 7, "component": "detector", "with_stat": False}
+    answer = running.post(path, body, headers={"Idempotency-Key": "x" * 201}).json()
+    told = {violation["field"]: violation["problem"] for violation in answer["violations"]}
+    assert told.keys() == {"class", "component", "with_stat", "dry_run", "idempotency-key"}
+    assert told["class"] == "is int, must be text"
+    assert told["component"] == "is named by the path"
+    assert "did you mean 'with_state'?" in told["with_stat"]
+
+
 @pytest.mark.parametrize("changes", [None, [], {}, "set_parameters", [SLOWER] * 1001])
 def test_changes_are_a_bounded_list(running: Running, changes: Any) -> None:
     assert running.post("/adaptations", {"changes": changes}).json()["violations"][0]["field"] == "changes"

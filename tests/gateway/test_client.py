@@ -35,8 +35,8 @@ from regraft.client import (
 )
 from regraft.client.listener import LOOK_AWAY, Listener
 from tests.gateway.parts import HostStub
-from tests.kit.site import Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 SLOWLY = Twist.planar(0.2, 0.1)
 

@@ -12,12 +12,13 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from fastapi import routing
 
 from regraft.bus_schema.messages.health import Event
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.gateway import Gateway
 from tests.gateway.conftest import Running
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 
 @dataclass
@@ -180,7 +181,7 @@ def test_a_stalled_reader_costs_bounded_memory() -> None:
     assert missed == 85
 
 
-def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
+def test_silence_is_filled_with_comments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from regraft.bus.memory_bus import MemoryBus, MemoryHub
     from regraft.client import Client
     from regraft.dashboard_api.app import build
@@ -189,9 +190,10 @@ def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
     from regraft.dashboard_api.server import HttpServer, bind
     from regraft.security.tokens import Tokens
 
+    monkeypatch.setattr(routing, "_PING_INTERVAL", 0.01)
     buffer = EventBuffer()
     with Client(MemoryBus(MemoryHub()), "site") as client:
-        app = build(Services(client, 1.0, 1.0), buffer, Callers(Tokens(tmp_path)), "127.0.0.1", heartbeat=0.01)
+        app = build(Services(client, 1.0, 1.0), buffer, Callers(Tokens(tmp_path)), "127.0.0.1")
         server = HttpServer(app, bind("127.0.0.1", 0))
         server.start()
         with httpx.stream("GET", f"{server.url}/api/v1/events") as response:
@@ -199,4 +201,4 @@ def test_silence_is_filled_with_comments(tmp_path: Path) -> None:
             comments = [next(events).data["comment"] for _ in range(3)]
         buffer.close()
         assert server.stop()
-    assert comments[1:] == ["alive", "alive"]
+    assert comments[1:] == ["ping", "ping"]

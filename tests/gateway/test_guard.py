@@ -12,7 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from regraft.dashboard_api.http.guard import Guard
 from tests.gateway.conftest import Running
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 ADAPTATION = {"changes": [{"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}]}
 

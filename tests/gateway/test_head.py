@@ -5,7 +5,7 @@ import pytest
 
 from tests.gateway.conftest import Running
 from tests.gateway.test_guard import raw
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 PATHS = (
     *("/system", "/components", "/components/navigator", "/topics", "/hosts", "/architecture", "/adaptations"),

@@ -12,8 +12,8 @@ from regraft.services.bt_executor.executor import Executor
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
 from tests.gateway.test_events import Told, parse
-from tests.kit.site import Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 WAIT = '<Sleep name="wait" msec="1000000"/>'
 

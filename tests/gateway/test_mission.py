@@ -3,7 +3,7 @@ from __future__ import annotations
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from tests.gateway.conftest import Running
 from tests.gateway.parts import ScriptedExecutor, spec
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 TREE = '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
 

@@ -14,7 +14,7 @@ import pytest
 from regraft.dashboard_api.routes.openapi_page import openapi_page
 from tests.gateway.conftest import Running
 from tests.gateway.test_openapi import operations
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 PAGES = ("/", "/api/v1", "/api/v1/openapi.html")
 
@@ -129,7 +129,7 @@ def test_text_of_the_document_is_never_taken_for_html() -> None:
         "description": evil,
         "x-regraft-role": evil,
         "parameters": [{"name": evil, "in": evil, "description": evil, "schema": {"default": evil}}],
-        "requestBody": {"content": {evil: {"schema": {evil: evil}, "example": evil}}},
+        "requestBody": {"content": {evil: {"schema": {evil: evil}, "examples": {evil: {"value": evil}}}}},
         "responses": {evil: {"description": evil, "content": {evil: {"schema": {"$ref": evil}}}}},
     }
     document = {

@@ -6,7 +6,7 @@ import pytest
 
 from regraft.bus_schema.model.lifecycle import State
 from tests.gateway.conftest import Running
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 def test_the_system_is_shown_in_one_answer(running: Running) -> None:

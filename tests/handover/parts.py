@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from regraft import CallFailed, Component, Input, Output, Parameter, action, every, service
 from regraft.bus_schema.annotations import Count, PlainValue
 from regraft.bus_schema.encoding.registry import message
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 
 @message("handover_tests/Item")

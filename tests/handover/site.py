@@ -5,15 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from regraft.bus.interface import Bus
-from regraft.bus.memory_bus import MemoryBus, MemoryHub
-from regraft.bus.zenoh_bus import ZenohBus, open_bus
+from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
@@ -22,14 +20,15 @@ from regraft.bus_schema.messages.protocol.handover import Handover, HandoverStep
 from regraft.client import Client
 from regraft.component.component import Component, class_path
 from regraft.patience import stretched
-from regraft.runtime import loop
 from regraft.runtime.core.assignment import Assignment, Succession
-from regraft.runtime.core.clock import RealClock
 from regraft.runtime.runtime import Runtime
-from tests.handover.nursery import Nursery
+from tests.handover import parts
 from tests.handover.parts import Ask, Asked, Item, Report
-from tests.ports import free_endpoint
-from tests.waiting import PATIENCE, wait_until
+from tests.support.buses import Buses
+from tests.support.nursery import Nursery
+from tests.support.ports import free_endpoint
+from tests.support.threads import ComponentThread
+from tests.support.waiting import PATIENCE, wait_until
 
 Run = tuple[str, int]
 R = TypeVar("R")
@@ -236,42 +235,28 @@ class Threads(Site):
     """Each run on a thread of its own. To be killed, it is cut off from the bus."""
 
     def __init__(self, kind: str) -> None:
-        self._hub = MemoryHub() if kind == "memory" else None
-        self._router: ZenohBus | None = None
-        if kind == "zenoh":
-            self._endpoint = free_endpoint()
-            self._router = open_bus(Endpoints((self._endpoint,), (), router=True))
-        self._sessions: list[Bus] = []
+        self._buses = Buses(kind)
         self.runtimes: dict[Run, Runtime] = {}
-        self._threads: dict[Run, threading.Thread] = {}
-        self._failures: list[BaseException] = []
+        self._threads: dict[Run, ComponentThread] = {}
+        self._cut_off: set[ComponentThread] = set()
         super().__init__()
 
     def session(self) -> Bus:
         """Open a session."""
-        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)))
-        self._sessions.append(bus)
-        return bus
+        return self._buses.session()
 
     def launch(self, cls: type[Component], assignment: Assignment) -> None:
         """Run it on a thread."""
         run = assignment.name, assignment.incarnation
-        bus = self.session()
 
-        def live() -> None:
-            try:
-                runtime = self.runtimes[run] = Runtime(cls, assignment, bus, RealClock())
-                loop.run(runtime)
-                runtime.leave()
-            except BaseException as error:
-                if not getattr(bus, "closed", False):
-                    self._failures.append(error)
+        def built(runtime: Runtime) -> None:
+            self.runtimes[run] = runtime
 
-        self._threads[run] = threading.Thread(target=live, name=f"{run}", daemon=True)
-        self._threads[run].start()
+        self._threads[run] = ComponentThread(cls, assignment, self.session(), built=built)
 
     def kill(self, name: str, incarnation: int) -> None:
         """Cut it off from the bus."""
+        self._cut_off.add(self._threads[name, incarnation])
         self.runtimes[name, incarnation].bus.close()
 
     def renamed(self, name: str, incarnation: int, anew: int) -> None:
@@ -281,7 +266,7 @@ class Threads(Site):
 
     def gone(self, name: str, incarnation: int) -> bool:
         """Tell whether its thread has ended."""
-        return not self._threads[name, incarnation].is_alive()
+        return not self._threads[name, incarnation].thread.is_alive()
 
     def component(self, name: str) -> Any:
         """Return the live run's component."""
@@ -292,15 +277,12 @@ class Threads(Site):
         for runtime in self.runtimes.values():
             runtime.post(runtime.handover.end)
         for thread in self._threads.values():
-            thread.join(PATIENCE)
-            assert not thread.is_alive(), f"{thread.name} did not end"
+            thread.join()
         self.client.close()
-        for session in self._sessions:
-            session.close()
-        if self._router:
-            self._router.close()
-        if self._failures:
-            raise self._failures[0]
+        self._buses.close()
+        for thread in self._threads.values():
+            if thread.failure and thread not in self._cut_off:
+                raise thread.failure
 
 
 class Processes(Site):
@@ -308,7 +290,7 @@ class Processes(Site):
 
     def __init__(self) -> None:
         self._endpoint = free_endpoint()
-        self._nursery = Nursery()
+        self._nursery = Nursery(parts.__name__)
         self._router = open_bus(Endpoints((self._endpoint,), (), router=True))
         self._sessions: list[Bus] = []
         self.pids: dict[Run, int] = {}

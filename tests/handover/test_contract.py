@@ -18,7 +18,7 @@ from regraft.client.requests import ClientGoal
 from regraft.client.sending import Sender
 from tests.handover.parts import Ask, Caller, Doubler, Item, Newer, Report, Sink, Source, Stateless, Totaller, Unable
 from tests.handover.site import Refused, Threads, Wiring
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 WIRING = Wiring({"items": ("source",)}, {"totals": ("sink",)})
 NOTHING = (0, 0, 0, 0)

@@ -24,7 +24,7 @@ from tests.handover.parts import (
     Totaller,
 )
 from tests.handover.site import Processes, Refused, Wiring
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 WIRING = Wiring({"items": ("source",)}, {"totals": ("sink",)})
 NOTHING = (0, 0, 0, 0)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.host.several import Site
-from tests.host.system import System
+from tests.support.systems import System, all_ended, home
 
 Start = Callable[..., System]
 
@@ -23,27 +23,23 @@ components:
 
 
 @pytest.fixture
-def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+def start(tmp_path: Path) -> Iterator[Start]:
     """Return what starts a system of the given components (YAML); all are ended with the test."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    started: list[System] = []
+    with home(tmp_path / "home"), all_ended() as started:
 
-    def run(components: str, *options: str) -> System:
-        stack = tmp_path / "stack.yaml"
-        stack.write_text(HEAD + components)
-        system = System(stack, *options)
-        started.append(system)
-        return system
+        def run(components: str, *options: str) -> System:
+            stack = tmp_path / "stack.yaml"
+            stack.write_text(HEAD + components)
+            started.append(System(stack, *options))
+            return started[-1]
 
-    yield run
-    for system in started:
-        system.end()
+        yield run
 
 
 @pytest.fixture
-def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
+def site(tmp_path: Path) -> Iterator[Site]:
     """Return a site in a home of its own."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    made = Site(tmp_path)
-    yield made
-    made.close()
+    with home(tmp_path / "home"):
+        made = Site(tmp_path)
+        yield made
+        made.close()

@@ -27,8 +27,8 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import ClientError
-from tests.host.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 STACK = """\

@@ -7,11 +7,11 @@ from typing import Any
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, Move
 from tests.handover.parts import Ask, Asked, Item, Report
-from tests.host.guests import Guest
 from tests.host.several import Site
-from tests.host.system import System
 from tests.host.test_swap import faults, hears_on, line_of, report_of, undo
-from tests.waiting import PATIENCE, wait_until
+from tests.support.hosts import JoinedHost
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 STACK = """\
 system: tests
@@ -68,7 +68,7 @@ class Moving:
     def system(self) -> System:
         return self.site.system
 
-    def join(self, name: str = "edge", endpoint: str = "") -> Guest:
+    def join(self, name: str = "edge", endpoint: str = "") -> JoinedHost:
         """Have a host join."""
         return self.site.join(name, endpoint)
 

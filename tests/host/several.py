@@ -8,9 +8,10 @@ from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.lifecycle import State
-from tests.host.guests import Guest, Link
-from tests.host.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.hosts import JoinedHost
+from tests.support.links import Link
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 STACK = """\
 system: tests
@@ -36,7 +37,7 @@ class Site:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.guests: list[Guest] = []
+        self.guests: list[JoinedHost] = []
         self.links: list[Link] = []
         self.system: System
 
@@ -47,16 +48,16 @@ class Site:
         self.system = System(stack, *options)
         return self.system
 
-    def join(self, name: str = "edge", endpoint: str = "", *options: str) -> Guest:
+    def join(self, name: str = "edge", endpoint: str = "", *options: str) -> JoinedHost:
         """Have a further host join, and wait until it has."""
         guest = self.begin(name, endpoint, *options)
         guest.wait_joined(self.system)
         return guest
 
-    def begin(self, name: str, endpoint: str = "", *options: str) -> Guest:
+    def begin(self, name: str, endpoint: str = "", *options: str) -> JoinedHost:
         """Have a further host try to join."""
         log = self.folder / f"{name}-{len(self.guests)}.log"
-        guest = Guest(endpoint or self.system.info.endpoint, name, log, *options)
+        guest = JoinedHost(endpoint or self.system.info.endpoint, name, log, *options)
         self.guests.append(guest)
         return guest
 

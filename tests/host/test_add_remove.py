@@ -16,8 +16,9 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequ
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
 from tests.host.conftest import HEAD, Start
-from tests.host.system import System, children_of, exists
-from tests.waiting import PATIENCE, wait_until
+from tests.support.processes import children_of, exists
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 STACK = """\
   ticker: {class: 'tests.host.parts:Ticker'}

@@ -12,8 +12,8 @@ from regraft import run_directory
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.system import capacity
 from regraft.system.capacity import Room, TooMany, room_here
-from tests.host.system import ROOT
-from tests.waiting import PATIENCE
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
 
 MIB = 2**20
 

@@ -16,7 +16,7 @@ import typer
 import yaml
 
 from tests.cli.app import whole
-from tests.host.system import ROOT
+from tests.support.paths import ROOT
 
 COMPOSE = ROOT / "docker" / "compose.yaml"
 DOCKERFILE = ROOT / "docker" / "Dockerfile"

@@ -20,12 +20,12 @@ from regraft.security import gate
 from regraft.security.access import Guard
 from regraft.security.certificates import make
 from regraft.security.gatekeeper import Gatekeeper
-from tests.host.guests import wait_state
 from tests.host.several import TICKER, WAIT, Site
 from tests.host.strangers import Strangers, hello
-from tests.host.system import children_of, exists
-from tests.ports import free_endpoint, free_port
-from tests.waiting import PATIENCE, wait_for, wait_until
+from tests.support.hosts import wait_state
+from tests.support.ports import free_endpoint, free_port
+from tests.support.processes import children_of, exists
+from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 HELLO = hello()
 WORDS = {

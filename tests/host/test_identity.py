@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import queue
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -25,12 +23,14 @@ from regraft.host.joining.proof_checker import ProofChecker
 from regraft.security.access import Guard, NotSecure
 from regraft.security.certificates import make
 from regraft.security.host_proof import NotProved, prove
-from tests.host.guests import Link, state_of, wait_state
 from tests.host.labs import join_unchecked
 from tests.host.several import TICKER, WAIT, Site
-from tests.host.system import ROOT
-from tests.ports import free_port
-from tests.waiting import PATIENCE, wait_for, wait_until
+from tests.support.commands import run
+from tests.support.hosts import state_of, wait_state
+from tests.support.links import Link
+from tests.support.ports import free_port
+from tests.support.systems import home
+from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 KEYS = Keys("tests")
 
@@ -60,8 +60,7 @@ class Lab:
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     """Return a system whose host edge has joined."""
     folder = tmp_path_factory.mktemp("lab")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+    with home(folder / "home"):
         made = Lab(folder)
         yield made
         made.site.close()
@@ -100,14 +99,7 @@ def test_a_host_looks_at_its_own_certificate_first(lab: Lab, tmp_path: Path) -> 
 
 
 def test_a_host_without_a_certificate_is_told_how_to_join(lab: Lab) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "host", "--join", lab.site.system.info.endpoint, "--name", "desk"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = run("host", "--join", lab.site.system.info.endpoint, "--name", "desk")
     assert "takes in hosts by their certificates: join its tls/ endpoint, with --tls FOLDER" in done.stderr
     assert done.returncode == 2
 

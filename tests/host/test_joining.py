@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterator
 
 import pytest
@@ -11,10 +9,12 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import HostState, ProcessState
 from regraft.bus_schema.model.adaptation import Add, Outcome
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from tests.host.guests import state_of, wait_state
 from tests.host.several import Site
-from tests.host.system import ROOT, children_of, wait_gone
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import run
+from tests.support.hosts import state_of, wait_state
+from tests.support.processes import children_of, wait_gone
+from tests.support.systems import home
+from tests.support.waiting import PATIENCE, wait_until
 
 # --- joining ---
 
@@ -69,8 +69,7 @@ def test_the_end_of_the_system_is_the_end_of_its_hosts(site: Site) -> None:
 def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """Return a site whose host edge has joined, for all those who cannot."""
     folder = tmp_path_factory.mktemp("joined")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+    with home(folder / "home"):
         made = Site(folder)
         made.up()
         made.join()
@@ -93,14 +92,7 @@ def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
 )
 def test_who_cannot_join_is_told_why(joined: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
     command = [word.replace("ENDPOINT", joined.system.info.endpoint) for word in arguments]
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "host", *command],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = run("host", *command)
     assert text in done.stderr
     assert done.returncode == code
 
@@ -159,10 +151,7 @@ def test_what_is_added_to_another_host_runs_there_and_values_set_there_outlive_i
     second = ComponentSpec(cls="tests.host.parts:Ticker", host="edge", connections={"ticks": "more"})
     assert site.adapt(Add("second", second, (TopicSpec("more", "host_tests/Tick"),))).outcome is Outcome.APPLIED
     assert site.pid("second") in children_of(guest.process.pid)
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "param", "set", "ticker", "step", "7"], cwd=ROOT, check=False
-    )
-    assert done.returncode == 0
+    assert run("param", "set", "ticker", "step", "7").returncode == 0
     guest.process.kill()
     wait_state(site.system, "edge", HostState.LOST)
     site.join()

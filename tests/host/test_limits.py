@@ -14,8 +14,8 @@ from regraft.host.watchdog.memory_use import resident_size
 from tests.host.conftest import Start
 from tests.host.parts import Tick
 from tests.host.several import Site
-from tests.host.system import System
-from tests.waiting import PATIENCE, wait_until
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 GREEDY = "  greedy: {class: 'tests.host.parts:Greedy', limits: {memory: 200 MiB, files: 64}}\n"
 MUCH = 400

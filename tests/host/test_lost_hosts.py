@@ -12,10 +12,11 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import HostState, ProcessState
 from regraft.bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from tests.host.guests import Guest, Link, go_on, state_of, stop, wait_state
 from tests.host.several import MOVE, TICKER, WAIT, Site
-from tests.host.system import children_of, exists, wait_gone
-from tests.waiting import PATIENCE, wait_until
+from tests.support.hosts import JoinedHost, state_of, wait_state
+from tests.support.links import Link
+from tests.support.processes import children_of, exists, go_on, stop, wait_gone
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_a_lost_host_is_seen_and_its_components_are_reported(site: Site) -> None:
@@ -101,7 +102,7 @@ def test_a_host_that_is_lost_again_loses_its_components_again(site: Site) -> Non
 # --- partitions ---
 
 
-def _joined_over_a_link(site: Site, hosts: str) -> tuple[Guest, Link]:
+def _joined_over_a_link(site: Site, hosts: str) -> tuple[JoinedHost, Link]:
     site.up(hosts=hosts)
     link = site.link()
     guest = site.join("edge", link.endpoint)
@@ -125,7 +126,7 @@ def test_a_partition_ends_what_may_start_elsewhere_before_it_does(site: Site) ->
     wait_until(lambda: site.process("ticker", "edge") is None, "edge to have forgotten it")
 
 
-def children_without_zygote(guest: Guest) -> list[int]:
+def children_without_zygote(guest: JoinedHost) -> list[int]:
     """Return the component processes of a host."""
     zygote = next(iter(children_of(guest.process.pid)), 0)
     return [pid for pid in children_of(zygote) if exists(pid)] if zygote else []

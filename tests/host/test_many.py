@@ -6,7 +6,7 @@ import signal
 
 from regraft import run_directory
 from tests.host.conftest import Start
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 MANY = 400
 

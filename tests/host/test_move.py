@@ -8,8 +8,8 @@ from regraft.bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
-from tests.host.system import children_of, exists
-from tests.waiting import PATIENCE, wait_until
+from tests.support.processes import children_of, exists
+from tests.support.waiting import PATIENCE, wait_until
 
 
 @pytest.fixture

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,8 +25,9 @@ from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
-from tests.host.system import ROOT
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import run
+from tests.support.systems import home
+from tests.support.waiting import PATIENCE, wait_until
 
 HOSTS = "{edge: {lost_after: 1.0, devices: [lidar]}, arm: {lost_after: 1.0}, small: {memory: 1}}"
 SERVICES = ("count", "ponder", "configured", "walk", "nap", "hurry")
@@ -46,8 +45,7 @@ MORE = (TopicSpec("more", "handover_tests/Item"),)
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Moving]:
     """Return the stream, with the host edge; the others have not joined."""
     folder = tmp_path_factory.mktemp("moving")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+    with home(folder / "home"):
         site = Site(folder)
         made = Moving(site, hosts=HOSTS)
         made.join()
@@ -183,8 +181,7 @@ def test_what_is_inactive_stays_so_and_without_its_state_it_begins_anew(moving: 
 
 
 def _regraft(*arguments: str) -> str:
-    command = [sys.executable, "-m", "regraft.cli", *arguments]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=os.environ)
+    done = run(*arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

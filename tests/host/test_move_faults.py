@@ -11,12 +11,12 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import HostState
 from regraft.bus_schema.model.adaptation import AdaptationReport, ChangeState, Move, Outcome, Swap
 from regraft.bus_schema.model.lifecycle import Transition
-from tests.host.guests import wait_state
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site
-from tests.host.system import children_of, exists, wait_gone
 from tests.host.test_swap import faults
-from tests.waiting import wait_until
+from tests.support.hosts import wait_state
+from tests.support.processes import children_of, exists, wait_gone
+from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.evidence
 

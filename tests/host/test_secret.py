@@ -19,9 +19,11 @@ from regraft.bus.zenoh_config import Endpoints
 from regraft.security.system_secret import BadSecret, make, read
 from tests.host.conftest import Start
 from tests.host.several import TICKER, WAIT, Site
-from tests.host.system import ROOT, System, children_of
-from tests.ports import free_port
-from tests.waiting import PATIENCE
+from tests.support.commands import run
+from tests.support.ports import free_port
+from tests.support.processes import children_of
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE
 
 TICKERS = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 SIMULATED = """\
@@ -146,14 +148,7 @@ def test_a_program_of_the_stack_is_told_the_secret(start: Start) -> None:
 
 
 def _host(*arguments: str) -> tuple[int, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "host", *arguments],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = run("host", *arguments)
     return done.returncode, done.stderr
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import stat
-import subprocess
-import sys
 from datetime import timedelta
 from pathlib import Path
 
@@ -15,22 +13,15 @@ from regraft.security.certificates import CannotMake, make
 from regraft.security.system_secret import make as make_secret
 from tests.host.labs import certify
 from tests.host.several import TICKER, WAIT, Site
-from tests.host.system import ROOT, children_of
-from tests.ports import free_port
-from tests.waiting import PATIENCE
+from tests.support.commands import run
+from tests.support.ports import free_port
+from tests.support.processes import children_of
 
 YEAR = timedelta(days=365)
 
 
 def _host(*arguments: str) -> tuple[int, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "host", *arguments],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = run("host", *arguments)
     return done.returncode, done.stderr
 
 
@@ -99,17 +90,7 @@ def test_what_is_safe_or_wanted_is_taken(endpoint: str, guard: Guard) -> None:
 
 
 def test_up_refuses_to_listen_to_everybody(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "regraft.cli",
-        "up",
-        "regraft/stacks/frog",
-        "--headless",
-        "--listen",
-        "tcp/0.0.0.0:7447",
-    ]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    done = run("up", "regraft/stacks/frog", "--headless", "--listen", "tcp/0.0.0.0:7447")
     assert done.returncode == 2
     assert "whoever listens in can command the robot" in done.stderr
 
@@ -148,8 +129,7 @@ def test_a_system_does_not_start_with_a_certificate_that_does_not_hold_now(
     make(tmp_path, ["local"])
     certify(tmp_path, "local", begins, ends)
     options = ["--headless", "--listen", f"tls/127.0.0.1:{free_port()}", "--tls", str(tmp_path)]
-    command = [sys.executable, "-m", "regraft.cli", "up", "regraft/stacks/frog", *options]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    done = run("up", "regraft/stacks/frog", *options)
     assert done.returncode == 2
     assert text in done.stderr
     assert done.stderr.endswith(f"'regraft certificates {tmp_path} local' makes a new one\n")

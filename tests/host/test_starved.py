@@ -11,7 +11,7 @@ import pytest
 from tests.handover.parts import Ask, Item
 from tests.host.moving import Moving
 from tests.host.several import Site
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 FREEZES = 6
 FROZEN_FOR = 0.2

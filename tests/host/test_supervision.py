@@ -16,8 +16,10 @@ from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.process.logs import MAX_LOG_SIZE
 from tests.host.conftest import Start
 from tests.host.parts import Tick
-from tests.host.system import ROOT, System, children_of, exists, wait_gone
-from tests.waiting import PATIENCE, wait_until
+from tests.support.paths import ROOT
+from tests.support.processes import children_of, exists, wait_gone
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 TICKER = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
 MOODY = "  moody: {class: 'tests.host.parts:Moody'}\n"

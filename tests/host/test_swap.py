@@ -23,8 +23,9 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.handover.parts import Ask, Item, Report
 from tests.host.conftest import Start
-from tests.host.system import System, children_of, exists
-from tests.waiting import PATIENCE, wait_until
+from tests.support.processes import children_of, exists
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 HEAD = """\
 system: tests

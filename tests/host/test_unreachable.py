@@ -19,7 +19,7 @@ from regraft.security import unreachable
 from regraft.security.certificates import make
 from regraft.security.unreachable import why_unreachable
 from tests.host.labs import certify
-from tests.ports import free_port
+from tests.support.ports import free_port
 
 YEAR = timedelta(days=365)
 RESET = struct.pack("ii", 1, 0)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.host.system import System, children_of, exists
+from tests.support.processes import children_of, exists
+from tests.support.systems import System, all_ended, home
 
 Start = Callable[..., System]
 
@@ -45,34 +46,26 @@ def stack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path
 
 
 @pytest.fixture
-def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+def start(tmp_path: Path) -> Iterator[Start]:
     """Return what starts a system of the given components; with the test, each ends and leaves nothing."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    started: list[System] = []
+    with home(tmp_path / "home"), all_ended(_end) as started:
 
-    def run(components: str, *options: str, head: str = HEAD) -> System:
-        system = System(_write(tmp_path, components, head), *options)
-        started.append(system)
-        return system
+        def run(components: str, *options: str, head: str = HEAD) -> System:
+            started.append(System(_write(tmp_path, components, head), *options))
+            return started[-1]
 
-    yield run
-    for system in started:
-        _end(system)
+        yield run
 
 
 @pytest.fixture(scope="module")
 def start_for_all(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Start]:
     """Return what starts a system that tests of a module share, in a home of its own: none of them may harm it."""
-    started: list[System] = []
+    with all_ended(_end) as started:
 
-    def run(components: str, *options: str, head: str = HEAD) -> System:
-        folder = tmp_path_factory.mktemp("shared")
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("REGRAFT_HOME", str(folder / "home"))
-            system = System(_write(folder, components, head), *options)
-        started.append(system)
-        return system
+        def run(components: str, *options: str, head: str = HEAD) -> System:
+            folder = tmp_path_factory.mktemp("shared")
+            with home(folder / "home"):
+                started.append(System(_write(folder, components, head), *options))
+            return started[-1]
 
-    yield run
-    for system in started:
-        _end(system)
+        yield run

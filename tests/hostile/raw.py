@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.run_directory import RunInfo
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 
 class Raw:

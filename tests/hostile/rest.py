@@ -7,9 +7,9 @@ from typing import Any
 
 import httpx
 
-from tests.host.system import System
-from tests.ports import free_port
-from tests.waiting import PATIENCE, wait_until
+from tests.support.ports import free_port
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 MANAGER = (
     "  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager',"

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from regraft import CallFailed
 from regraft.bus_schema.messages.protocol.host import ProcessState
-from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
-from tests.waiting import PATIENCE, wait_until
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 MAX_MEMORY = 1e9
 LITTLE = "restart: {limit: 1, backoff: 0.01}"

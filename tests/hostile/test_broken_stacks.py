@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from regraft import run_directory
-from tests.host.system import ROOT
 from tests.hostile.conftest import HEAD, SINK, SOURCE
-from tests.waiting import PATIENCE
+from tests.support.commands import run
 
 Write = Callable[..., Path]
 
@@ -44,16 +41,7 @@ BROKEN = {
 
 def up(stack: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run ``regraft up`` to its end."""
-    return subprocess.run(
-        [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
-        cwd=ROOT,
-        env=dict(os.environ),
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        timeout=2 * PATIENCE,
-        check=False,
-    )
+    return run("up", str(stack), "--headless", *options)
 
 
 @pytest.mark.parametrize("what", BROKEN)

@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 from regraft.client import Client
-from tests.host.system import ROOT, System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.raw import stranger
 from tests.hostile.test_bad_components import heard
-from tests.waiting import wait_until
+from tests.support.paths import ROOT
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 6.0}}\n"
 

@@ -11,11 +11,11 @@ from regraft.bus_schema.messages.protocol.control import ControlCode, ControlErr
 from regraft.bus_schema.messages.protocol.host import StopComponent
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import State
-from tests.host.system import System
 from tests.hostile.conftest import SOURCE, Start
 from tests.hostile.parts import Number, Word
 from tests.hostile.raw import Raw, stranger
-from tests.waiting import wait_until
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 PARTS = """\
   ledger: {class: 'tests.hostile.parts:Ledger'}

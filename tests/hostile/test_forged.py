@@ -27,12 +27,12 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.frog.frog import in_parallel, pause
-from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
 from tests.hostile.raw import Raw, stranger
-from tests.waiting import wait_until
+from tests.support.frog import in_parallel, pause
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 HANGING = "  hanging: {class: 'tests.hostile.parts:Hanging'}\n"
 MANAGER = (

@@ -18,10 +18,10 @@ from regraft.bus_schema.messages.protocol.clock import (
     Wiring,
 )
 from regraft.bus_schema.messages.protocol.host import ProcessState
-from tests.host.system import System
 from tests.hostile.conftest import Start
 from tests.hostile.raw import Raw, stranger
-from tests.waiting import wait_until
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 HEAD = """\
 system: tests

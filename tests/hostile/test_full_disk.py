@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 from regraft import run_directory
-from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Word
 from tests.hostile.rest import Rest
 from tests.hostile.test_bad_components import heard
 from tests.hostile.test_broken_stacks import up
-from tests.waiting import wait_until
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 CHATTY = "  chatty: {class: 'tests.hostile.parts:Chatty'}\n"
 

@@ -17,13 +17,13 @@ from regraft.bus_schema.keys import CONTROL_VERBS
 from regraft.bus_schema.messages.protocol.control import ControlError
 from regraft.bus_schema.messages.protocol.requests import Request, Verb
 from regraft.client import ClientError
-from tests.host.system import System
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.parts import Number, Word
 from tests.hostile.raw import Raw, stranger
 from tests.hostile.test_bad_components import heard
-from tests.kit.site import BEYOND
-from tests.waiting import wait_until
+from tests.support.site import BEYOND
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 HOST_VERBS = ("view", "specs", "start", "stop", "logs")
 MAP_WITHIN_MAP = b"\x81\xa1a" * 5000 + b"\xc0"

@@ -12,9 +12,11 @@ from pathlib import Path
 import pytest
 
 from regraft import run_directory
-from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SOURCE
-from tests.waiting import PATIENCE, wait_for, wait_until
+from tests.support.commands import run
+from tests.support.paths import ROOT
+from tests.support.processes import children_of, exists, wait_gone
+from tests.support.waiting import PATIENCE, wait_for, wait_until
 
 Write = Callable[..., Path]
 
@@ -77,16 +79,8 @@ def command(
     folder: Path, *words: str, program: tuple[str, ...] = ("-m", "regraft.cli")
 ) -> subprocess.CompletedProcess[str]:
     """Run a command in a folder to its end."""
-    return subprocess.run(
-        [sys.executable, *program, *words],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        timeout=2 * PATIENCE,
-        check=False,
-    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return run(*words, cwd=folder, environment=environment, program=(sys.executable, *program))
 
 
 def refused(done: subprocess.CompletedProcess[str], *said: str) -> None:

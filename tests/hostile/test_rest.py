@@ -13,7 +13,7 @@ import pytest
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.rest import Rest
 from tests.hostile.test_bad_components import heard
-from tests.waiting import PATIENCE, wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 SLOW_READERS = 200
 NAMES = [

@@ -6,14 +6,14 @@ import json
 import os
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from regraft import run_directory
-from tests.host.system import ROOT, children_of
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import Command, run
+from tests.support.processes import children_of
+from tests.support.waiting import wait_until
 
 Write = Callable[..., Path]
 
@@ -37,22 +37,13 @@ COMPONENTS = """\
 @contextmanager
 def _process(log: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
     """Run a command until the block ends, then interrupt it as Ctrl-C does."""
-    with log.open("wb") as output:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "regraft.cli", *arguments],
-            cwd=ROOT,
-            stdout=output,
-            stderr=output,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        )
+    command = Command(*arguments, log=log, prepare=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
     try:
-        yield process
-        process.send_signal(signal.SIGINT)
-        process.wait(PATIENCE)
+        yield command.process
+        command.interrupt()
+        command.ended()
     finally:
-        process.kill()
-        process.wait()
+        command.kill()
 
 
 def _files(pids: Iterable[int]) -> set[Path]:
@@ -73,8 +64,7 @@ def _wait_for(log: Path, line: str) -> None:
 
 def _pid_of(component: str) -> int:
     """Return the process of a component, asked as a user asks."""
-    command = [sys.executable, "-m", "regraft.cli", "ps", "--json"]
-    (system,) = json.loads(subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout)["systems"]
+    (system,) = json.loads(run("ps", "--json").stdout)["systems"]
     (pid,) = (there["pid"] or 0 for there in system["components"] if there["name"] == component)
     return int(pid)
 

@@ -8,7 +8,6 @@ import re
 import signal
 import socket
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -16,10 +15,11 @@ import pytest
 
 from regraft import run_directory
 from regraft.run_directory import RunInfo
-from tests.host.system import ROOT, children_of, exists, wait_gone
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.test_broken_stacks import up
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import Command
+from tests.support.processes import children_of, exists, wait_gone
+from tests.support.waiting import PATIENCE, wait_until
 
 Write = Callable[..., Path]
 Begin = Callable[..., subprocess.Popen[bytes]]
@@ -30,25 +30,17 @@ MANY = "".join(SOURCE.replace("source:", f"source_{n}:") for n in range(6)) + SI
 @pytest.fixture
 def begin() -> Iterator[Begin]:
     """Return what has a system start; one that a test leaves running is killed."""
-    begun: list[subprocess.Popen[bytes]] = []
+    begun: list[Command] = []
 
     def start(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> subprocess.Popen[bytes]:
-        with (stack.parent / "up.log").open("wb") as log:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
-                cwd=ROOT,
-                stdout=log,
-                stderr=log,
-                stdin=subprocess.DEVNULL,
-                preexec_fn=lambda: _as_a_shell_starts_it(hangups),
-            )
-        begun.append(process)
-        return process
+        words = ("up", str(stack), "--headless", *options)
+        log = stack.parent / "up.log"
+        begun.append(Command(*words, log=log, prepare=lambda: _as_a_shell_starts_it(hangups)))
+        return begun[-1].process
 
     yield start
-    for process in begun:
-        process.kill()
-        process.wait()
+    for command in begun:
+        command.kill()
 
 
 def _as_a_shell_starts_it(hangups: signal.Handlers) -> None:

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from regraft.process.unrepeatable import package_of
-from tests.host.system import System
 from tests.hostile import unrepeatable
 from tests.hostile.conftest import Start
 from tests.hostile.test_forged_clock import HEAD
-from tests.waiting import wait_until
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 RESTLESS = "  restless: {class: 'tests.hostile.unrepeatable:Restless'}\n"
 CALLS = ("numpy.random.rand", "random.choice", "random.random", "time.monotonic", "time.time", "uuid.uuid4")

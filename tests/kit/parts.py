@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
 from regraft.bus_schema.annotations import Count, PlainValue, Ratio
 from regraft.bus_schema.encoding.registry import message
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 
 @message("kit_tests/Number")

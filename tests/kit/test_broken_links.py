@@ -12,8 +12,8 @@ import pytest
 from regraft.bus.interface import BusError, Presence, Publisher
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
 from regraft.bus.zenoh_config import Endpoints
-from tests.ports import free_port
-from tests.waiting import wait_until
+from tests.support.ports import free_port
+from tests.support.waiting import wait_until
 
 
 class Cable:

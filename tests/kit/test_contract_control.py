@@ -19,8 +19,8 @@ from regraft.client.errors import ControlRefused
 from regraft.component.parameters import ParameterError
 from regraft.runtime.data.stream import Stream
 from tests.kit.parts import Counter, Echo, Fragile, Number
-from tests.kit.site import BEYOND, Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import BEYOND, Site
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_a_component_describes_itself(site: Site) -> None:

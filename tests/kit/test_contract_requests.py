@@ -17,8 +17,8 @@ from regraft.runtime.data.writers import Identity, Writer, Writers
 from regraft.runtime.requests.request_server import REMEMBERED_NUMBERS, REMEMBERED_REPLIES
 from regraft.testing import Rig
 from tests.kit.parts import Asker, Follower, Number, Oracle, Other, Walker
-from tests.kit.site import Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_a_call_gets_its_reply(site: Site) -> None:
@@ -198,7 +198,7 @@ def test_a_goal_of_a_component_that_dies_ends(site: Site) -> None:
     site.start(Follower, "follower")
     runtime = site.runtimes["walker"]
     wait_until(lambda: runtime.servers[0].goals, "the goal to be pursued")
-    site.runtimes["follower"].bus.close()  # as its process does that is killed
+    site.cut_off("follower")
     wait_until(lambda: walker.ended == ["cancelled"], "the walk to end")
 
 

@@ -14,8 +14,8 @@ from regraft.bus_schema.messages.health import Event
 from regraft.runtime.data.stream import HOLE_TIMEOUT
 from regraft.runtime.data.writers import Identity, Writers
 from tests.kit.parts import Counter, Echo, Fragile, Gated, Latest, Number, Other
-from tests.kit.site import BEYOND, Site
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import BEYOND, Site
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def test_every_message_is_handled_once_and_in_order(site: Site) -> None:

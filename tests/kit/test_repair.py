@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -17,13 +16,11 @@ from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.model.lifecycle import State
 from regraft.component.component import class_path
-from regraft.runtime import loop
 from regraft.runtime.core.assignment import Assignment
-from regraft.runtime.core.clock import RealClock
 from regraft.runtime.data.history import MAX_BYTES, MAX_KEPT, History
-from regraft.runtime.runtime import Runtime
 from tests.kit.test_broken_links import Cable, cable, hub
-from tests.waiting import PATIENCE, wait_until
+from tests.support.threads import ComponentThread
+from tests.support.waiting import wait_until
 
 __all__ = ["cable", "hub"]
 
@@ -56,7 +53,7 @@ class Counter(Component):
             self.numbers.publish(Number(self.number, b"x" * 100))
 
 
-class Listener(Component):
+class Keeper(Component):
     """Keeps all numbers that it hears."""
 
     numbers = Input(Number)
@@ -69,53 +66,37 @@ class Listener(Component):
         self.heard.append(number.number)
 
 
-class Running:
-    """A component on a session of its own, in a thread."""
-
-    def __init__(self, cls: type[Component], port: int) -> None:
-        name = cls.__name__.lower()
-        self.bus: ZenohBus = open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",)))
-        ready = threading.Event()
-
-        def run() -> None:
-            self.runtime = Runtime(cls, Assignment(SYSTEM, name, class_path(cls)), self.bus, RealClock())
-            ready.set()
-            loop.run(self.runtime)
-            self.runtime.leave()
-
-        self.thread = threading.Thread(target=run, daemon=True)
-        self.thread.start()
-        assert ready.wait(PATIENCE)
-        wait_until(lambda: self.runtime.state is State.ACTIVE, "to be active")
-
-    def end(self) -> None:
-        self.runtime.post(lambda: self.runtime.lifecycle.reach(State.FINALIZED))
-        self.thread.join(PATIENCE)
-        self.bus.close()
+def run(cls: type[Component], port: int) -> ComponentThread:
+    """Run a component on a session of its own, and wait until it is active."""
+    bus = open_bus(Endpoints(connect=(f"tcp/127.0.0.1:{port}",)))
+    running = ComponentThread(cls, Assignment(SYSTEM, cls.__name__.lower(), class_path(cls)), bus, ended=bus.close)
+    running.wait_started()
+    wait_until(lambda: running.runtime.state is State.ACTIVE, "to be active")
+    return running
 
 
 @pytest.fixture
-def listener(hub: tuple[ZenohBus, int], request: pytest.FixtureRequest) -> Iterator[Running]:
-    running = Running(Listener, hub[1])
+def listener(hub: tuple[ZenohBus, int], request: pytest.FixtureRequest) -> Iterator[ComponentThread]:
+    running = run(Keeper, hub[1])
     yield running
     running.end()
 
 
-def in_sequence(listener: Running) -> bool:
-    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+def in_sequence(listener: ComponentThread) -> bool:
+    heard = listener.component.heard
     return bool(heard == list(range(heard[0], heard[-1] + 1)))
 
 
-def hears_on(listener: Running, more: int = 50) -> None:
-    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+def hears_on(listener: ComponentThread, more: int = 50) -> None:
+    heard = listener.component.heard
     goal = len(heard) + more
     wait_until(lambda: len(heard) >= goal, "to be heard")
 
 
 def test_a_writers_link_that_breaks_again_and_again_loses_nothing(
-    hub: tuple[ZenohBus, int], cable: Cable, listener: Running
+    hub: tuple[ZenohBus, int], cable: Cable, listener: ComponentThread
 ) -> None:
-    counter = Running(Counter, cable.port)
+    counter = run(Counter, cable.port)
     try:
         for _ in range(CUTS):
             hears_on(listener)
@@ -128,7 +109,7 @@ def test_a_writers_link_that_breaks_again_and_again_loses_nothing(
 
 
 def test_a_readers_link_that_breaks_again_and_again_loses_nothing(hub: tuple[ZenohBus, int], cable: Cable) -> None:
-    counter, listener = Running(Counter, hub[1]), Running(Listener, cable.port)
+    counter, listener = run(Counter, hub[1]), run(Keeper, cable.port)
     try:
         for _ in range(CUTS):
             hears_on(listener)
@@ -144,7 +125,7 @@ def test_a_readers_link_that_breaks_again_and_again_loses_nothing(hub: tuple[Zen
 @pytest.mark.parametrize("cut", ["writer", "reader"])
 def test_the_last_messages_come_although_none_follows_them(hub: tuple[ZenohBus, int], cable: Cable, cut: str) -> None:
     ports = {"writer": hub[1], "reader": hub[1], cut: cable.port}
-    listener, counter = Running(Listener, ports["reader"]), Running(Counter, ports["writer"])
+    listener, counter = run(Keeper, ports["reader"]), run(Counter, ports["writer"])
     try:
         hears_on(listener)
         component = counter.runtime.component
@@ -155,7 +136,7 @@ def test_the_last_messages_come_although_none_follows_them(hub: tuple[ZenohBus, 
         wait_until(lambda: component.number >= last + 20, "to count without a link")
         component.quiet = True
         cable.plugged = True
-        heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+        heard = listener.component.heard
         wait_until(lambda: heard[-1] == component.number, "the last number")
         assert in_sequence(listener)
     finally:
@@ -164,9 +145,9 @@ def test_the_last_messages_come_although_none_follows_them(hub: tuple[ZenohBus, 
 
 
 def test_what_a_writer_does_not_have_any_more_counts_as_lost_and_the_rest_goes_on(
-    hub: tuple[ZenohBus, int], listener: Running
+    hub: tuple[ZenohBus, int], listener: ComponentThread
 ) -> None:
-    counter = Running(Counter, hub[1])
+    counter = run(Counter, hub[1])
     try:
         hears_on(listener)
         component = counter.runtime.component
@@ -182,7 +163,9 @@ def test_what_a_writer_does_not_have_any_more_counts_as_lost_and_the_rest_goes_o
         counter.end()
 
 
-def test_a_source_that_is_no_component_costs_no_more_than_before(hub: tuple[ZenohBus, int], listener: Running) -> None:
+def test_a_source_that_is_no_component_costs_no_more_than_before(
+    hub: tuple[ZenohBus, int], listener: ComponentThread
+) -> None:
     key = Keys(SYSTEM).topic("numbers")
     publisher = hub[0].publisher(key, "application/msgpack;repair_tests/Number@1", reliable=True)
     wait_until(lambda: publisher.matched, "the reader")
@@ -191,7 +174,7 @@ def test_a_source_that_is_no_component_costs_no_more_than_before(hub: tuple[Zeno
             b"\x82\xa6number" + bytes([sequence]) + b"\xa6weight\xc4\x00",
             Envelope("ghost", 1, 1, sequence, 0).to_bytes(),
         )
-    heard = listener.runtime.component.heard  # type: ignore[attr-defined]
+    heard = listener.component.heard
     wait_until(lambda: heard == [1, 2, 9, 10], "the rest")
     assert listener.runtime.reporter.status.lost == 6
 

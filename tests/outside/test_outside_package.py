@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from regraft import run_directory
-from tests.waiting import PATIENCE, wait_until
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE, wait_until
 
 PACKAGE = Path(__file__).parent / "package"
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.waiting import PATIENCE
-from tests.wheels import ROOT, build_wheel
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE
+from tests.support.wheels import build_wheel
 
 WEATHER = """\
 system: weather

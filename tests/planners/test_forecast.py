@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from regraft import CallFailed, Component, Output, Parameter
-from regraft.adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
@@ -130,54 +126,3 @@ def test_it_describes_itself_as_planners_do() -> None:
         Draft202012Validator.check_schema(as_json(found.inputs))
         assert [strategy.name for strategy in found.strategies] == ["expected_utility"]
         assert "utility" in found.strategies[0].knobs["properties"]
-
-
-# --- expressions ---
-
-NUMBERS: dict[str, Value] = {"a": 2.0, "b.c": 3.0, "d": "north", "e": 0.0}
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("a + b.c * 2 - 1", 7.0),
-        ("-a / 4", -0.5),
-        ("1.0 if d == 'north' and not e else 0.0", 1.0),
-        ("1 < a <= 2 < b.c", 1.0),
-        ("max(a, b.c) + min(a, b.c) + abs(-1)", 6.0),
-        ("known(missing, 5)", 5.0),
-        ("known(missing + a, known(other, a))", 2.0),
-        ("turned(3 * atan2(0, -1))", 3.141592653589793),
-    ],
-)
-def test_expressions_come_to_what_they_say(text: str, value: float) -> None:
-    assert abs(Expression(text).number(NUMBERS)) == pytest.approx(abs(value))
-
-
-@pytest.mark.parametrize("text", ["missing", "a.b", "1 / e", "d + 1", "d", "1e308 * 1e308", "min()"])
-def test_what_cannot_be_told_is_unknown(text: str) -> None:
-    with pytest.raises(Unknown):
-        Expression(text).number(NUMBERS)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", "a b", "a = 1", "[1]", "a[0]", "(lambda: 1)()", "__import__('os')", "().__class__", "f'{a}'", "known(a)",
-     "2 ** 99", "max(*a)", "abs(x=1)", "+".join("a" * 500), "(" * 300, "None"],
-)  # fmt: skip
-def test_what_is_no_expression_is_refused(text: str) -> None:
-    with pytest.raises(BadMessage):
-        Expression(text)
-
-
-@given(st.text(max_size=30))
-def test_no_text_does_harm(text: str) -> None:
-    with suppress(BadMessage, Unknown):
-        Expression(text).value(NUMBERS)
-
-
-@given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
-def test_arithmetic_is_pythons(x: float, y: float) -> None:
-    names = {"x": x, "y": y}
-    assert Expression("x * y - y + x").number(names) == x * y - y + x
-    assert Expression("x < y or x == y").value(names) is (x <= y)

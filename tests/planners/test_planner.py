@@ -16,7 +16,7 @@ from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, S
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.client import as_json
 from tests.planners.parts import SPEEDS, STATES, TOPICS, WAYS, Bench, bench
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 SPEED = "navigator.max_velocity"
 STRATEGIES = ("random", "epsilon_greedy", "ucb1", "ucb_tuned", "sliding_window_ucb", "thompson", "linucb")

@@ -18,8 +18,8 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.cli.app import whole
-from tests.host.system import System
-from tests.waiting import wait_until
+from tests.support.systems import System, home
+from tests.support.waiting import wait_until
 
 HERE = Path(__file__).parent
 REQUEST = HERE / "request.yaml"
@@ -28,8 +28,7 @@ REQUEST = HERE / "request.yaml"
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     folder = tmp_path_factory.mktemp("planners")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("REGRAFT_HOME", str(folder / "home"))
+    with home(folder / "home"):
         shutil.copy(HERE / "stack.yaml", folder)
         system = System(folder / "stack.yaml")
         yield system

@@ -16,9 +16,9 @@ from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
 from tests.gateway.contract import Contract
-from tests.kit.site import Site
 from tests.planners.parts import SPEEDS, SmallManager, spec
-from tests.waiting import PATIENCE, wait_until
+from tests.support.site import Site
+from tests.support.waiting import PATIENCE, wait_until
 
 PROPOSE = "/planners/bandits/propose"
 
@@ -94,7 +94,7 @@ def test_a_rejected_adaptation_is_told_by_the_proposal(served: Served) -> None:
         ({"inputs": {"strategy": "ucb1", "options": []}}, "inputs.options", "are 0, must be 1 to 64"),
         ({"inputs": {}}, "inputs.strategy", "is missing"),
         ({"actor": "me"}, "actor", "X-Regraft-Actor"),
-        ({"surprise": 1}, "", "has no field 'surprise'"),
+        ({"surprise": 1}, "surprise", "there is no such field"),
     ],
 )
 def test_what_does_not_fit_is_a_problem_that_names_the_field(served: Served, body: Any, field: str, said: str) -> None:

@@ -13,8 +13,8 @@ from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.runtime.core.assignment import Assignment
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Collector, Keeper, Ticker
-from tests.adaptation.system import SYSTEM, Running, System, spec_of
-from tests.waiting import wait_until
+from tests.adaptation.system import SYSTEM, System, in_thread, spec_of
+from tests.support.waiting import wait_until
 
 ROUNDS = 8
 OPTIONS = [
@@ -63,7 +63,7 @@ def run(folder: Path) -> list[Proposal]:
         for name, cls in own.items():
             others = tuple(other for other in architecture.components if other != name)
             assignment = Assignment(SYSTEM, name, specs[-1].cls, simulated=True, seed=4, members=others, revision=1)
-            system.running[name] = Running(hub, cls, assignment)
+            system.running[name] = in_thread(hub, cls, assignment)
             system.host.started(name, 1)
         system.start("ticker")
         asker = system.running["asker"].component

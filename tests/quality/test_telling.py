@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.mission import Command, MissionState
 from regraft.bus_schema.messages.quality import Quality, QualityLevel
@@ -16,7 +15,7 @@ from regraft.testing import Rig
 from tests.executor.helpers import command, run, status, tree
 from tests.quality.helpers import Field, task
 from tests.stepped.parts import TinyWorld
-from tests.stepped.stepsite import StepSite
+from tests.support.step_site import StepSite
 
 FIRST = Quality(0.0, "QR", "Safety", metric=1.0, satisfied=True, degree=1.0, status="satisfied")
 
@@ -168,13 +167,10 @@ def run_in_step(mission: Path) -> list[Quality]:
     heard: list[Quality] = []
     steps = StepSite("memory")
     try:
-        assert isinstance(steps._hub, MemoryHub)
-        ear = MemoryBus(steps._hub)
-        ear.subscribe("steps/quality/*", lambda sample: heard.append(codec.decode(sample.payload, Quality)))
+        steps.listen("steps/quality/*", lambda sample: heard.append(codec.decode(sample.payload, Quality)))
         steps.start(Executor, "bt_executor", parameters={"mission": str(mission)}, state=State.ACTIVE)
         steps.start_world(TinyWorld, ("bt_executor",), 8.0)
         assert steps.wait_finished().reproducible
-        ear.close()
         return heard
     finally:
         steps.close()

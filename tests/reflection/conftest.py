@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.host.system import System
-from tests.ports import free_port
+from tests.support.ports import free_port
+from tests.support.systems import System, home
 
 STACK = """\
 system: tests
@@ -51,13 +51,13 @@ MISSION = """\
 
 
 @pytest.fixture
-def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[System]:
+def system(tmp_path: Path) -> Iterator[System]:
     """Return a running system of its own."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
     folder = tmp_path / "stack"
     folder.mkdir()
     (folder / "stack.yaml").write_text(STACK.format(port=free_port()))
     (folder / "mission.xml").write_text(MISSION)
-    running = System(folder, log=tmp_path / "up.log")
-    yield running
-    running.end()
+    with home(tmp_path / "home"):
+        running = System(folder, log=tmp_path / "up.log")
+        yield running
+        running.end()

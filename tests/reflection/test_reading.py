@@ -7,24 +7,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.reading import Reading, Reduce, read
 from regraft.bus_schema.encoding.reading_checks import reading_problem
 from regraft.bus_schema.encoding.records import RecordShape
 from regraft.bus_schema.encoding.registry import type_of
-from regraft.bus_schema.encoding.shapes import ArrayShape, MapShape, OptionalShape, PlainShape, Shape, TupleShape
+from regraft.bus_schema.encoding.shapes import MapShape, OptionalShape, PlainShape, Shape, TupleShape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist, Vector3
 from regraft.bus_schema.messages.health import Event, SensorFault, SensorHealth, SystemStatus
 from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.power import BatteryState, PowerDraw
 from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
-from tests.schema.strategies import all_types, values
+from tests.schema.every_type import KINDS, of_every_type
+from tests.schema.strategies import values
 
-KINDS = all_types()
 REDUCTIONS = (None, *Reduce)
 
 
@@ -69,9 +70,7 @@ def holds_plain_data(shape: Shape, path: list[str]) -> bool:
     )
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name.split("/")[1])
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
-@given(data=st.data())
+@of_every_type(25)
 def test_whatever_the_type_promises_every_message_of_it_has(kind: Any, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     arrived = codec.decode(codec.encode(message), kind.cls)

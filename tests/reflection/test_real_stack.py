@@ -17,8 +17,8 @@ from regraft.bus_schema.model.adaptation import (
     Outcome,
     SetParameters,
 )
-from tests.host.system import System
-from tests.waiting import wait_until
+from tests.support.systems import System
+from tests.support.waiting import wait_until
 
 
 def board(system: System) -> dict[str, PlainValue]:

@@ -11,9 +11,9 @@ import msgpack
 import numpy as np
 from hypothesis import strategies as st
 
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     EnumShape,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, known_types
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     EnumShape,

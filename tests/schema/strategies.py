@@ -14,10 +14,10 @@ from hypothesis.strategies import SearchStrategy
 import regraft.bus_schema.messages
 import regraft.runtime.core.assignment
 from regraft import bus_schema
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, known_types
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     EnumShape,

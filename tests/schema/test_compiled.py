@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.encoding import codec
@@ -16,11 +15,9 @@ from regraft.bus_schema.encoding.registry import MessageType
 from regraft.bus_schema.errors import BadMessage
 
 from .comparing import same
+from .every_type import of_every_type
 from .misfits import misfits, places
-from .strategies import all_types, values
-
-every_type = pytest.mark.parametrize("kind", all_types(), ids=lambda kind: kind.name.split("/")[1])
-few = settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+from .strategies import values
 
 
 def end_of(convert: Callable[[Any], Any], given: Any) -> Any:
@@ -31,9 +28,7 @@ def end_of(convert: Callable[[Any], Any], given: Any) -> Any:
         return str(error)
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_both_ways_lead_to_the_same_end(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     plain = kind.pack(message)

@@ -10,15 +10,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, message, type_of
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BytesShape,
     FloatShape,
     MapShape,
@@ -31,13 +30,11 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.bus_schema.types_by_schema import DescribedType, describe_type, described_type
+from tests.support.tables import check_each
 
 from .comparing import same
-from .strategies import all_types, values
-
-KINDS = all_types()
-every_type = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name.split("/")[1])
-few = settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+from .every_type import KINDS, of_every_type
+from .strategies import values
 
 
 class Colour(Enum):
@@ -98,20 +95,22 @@ def can_be_typed(value: Any) -> bool:
     return all(same(np.array(each.tolist(), each.dtype), each) for each in arrays if isinstance(each, np.ndarray))
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type(6)
 def test_what_is_typed_becomes_the_bytes_that_the_class_gives(kind: MessageType, data: st.DataObject) -> None:
     value = data.draw(values(kind.shape).filter(can_be_typed))
     payload = told(kind).encode(typed(value, kind.shape))
     assert same(codec.decode(payload, kind.cls), value)
 
 
-@every_type
-def test_a_type_is_told_with_its_name_version_encoding_and_schema(kind: MessageType) -> None:
+def is_told_whole(kind: MessageType) -> None:
+    """Check that another program gets to know all of a type."""
     described = told(kind)
     assert (described.name, described.encoding) == (kind.name, kind.encoding)
     assert described.schema == json.loads(json.dumps(kind.json_schema()))
+
+
+def test_every_type_is_told_with_its_name_version_encoding_and_schema() -> None:
+    check_each(KINDS, is_told_whole, lambda kind: kind.name)
 
 
 @pytest.mark.parametrize(

@@ -15,23 +15,23 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.records import RecordShape, UnionShape, attributes_of
 from regraft.bus_schema.encoding.registry import MessageType
-from regraft.bus_schema.encoding.shapes import CUT, ArrayShape
+from regraft.bus_schema.encoding.shapes import CUT
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Event, SystemStatus
 from regraft.bus_schema.messages.maps import OccupancyGrid
 from regraft.bus_schema.messages.sensors import Image
 from regraft.bus_schema.model.adaptation import Violation
+from tests.support.tables import check_each
 
 from .comparing import json_view, same
+from .every_type import KINDS, of_every_type
 from .misfits import misfits, places, wrong_arrays
-from .strategies import all_types, values
+from .strategies import values
 
-KINDS = all_types()
-every_type = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name.split("/")[1])
-few = settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 many = settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 any_message = st.one_of(*(st.tuples(st.just(kind), values(kind.shape)) for kind in KINDS))
 
@@ -45,9 +45,7 @@ def packed(kind: MessageType, message: object, plain: Any) -> bytes:
     return struct.pack("<I", len(head)) + head + tail
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_a_message_arrives_as_it_was_sent(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     payload = codec.encode(message)
@@ -55,9 +53,7 @@ def test_a_message_arrives_as_it_was_sent(kind: MessageType, data: st.DataObject
     assert codec.encode(codec.decode(payload, kind.cls)) == payload
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_optional_fields_may_be_left_out_and_take_their_defaults(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     plain = codec.to_plain(message)
@@ -68,9 +64,7 @@ def test_optional_fields_may_be_left_out_and_take_their_defaults(kind: MessageTy
     assert all(same(getattr(arrived, name), getattr(message, name)) for name in kept_attributes)
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_no_publisher_can_send_a_field_that_does_not_fit(kind: MessageType, data: st.DataObject) -> None:
     if not kind.shape.fields:
         return
@@ -82,9 +76,7 @@ def test_no_publisher_can_send_a_field_that_does_not_fit(kind: MessageType, data
     assert refused.value.where[0] == name
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_a_received_value_that_does_not_fit_is_refused(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     root = {"message": codec.to_plain(message)}
@@ -95,9 +87,7 @@ def test_a_received_value_that_does_not_fit_is_refused(kind: MessageType, data: 
         codec.decode(packed(kind, message, root["message"]), kind.cls)
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_a_missing_field_is_refused_by_name(kind: MessageType, data: st.DataObject) -> None:
     required = sorted(kind.shape.names - kind.shape.optional)
     if not required:
@@ -110,9 +100,7 @@ def test_a_missing_field_is_refused_by_name(kind: MessageType, data: st.DataObje
         codec.decode(packed(kind, message, plain), kind.cls)
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_an_unknown_field_is_refused_by_name(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     root = {"message": codec.to_plain(message)}
@@ -136,9 +124,7 @@ def test_a_union_refuses_a_tag_that_names_no_member(drawn: tuple[MessageType, An
             return
 
 
-@pytest.mark.parametrize("kind", [k for k in KINDS if any(isinstance(s, ArrayShape) for _, s in k.shape.fields)])
-@few
-@given(data=st.data())
+@of_every_type(kinds=[k for k in KINDS if any(isinstance(s, ArrayShape) for _, s in k.shape.fields)])
 def test_an_array_of_another_dtype_or_shape_is_refused_by_both_sides(kind: MessageType, data: st.DataObject) -> None:
     message = copy.copy(data.draw(values(kind.shape)))
     name, shape = next((n, s) for n, s in kind.shape.fields if isinstance(s, ArrayShape))
@@ -153,10 +139,9 @@ def test_an_array_of_another_dtype_or_shape_is_refused_by_both_sides(kind: Messa
         codec.decode(packed(kind, message, plain), kind.cls)
 
 
-@every_type
-@given(st.binary(max_size=200))
-@settings(max_examples=20, deadline=None)
-def test_random_bytes_raise_nothing_but_bad_message(kind: MessageType, payload: bytes) -> None:
+@of_every_type(20)
+def test_random_bytes_raise_nothing_but_bad_message(kind: MessageType, data: st.DataObject) -> None:
+    payload = data.draw(st.binary(max_size=200))
     with suppress(BadMessage):
         assert same(codec.decode(payload, kind.cls), codec.decode(payload, kind.cls))
 
@@ -194,22 +179,17 @@ def test_flipped_bits_raise_bad_message_or_give_a_message(drawn: tuple[MessageTy
     assert same(codec.decode(codec.encode(arrived), kind.cls), arrived)
 
 
-@every_type
-def test_the_json_schema_is_valid(kind: MessageType) -> None:
-    Draft202012Validator.check_schema(kind.json_schema())
+def test_the_json_schema_of_every_type_is_valid() -> None:
+    check_each(KINDS, lambda kind: Draft202012Validator.check_schema(kind.json_schema()), lambda kind: kind.name)
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_the_json_schema_accepts_every_message(kind: MessageType, data: st.DataObject) -> None:
     message = data.draw(values(kind.shape))
     assert Draft202012Validator(kind.json_schema()).is_valid(json_view(codec.to_plain(message)))
 
 
-@every_type
-@few
-@given(data=st.data())
+@of_every_type()
 def test_the_json_schema_refuses_an_unknown_field(kind: MessageType, data: st.DataObject) -> None:
     plain = json_view(codec.to_plain(data.draw(values(kind.shape))))
     assert not Draft202012Validator(kind.json_schema()).is_valid({**plain, "surprise": 1})

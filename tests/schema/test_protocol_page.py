@@ -6,16 +6,17 @@ import json
 import re
 import struct
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
 
+from regraft import request_protocol
 from regraft.bus_schema.encoding import codec, envelope
+from regraft.bus_schema.encoding.arrays import ARRAY_EXTENSION, KNOWN_DTYPES, TAIL_EXTENSION
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_named
-from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, MAX_PLAIN_DEPTH, TAIL_EXTENSION
+from regraft.bus_schema.encoding.shapes import MAX_PLAIN_DEPTH
 from regraft.bus_schema.keys import CONTROL_VERBS, Keys
 from regraft.bus_schema.messages.protocol.clock import StepKind
 from regraft.bus_schema.messages.protocol.control import ControlCode, RewireStep
@@ -32,12 +33,13 @@ from regraft.runtime.core import pending
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data import status_reporter, stream
 from regraft.runtime.handover import incumbent, successor
-from regraft.runtime.requests import request_client, request_server
+from regraft.runtime.requests import request_server
+from tests.support.paths import ROOT
 
 from .spelling import line_of
 from .strategies import all_types
 
-PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
+PAGE = (ROOT / "docs" / "protocol.md").read_text()
 FENCES = re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 DUMPS = [
     (what, bytes.fromhex(dump), json.loads(shown))
@@ -105,7 +107,7 @@ def test_the_table_of_the_envelope_is_its_layout() -> None:
 def test_the_page_names_every_dtype_and_both_extensions() -> None:
     listed = re.search(r"^Dtypes: (.*?)\. A type", PAGE, re.MULTILINE)
     assert listed
-    assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == codec.KNOWN_DTYPES
+    assert {dtype.encode() for dtype in re.findall(r"`(.{3})`", listed[1])} == KNOWN_DTYPES
     assert f"| array | extension type {ARRAY_EXTENSION} |" in PAGE
     assert f"| array as the tail | extension type {TAIL_EXTENSION}, and the payload's tail |" in PAGE
     assert f"at most {MAX_PLAIN_DEPTH} levels deep" in PAGE
@@ -189,7 +191,7 @@ def test_the_times_are_those_of_the_code() -> None:
         stream.HOLE_TIMEOUT / 1e9,
         status_reporter.REPEAT_INTERVAL,
         pending.AWAIT_AT_MOST / 1e9,
-        request_client.ASK_INTERVAL / 1e9,
+        request_protocol.ASK_INTERVAL / 1e9,
         watchdog.HUNG_TIMEOUT,
         supervisor.FIRST_BEAT_TIMEOUT,
         member.JOIN_INTERVAL,
@@ -205,5 +207,7 @@ def test_the_times_are_those_of_the_code() -> None:
         successor.TAKE_OVER_TIMEOUT,
     ]
     assert f"heartbeat stays away for {watchdog.HUNG_TIMEOUT} s" in PAGE
-    assert f"the last {request_server.REMEMBERED_REPLIES} of each of\n  {request_server.MAX_CLIENTS} clients" in PAGE
-    assert f"and of {request_server.REMEMBERED_NUMBERS} before them" in PAGE
+    assert (
+        f"the last {request_server.REMEMBERED_REPLIES} replies of each of {request_server.MAX_CLIENTS} clients" in PAGE
+    )
+    assert f"Of {request_server.REMEMBERED_NUMBERS} earlier clients" in PAGE

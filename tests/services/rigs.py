@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,9 @@ from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.world import World
 from regraft.testing import Rig
+from tests.support.paths import ROOT
 
-FROG = str(Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml")
+FROG = str(ROOT / "regraft" / "stacks" / "frog" / "world.xml")
 TICK = 0.05
 SIZES = {"ray": (160, 120), "egl": (320, 240), "osmesa": (320, 240)}
 

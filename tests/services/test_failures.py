@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.power import BatteryState, ChargerState
 from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
 from regraft.bus_schema.messages.world import GroundTruth
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.component.parameters import ParameterError
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.layout.scene import load_scene
@@ -18,6 +19,11 @@ from regraft.sim_service.world import World
 from regraft.testing import Rig
 
 from .rigs import FROG, run, set_parameters, world_on
+
+
+def entries(schedule: str) -> list[dict[str, object]]:
+    """Return a schedule such as ``30 silent, 60 none`` as the parameters of failures take it."""
+    return [{"at": float(at), "failure": failure} for at, failure in (entry.split() for entry in schedule.split(","))]
 
 
 def camera_on(rig: Rig, **parameters: object) -> Camera:
@@ -28,7 +34,7 @@ def camera_on(rig: Rig, **parameters: object) -> Camera:
 def test_a_camera_fails_by_its_schedule_and_comes_back() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig)
-        camera_on(rig, failures="1.5 black, 3 frozen, 4.5 silent, 6 none")
+        camera_on(rig, failures=entries("1.5 black, 3 frozen, 4.5 silent, 6 none"))
         images = rig.collect("camera/image", Image)
         run(rig, world, 7.0)
         told = [event.text for event in rig.events if event.kind == "camera.failure"]
@@ -57,7 +63,8 @@ def test_a_camera_is_made_to_fail_over_the_bus() -> None:
 
 def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
     with Rig(seed=3) as rig:
-        world = world_on(rig, failures="1 scan frozen, 2 scan dropout, 3 scan silent, 4 scan none", scan_dropout=0.4)
+        schedule = entries("1 frozen, 2 dropout, 3 silent, 4 none")
+        world = world_on(rig, scan_failures=schedule, scan_dropout=0.4)
         scans = rig.collect("scan", LaserScan)
         run(rig, world, 5.0)
     at = {round(scan.stamp, 2): scan.ranges for scan in scans}
@@ -72,7 +79,7 @@ def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
 
 def test_the_odometry_fails_as_it_is_told_and_comes_back() -> None:
     with Rig(seed=3) as rig:
-        world = world_on(rig, failures="2 odometry frozen, 4 odometry silent, 5 odometry none")
+        world = world_on(rig, odometry_failures=entries("2 frozen, 4 silent, 5 none"))
         odometry, truth = rig.collect("odometry", Odometry), rig.collect("ground_truth", GroundTruth)
         for _ in range(140):
             rig.publish("velocity", Twist.planar(0.0, 0.5))
@@ -103,7 +110,10 @@ def test_a_drift_is_set_over_the_bus_and_its_error_stays() -> None:
 
 
 def test_failures_survive_a_restart_from_a_checkpoint() -> None:
-    schedule = "0.5 scan frozen, 1 odometry frozen, 2.5 odometry drift, 3 scan dropout"
+    schedules = {
+        "scan_failures": entries("0.5 frozen, 3 dropout"),
+        "odometry_failures": entries("1 frozen, 2.5 drift"),
+    }
 
     def go_on(rig: Rig, world: World) -> list[bytes]:
         scans, odometry = rig.collect("scan", LaserScan), rig.collect("odometry", Odometry)
@@ -113,28 +123,57 @@ def test_failures_survive_a_restart_from_a_checkpoint() -> None:
         return [codec.encode(message) for message in (*scans, *odometry)]
 
     with Rig(seed=3) as rig:
-        world = world_on(rig, failures=schedule)
+        world = world_on(rig, **schedules)
         run(rig, world, 1.5)
         checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
         expected = go_on(rig, world)
     with Rig(seed=3, start=1.5) as rig:
-        successor = world_on(rig, failures=schedule)
+        successor = world_on(rig, **schedules)
         successor.restore(codec.unpack_plain(checkpoint)["state"])
         assert go_on(rig, successor) == expected
 
 
 @pytest.mark.parametrize(
-    ("cls", "failures", "complaint"),
+    ("cls", "parameters", "complaint"),
     [
-        (World, "30 scan black", "failures: '30 scan black' must end with one of: none, silent, frozen, dropout"),
-        (Camera, "30 blind", "failures: '30 blind' must end with one of: none, black, frozen, silent"),
+        (
+            World,
+            {"scan_failures": entries("30 black")},
+            r"scan_failures.0.failure: is 'black', must be one of: none, s",
+        ),
+        (
+            Camera,
+            {"failures": entries("30 blind")},
+            "failures.0.failure: is 'blind', must be one of: none, black, froz",
+        ),
+        (Camera, {"failures": entries("-1 black")}, "failures.0.at: is -1.0, must be at least 0.0"),
+        (Camera, {"failures": [{"failure": "black"}]}, "failures.0.at: is missing"),
+        (Camera, {"failures": "30 black"}, "failures: must be a list of records, is str"),
+        (World, {"visitor": [{"x": 1.0}]}, "visitor.0.y: is missing"),
     ],
 )
-def test_a_bad_schedule_keeps_the_component_from_starting(
-    cls: type[World | Camera], failures: str, complaint: str
+def test_a_component_does_not_start_with_failures_or_walks_that_cannot_be(
+    cls: type[World | Camera], parameters: dict[str, object], complaint: str
+) -> None:
+    with Rig() as rig, pytest.raises(ParameterError, match=complaint):
+        rig.add(cls, "it", {"file": FROG, **parameters}, state=State.UNCONFIGURED)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "complaint"),
+    [
+        (
+            {"scan_failures": entries("30 silent, 20 none")},
+            "scan_failures.1: 20 s comes after 30 s: put the entries in",
+        ),
+        ({"visitor": [{"x": 1.0, "y": 0.0}]}, "two or more waypoints"),
+    ],
+)
+def test_entries_that_do_not_go_together_keep_the_world_from_being_configured(
+    parameters: dict[str, object], complaint: str
 ) -> None:
     with Rig() as rig:
-        rig.add(cls, "it", {"file": FROG, "failures": failures}, state=State.UNCONFIGURED)
+        rig.add(World, "it", {"file": FROG, **parameters}, state=State.UNCONFIGURED)
         with pytest.raises(TransitionFailed, match=complaint):
             rig.transition("it", Transition.CONFIGURE)
 
@@ -184,7 +223,8 @@ def test_a_robot_with_an_empty_battery_does_not_drive_until_it_has_power_again()
 def test_a_visitor_is_sent_on_a_walk_by_a_parameter() -> None:
     with Rig(seed=3) as rig:
         file = FROG.replace("world.xml", "world_with_visitor.xml")
-        world = rig.add(World, parameters={"file": file, "visitor": "2.0 -2.0; -2.0 -2.0 @0.8"})
+        walk = {"visitor": [{"x": 2.0, "y": -2.0}, {"x": -2.0, "y": -2.0}], "visitor_speed": 0.8}
+        world = rig.add(World, parameters={"file": file, **walk})
         scans = rig.collect("scan", LaserScan)
         run(rig, world, 3.0)
     seen = np.isfinite(scans[0].ranges) & np.isfinite(scans[-1].ranges)

@@ -8,70 +8,44 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from regraft.sim_service.robot.failures import (
-    CAMERA_FAILURES,
-    ODOMETRY_FAILURES,
-    SCAN_FAILURES,
+    CameraFails,
+    CameraFailure,
+    OdometryFails,
+    OdometryFailure,
+    ScanFails,
+    ScanFailure,
+    Schedule,
     ScheduleError,
     drop_rays,
-    parse_schedule,
 )
 from regraft.sim_service.robot.odometry import Drift, OdometrySettings
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 
 from .worlds import drive, frog_with_robot_at
 
-CAMERA = {"image": CAMERA_FAILURES}
-WORLD = {"scan": SCAN_FAILURES, "odometry": ODOMETRY_FAILURES}
-
-entries = st.tuples(
-    st.floats(0.0, 1000.0).map(lambda time: round(time, 3)),
-    st.sampled_from([(sensor, failure) for sensor, failures in WORLD.items() for failure in failures]),
-)
+times = st.floats(0.0, 1000.0).map(lambda time: round(time, 3))
+entries = st.builds(ScanFails, times, st.sampled_from(ScanFailure))
 
 
 def test_a_sensor_fails_from_its_time_until_the_next() -> None:
-    schedule = parse_schedule("30 black, 60 none", CAMERA)
-    assert [schedule.at("image", time) for time in (0.0, 29.9, 30.0, 59.9, 60.0, 1e6)] == [
+    schedule = Schedule((CameraFails(30.0, CameraFailure.BLACK), CameraFails(60.0, CameraFailure.NONE)))
+    assert [schedule.at(time) for time in (0.0, 29.9, 30.0, 59.9, 60.0, 1e6)] == [
         *("none", "none", "black", "black"),
         *("none", "none"),
     ]
 
 
-def test_the_sensors_of_one_component_fail_independently() -> None:
-    schedule = parse_schedule("1 scan silent, 2 odometry drift, 3 scan none", WORLD)
-    assert (schedule.at("scan", 2.5), schedule.at("odometry", 2.5)) == ("silent", "drift")
-    assert (schedule.at("scan", 3.5), schedule.at("odometry", 3.5)) == ("none", "drift")
-
-
 @given(st.lists(entries), st.floats(0.0, 1000.0))
-def test_the_last_entry_up_to_now_holds(given_entries: list[tuple[float, tuple[str, str]]], now: float) -> None:
-    ordered = sorted(given_entries, key=lambda entry: entry[0])
-    text = ", ".join(f"{time} {sensor} {failure}" for time, (sensor, failure) in ordered)
-    schedule = parse_schedule(text, WORLD)
-    for sensor in WORLD:
-        past = [failure for time, (name, failure) in ordered if name == sensor and time <= now + 1e-6]
-        assert schedule.at(sensor, now) == ([*["none"], *past][-1])
+def test_the_last_entry_up_to_now_holds(given_entries: list[ScanFails], now: float) -> None:
+    ordered = sorted(given_entries, key=lambda entry: entry.at)
+    past = [entry.failure.value for entry in ordered if entry.at <= now + 1e-6]
+    assert Schedule(ordered).at(now) == ([*["none"], *past][-1])
 
 
-@pytest.mark.parametrize(
-    ("text", "failures", "complaint"),
-    [
-        ("soon black", CAMERA, r"failures: 'soon black' must begin with seconds of simulated time, as in '30 black'"),
-        ("-1 black", CAMERA, "must begin with seconds"),
-        ("nan black", CAMERA, "must begin with seconds"),
-        ("30 blind", CAMERA, "failures: '30 blind' must end with one of: none, black, frozen, silent"),
-        ("30", CAMERA, "failures: '30' must read '30 black'"),
-        ("30 silent", WORLD, "failures: '30 silent' must read '30 scan silent'"),
-        ("30 nose silent", WORLD, "failures: '30 nose silent' names no sensor; there are: scan, odometry"),
-        ("30 scan drift", WORLD, "must end with one of: none, silent, frozen, dropout"),
-        ("30 black, 20 none", CAMERA, "failures: '20 none' comes after 30 s: put the entries in order"),
-    ],
-)
-def test_a_bad_schedule_is_refused_naming_the_part_and_what_is_right(
-    text: str, failures: dict[str, tuple[str, ...]], complaint: str
-) -> None:
-    with pytest.raises(ScheduleError, match=complaint):
-        parse_schedule(text, failures)
+def test_entries_out_of_order_are_refused() -> None:
+    entries = (OdometryFails(30.0, OdometryFailure.DRIFT), OdometryFails(20.0, OdometryFailure.NONE))
+    with pytest.raises(ScheduleError, match=r"failures\.1: 20 s comes after 30 s: put the entries in order"):
+        Schedule(entries)
 
 
 def test_a_dropout_loses_its_share_of_the_rays_and_changes_no_other() -> None:

@@ -1,13 +1,12 @@
 """Small worlds and shortcuts for the tests."""
 
-from pathlib import Path
-
 from regraft.planar import Pose2D
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene, load_scene
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from tests.support.paths import ROOT
 
-FROG = Path(__file__).parents[2] / "regraft" / "stacks" / "frog" / "world.xml"
+FROG = ROOT / "regraft" / "stacks" / "frog" / "world.xml"
 
 OUT_OF_THE_WAY = {
     "hydrant": Pose2D(1.6, 1.7, 0.0),

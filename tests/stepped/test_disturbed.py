@@ -15,8 +15,8 @@ from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.lockstep.membership import MAX_BACKLOG, Membership
 from tests.kit.parts import Follower, Number, Walker
 from tests.stepped.parts import Reading, Text, TinyWorld
-from tests.stepped.stepsite import StepSite
-from tests.waiting import PATIENCE, wait_until
+from tests.support.step_site import StepSite
+from tests.support.waiting import PATIENCE, wait_until
 
 
 class OnDemand(Component):
@@ -88,7 +88,6 @@ def test_a_component_that_only_reads_when_asked_holds_few_messages(steps: StepSi
     assert steps.client.call("look", Text(), Reading, PATIENCE).stamp > 0.0
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSite) -> None:
     Activator.held.clear()
     steps.start(Activator, "activator")
@@ -96,18 +95,20 @@ def test_what_was_done_in_a_slot_holds_when_its_holder_dies_in_it(steps: StepSit
     steps.start_world(TinyWorld, ("activator", "listener"), 3600.0)
     steps.wait_for_time(1.0)
 
+    activator = steps.component("activator")
+
     def ask() -> None:
-        while steps.component("activator").answers == 0:
+        while activator.answers == 0:
             with contextlib.suppress(CallFailed):
                 steps.client.call("activate", Text(), Text, 1.0)
 
     asked = threading.Thread(target=ask, daemon=True)
     asked.start()
-    wait_until(lambda: steps.component("activator").answers == 1, "the listener to be activated")
-    steps.runtimes["activator"].bus.close()
+    wait_until(lambda: activator.answers == 1, "the listener to be activated")
+    steps.cut_off("activator")
     wait_until(lambda: steps.component("listener").heard > 10, "the listener to hear")
     Activator.held.set()
-    steps.threads["activator"].join(PATIENCE)
+    steps.threads["activator"].join()
     asked.join(PATIENCE)
 
 

@@ -10,7 +10,7 @@ import pytest
 from regraft.bus_schema.keys import Keys
 from regraft.lockstep import gathering
 from regraft.patience import Patience
-from tests.waiting import PATIENCE
+from tests.support.waiting import PATIENCE
 
 KEYS = Keys("s")
 

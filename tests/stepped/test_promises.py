@@ -6,8 +6,8 @@ import threading
 
 from regraft import Component, Input, Output, every
 from tests.stepped.parts import Reading, TinyWorld
-from tests.stepped.stepsite import StepSite
-from tests.waiting import PATIENCE, wait_until
+from tests.support.step_site import StepSite
+from tests.support.waiting import PATIENCE, wait_until
 
 FAILS_AT = 2.0
 

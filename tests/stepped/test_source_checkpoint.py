@@ -7,9 +7,9 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from tests.stepped.parts import Reading, TinyWorld
-from tests.stepped.stepsite import StepSite
 from tests.stepped.test_promises import Viewer
-from tests.waiting import wait_until
+from tests.support.step_site import StepSite
+from tests.support.waiting import wait_until
 
 KEYS = Keys("steps")
 TICK = 0.05

@@ -113,7 +113,7 @@ class AdaptationRun:
         return self.report
 
     async def look(self, last: bool) -> AdaptationReport | None:
-        """Look at it once more; returns how it ended, None if it goes on. ``last`` if its time is over."""
+        """Look at it once more; returns how it ended, None if it continues. ``last`` if its time is over."""
         assert self.watch is not None
         if self.entry.confirmed and not self.entry.cancelled:
             return await self._settle()
@@ -140,7 +140,7 @@ class AdaptationRun:
     def _leave(self) -> None:
         self.entry.phases.leave(max(0.0, self.context.kit.now() - self._since))
 
-    # --- telling ---
+    # --- reporting ---
 
     def _tell_phase(self, phase: PhaseReport) -> None:
         text = f"adaptation {self.report.id}: {phase.phase.value} took {phase.duration:.3f} s"
@@ -156,7 +156,7 @@ class AdaptationRun:
 
 
 async def confirm(carrying: AdaptationRun, finish: Callable[[AdaptationReport], object]) -> None:
-    """Look at an adaptation again and again until it ends, and call ``finish`` with its report in the slot of that."""
+    """Look at an adaptation repeatedly until it ends, and call ``finish`` with its report in the slot of that."""
     kit = carrying.context.kit
     until = kit.now() + carrying.report.request.confirm
     while True:

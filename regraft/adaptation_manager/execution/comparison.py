@@ -1,4 +1,4 @@
-"""A manager that takes over compares the architecture with what the components run: a difference is told."""
+"""A manager that takes over compares the architecture with what the components run: a difference is reported."""
 
 from __future__ import annotations
 

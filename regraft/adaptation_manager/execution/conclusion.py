@@ -15,7 +15,7 @@ GRACE = 3.0
 
 
 async def conclude(context: ExecutionContext, plan: Plan, tell: Callable[[str, str], object]) -> bool:
-    """End what was removed, then the runs that were succeeded; what fails is told. Returns whether all has ended."""
+    """End what was removed, then the runs that were succeeded; failures are reported. Returns whether all has ended."""
     all_ended = await end_removed(context, plan.removed, tell)
     for component, host in plan.succeeded:
         all_ended &= await retire_or_tell(context, component, host, tell)
@@ -23,7 +23,7 @@ async def conclude(context: ExecutionContext, plan: Plan, tell: Callable[[str, s
 
 
 async def clear_up(context: ExecutionContext, tell: Callable[[str, str], object]) -> bool:
-    """End what runs and has no place in the architecture; what fails is told. Returns whether all has ended.
+    """End what runs and has no place in the architecture; failures are reported. Returns whether all has ended.
 
     A manager died, or a host was silent, when it was to end.
     """
@@ -39,7 +39,7 @@ async def clear_up(context: ExecutionContext, tell: Callable[[str, str], object]
 async def retire_or_tell(
     context: ExecutionContext, component: str, host: str, tell: Callable[[str, str], object]
 ) -> bool:
-    """End the run beside a component; returns whether it has ended."""
+    """End the run next to a component; returns whether it has ended."""
     try:
         await retire(context, component, host, GRACE)
     except ControlFailed as error:

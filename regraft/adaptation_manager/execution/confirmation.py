@@ -26,7 +26,7 @@ REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_-]{1,200}")
 
 @dataclass(slots=True)
 class Watch:
-    """Says whether all is still well.
+    """Reports whether all is still well.
 
     ``named`` are the components that the request names, whether there is anything to do to them or not. ``runs`` are
     the incarnations of those that are watched, ``faults`` how many errors each had reported before. ``owed`` are the
@@ -138,7 +138,7 @@ class Watch:
 
 
 def _is_broken(quality: Quality) -> bool:
-    """Tell whether a requirement is known not to be met; what was measured when its task last ran is no news."""
+    """Return whether a requirement is known not to be met; what was measured when its task last ran is no news."""
     return quality.active and quality.satisfied is False
 
 

@@ -45,7 +45,7 @@ def values_of(spec: ComponentSpec) -> dict[str, object]:
 
 
 def _is_absolute(value: object) -> bool:
-    """Tell whether a value is a path that another host may have put into a folder of its own."""
+    """Return whether a value is a path that another host may have put into a folder of its own."""
     return isinstance(value, str) and value.startswith("/")
 
 
@@ -69,7 +69,7 @@ async def not_restored(context: ExecutionContext, wanted: Wanted) -> dict[str, s
         try:
             await context.refresh()
         except ControlFailed:
-            return {}  # nobody knows who runs: who does is told of the former specs when its host answers
+            return {}  # the current run is unknown: its host gets the former specs when it answers
         found = await _compared(context, wanted)
         if not found or patience.is_over():
             return found

@@ -103,7 +103,7 @@ class Transaction:
         return await self._undo(outcome)
 
     async def _was_never_ours(self, error: Exception) -> bool:
-        """Tell whether a later term held from the start: everybody refused, and would refuse undoing too."""
+        """Return whether a later term held from the start: everybody refused, and would refuse undoing too."""
         if not _is_fenced(error) or any(step.state is StepState.DONE for step in self.steps):
             return False
         if self.update is None:
@@ -121,7 +121,7 @@ class Transaction:
             self.note({number - 1: StepState.DONE, number: StepState.STARTED})
         began = time.monotonic()
         self._mark(index, StepState.STARTED)
-        # Setting values is all or nothing, so after the last of them there is nothing that the hosts could wait for.
+        # Setting values is all or nothing, so the hosts have nothing to wait for after the last of them.
         overlapping = self.plan.only_gives_values and number == len(self.steps)
         try:
             await perform(self.context, self.plan.steps[index].do, self._give_specs if overlapping else None)
@@ -231,5 +231,5 @@ async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepSt
 
 
 def _is_queued(step: PlannedStep, state: StepState) -> bool:
-    """Tell whether a hung component has both the step and its inverse before it, and needs no more."""
+    """Return whether a hung component has both the step and its inverse before it, and needs no more."""
     return isinstance(step.do, ApplyParameters) and state is not StepState.DONE

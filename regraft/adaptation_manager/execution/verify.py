@@ -28,9 +28,9 @@ from regraft.bus_schema.model.lifecycle import State
 async def verify(plan: Plan, context: ExecutionContext, update: Update) -> None:
     """Wait until the hosts have the new specs, and read every component of the plan back.
 
-    A component that was restarted meanwhile is as good as any other, if it came back with what it should
-    have. It is read while its host is told: a host that names the run that was read has the new specs for all
-    later ones. Where only values were given, the answers to that are the reading back.
+    A component that was restarted meanwhile is as good as any other, if it came back as planned. It is read while its
+    host gets the specs. A host that names the run that was read has the new specs for all later ones. Where only values
+    were given, the answers to that are the reading back.
 
     Raises:
         ControlFailed: with everything that is not as it should be, or a host that did not take the specs.

@@ -115,12 +115,12 @@ class Worker:
             self._publisher.begin()
 
     def _keep_end(self) -> None:
-        """Have others know how far the journal has come, should it be lost: before anybody is told."""
+        """Have others know how far the journal has come, should it be lost: before any report."""
         with contextlib.suppress(ControlFailed):
             self._hosts.keep(self._store.end())
 
     async def _claim(self) -> dict[str, ComponentView]:
-        """Tell all hosts and running components of the term, so that they refuse an older manager.
+        """Notify all hosts and running components of the term, so that they refuse an older manager.
 
         Returns how the components are.
         """

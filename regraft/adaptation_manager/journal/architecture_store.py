@@ -121,7 +121,7 @@ class ArchitectureStore:
         return self._number
 
     def next_revision(self) -> int:
-        """Return the revision that follows; one that was told of and then undone is not given again."""
+        """Return the revision that follows; one that was published and then undone is not given again."""
         assert self.architecture is not None
         return max(self.architecture.revision, self._withdrawn) + 1
 
@@ -131,7 +131,9 @@ class ArchitectureStore:
         return self.unconfirmed or self.architecture
 
     def confirming(self, report: AdaptationReport, architecture: Architecture) -> None:
-        """Note that an adaptation is to be confirmed: its architecture is told, but not final. Raises JournalError."""
+        """Note that an adaptation waits for confirmation: its architecture is published, not final. Raises
+        JournalError.
+        """
         self.ready().confirming(report)
         self.unconfirmed = replace(architecture, unconfirmed=report.id)
         self._withdrawn = architecture.revision

@@ -1,4 +1,4 @@
-"""Finds the rows of a journal that are not as they were written, and sets them aside: the rest goes on."""
+"""Finds the rows of a journal that are not as they were written, and sets them aside: the rest continues."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Damaged:
     place: tuple[object, ...]
 
     def __str__(self) -> str:
-        """Say which row it was."""
+        """Report which row it was."""
         what = {"runs": "the run's start", "adaptations": "adaptation", "steps": "a step of adaptation"}[self.table]
         return f"{what} {self.place[1]}" if len(self.place) > 1 else what
 
@@ -51,7 +51,7 @@ def damaged_rows(database: sqlite3.Connection, run: str) -> list[Damaged]:
 def set_rows_aside(database: sqlite3.Connection, damaged: list[Damaged]) -> None:
     """Move rows to the table of those that are damaged, within the transaction that is open. Raises sqlite3.Error.
 
-    The indexes are made anew: they may hold what the rows say no more.
+    The indexes are rebuilt: they may hold what the rows say no more.
     """
     for statement in DROP_INDEXES:
         database.execute(statement)

@@ -17,11 +17,11 @@ SIDES = ("", "-wal", "-shm")
 """The endings of the names of the file and of its side files."""
 
 MAX_TOLD = 10
-"""Damaged rows that are named; of more, only the number is told."""
+"""Damaged rows that are named; of more, only the number is reported."""
 
 
 class JournalError(Exception):
-    """The journal cannot be written or read now: full disk, no right, locked; the text says which."""
+    """The journal cannot be written or read now: full disk, no right, locked; the text states which."""
 
 
 class JournalCorrupt(JournalError):
@@ -29,7 +29,7 @@ class JournalCorrupt(JournalError):
 
 
 class JournalFile:
-    """An open journal; ``tell`` is told of rows that were set aside."""
+    """An open journal; ``tell`` is called with rows that were set aside."""
 
     def __init__(self, path: str, tell: Callable[[str], object]) -> None:
         """Open ``path``, new if need be; empty for one in memory. Raises JournalError, JournalCorrupt."""
@@ -106,7 +106,7 @@ class JournalFile:
     # --- its place ---
 
     def is_in_place(self) -> bool:
-        """Tell whether what is open is what others find at its path."""
+        """Return whether what is open is what others find at its path."""
         return not self.path or self._found() == self._files
 
     def _found(self) -> list[tuple[int, int] | None]:

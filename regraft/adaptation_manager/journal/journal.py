@@ -1,9 +1,9 @@
 """The journal: every adaptation, written ahead, in SQLite.
 
-Committed rows outlive the manager, however that ends. After a power loss the last lines may be missing,
-never half there: the whole system is gone then, and starts as a new run. Rows written ahead go into the file
-itself beside the work (``write_back``). A row that has changed since it was written is set aside and told
-(``journal_damage``): the rest goes on.
+Committed rows outlive the manager, however that ends. After a power loss the last lines may be missing, never half
+there: the whole system is gone then, and starts as a new run. Rows written ahead go into the file itself with the work
+(``write_back``). A row that has changed since it was written is set aside and told (``journal_damage``): the rest
+continues.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Journal(JournalFile):
     def __init__(self, path: str, tell: Callable[[str], object] = lambda text: None) -> None:
         """Open ``path``, new if need be; empty for one in memory. Raises JournalError, JournalCorrupt.
 
-        ``tell`` is told of rows that were set aside.
+        ``tell`` is called with rows that were set aside.
         """
         self.run = ""
         self.term = 0
@@ -72,14 +72,14 @@ class Journal(JournalFile):
             raise JournalError(f"the journal is kept under term {term} by now, this manager's is {self.term}")
 
     def knows(self, run: str) -> bool:
-        """Tell whether a run has begun here."""
+        """Return whether a run has begun here."""
         with self.told("cannot be read"):
             return self.database.execute("SELECT 1 FROM runs WHERE run = ?", (run,)).fetchone() is not None
 
     def start_run(self, run: str, report: AdaptationReport, architecture: Architecture) -> None:
         """Begin a run with the stack's start as its first line.
 
-        A run that is known begins anew: earlier lines stay, but no architecture before this one can be read.
+        A run that is known begins again: earlier lines stay, but no architecture before this one can be read.
         """
         start: tuple[Field, ...] = (run, codec.encode(architecture))
         with self.transaction() as database:
@@ -175,8 +175,8 @@ class Journal(JournalFile):
     def end(self, report: AdaptationReport) -> None:
         """Close an open adaptation; if it was applied, its architecture holds from here on.
 
-        Of one that was told of and then undone, the revision is kept that it had: it is not given again. Raises as
-        ``begin`` does: what a manager with a later term has found open is that one's to close.
+        The revision of one that was published and then undone is kept: it is not given again. Raises as ``begin`` does:
+        what a manager with a later term has found open is that one's to close.
         """
         with self.transaction():
             self._check_term()
@@ -190,7 +190,7 @@ class Journal(JournalFile):
         self.write_back.if_due()
 
     def _take_back(self, report: AdaptationReport) -> None:
-        """Keep of what was to follow only the revision, if that was told of."""
+        """Of what was to follow, keep only the revision, if it was published."""
         place = (self.run, int(report.id))
         found = self.database.execute(
             f"SELECT outcome, {FOLLOWING}, following_seal FROM adaptations WHERE run = ? AND number = ?", place
@@ -229,7 +229,7 @@ class Journal(JournalFile):
         return revision if isinstance(revision, int) else 0
 
     def last_withdrawn(self) -> int:
-        """Return the highest revision that was told of after the current one, and undone or about to be; 0 if none."""
+        """Return the highest published revision after the current one that is or will be undone; 0 if none."""
         rows = self._rows(
             f"SELECT {FOLLOWING}, following_seal FROM adaptations WHERE run = ? "
             "AND outcome IN ('confirming', 'rolled_back', 'cancelled', 'stuck') AND number > "

@@ -78,7 +78,7 @@ class Opening:
         self.tell("journal.damaged", f"adaptation {report.id} was applied: {END_LOST}")
 
     def _begin(self, run: str, *, lost: bool) -> Architecture:
-        """Begin the run's journal, or begin it anew with the architecture as it is."""
+        """Begin the run's journal, or begin it again with the architecture as it is."""
         self.journal.run = run
         architecture = self.known or in_force(self.views)
         number = max(self.journal.last_number(), self.end.line) + 1
@@ -133,6 +133,6 @@ def in_force(views: Sequence[HostView]) -> Architecture:
 
 
 def _start(architecture: Architecture, number: int, now: float) -> AdaptationReport:
-    """Return the first line; of a journal that begins anew, it is numbered past whatever the lost one had."""
+    """Return the first line; of a journal that begins again, it is numbered past whatever the lost one had."""
     request, revision = AdaptationRequest((), "the stack's start", "regraft up"), architecture.revision
     return AdaptationReport(str(number), Outcome.APPLIED, request, revision - 1, revision, now)

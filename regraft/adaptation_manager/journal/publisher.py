@@ -1,4 +1,4 @@
-"""Tells everybody what became of adaptations: outputs, events, the manager's own status."""
+"""Publishes the outcome of adaptations: outputs, events, the manager's own status."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class JournalPublisher:
         self._current = current
 
     def soon(self, report: AdaptationReport) -> None:
-        """Tell of an adaptation that has ended, after whoever waits for it has been answered."""
+        """Report an adaptation that has ended, after whoever waits for it has been answered."""
         self._kit.spawn(self._all(report), "telling")
 
     async def _all(self, report: AdaptationReport) -> None:
@@ -43,16 +43,16 @@ class JournalPublisher:
             self.architecture()
 
     def begin(self) -> None:
-        """Tell the architecture for the first time."""
+        """Publish the architecture for the first time."""
         self._architecture.publish(self._current())
 
     def architecture(self) -> None:
-        """Tell the architecture as it should be now."""
+        """Publish the architecture as it should be now."""
         if self._architecture.wanted:
             self._architecture.publish(self._current())
 
     def ended(self, report: AdaptationReport) -> None:
-        """Tell of an adaptation that has ended."""
+        """Report an adaptation that has ended."""
         if self._adaptations.wanted:
             self._adaptations.publish(report)
         phases = {phase.phase.value: phase.duration for phase in report.phases}

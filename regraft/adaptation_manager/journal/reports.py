@@ -25,7 +25,7 @@ def pending(entry: Entry, revision: int, now: float, tick: int | None) -> Adapta
 
 
 def summary(report: AdaptationReport) -> str:
-    """Say in one line what became of an adaptation."""
+    """Describe in one line what became of an adaptation."""
     text = f"adaptation {report.id or '-'} {report.outcome.value}"
     if report.request.reason:
         text += f" ({report.request.reason})"

@@ -1,4 +1,4 @@
-"""The journal's tables. Messages are kept as on the bus; what one searches by stands beside them.
+"""The journal's tables. Messages are kept as on the bus; the columns to search by are next to them.
 
 ``revision`` is set on lines that gave one; ``following`` is what changes in the architecture. Columns written once and
 what changes later have seals of their own. A row that is not as it was written is moved to ``damaged``.

@@ -19,5 +19,5 @@ def seal(*fields: Field) -> bytes:
 
 
 def is_sealed(row: tuple[Field, ...]) -> bool:
-    """Tell whether a row, whose last field is its seal, is as it was written."""
+    """Return whether a row, whose last field is its seal, is as it was written."""
     return seal(*row[:-1]) == row[-1]

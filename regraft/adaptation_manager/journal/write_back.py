@@ -11,9 +11,9 @@ from pathlib import Path
 WRITE_BACK_TIMEOUT = 250
 """Transactions after which what was written ahead is long enough to be moved: a few megabytes."""
 TOO_LONG = 4096
-"""Pages written ahead, of 4 KiB, from which on whoever commits moves them itself, so that the file cannot grow on."""
+"""Pages written ahead, of 4 KiB, from which on a commit itself moves them, which bounds the file."""
 KEEP = 4 * 1024 * 1024
-"""Bytes to which the write-ahead file is cut when it begins anew."""
+"""Bytes to which the write-ahead file is cut when it begins again."""
 PASSES = 20
 """How often it is tried to move all there is before the next transaction comes."""
 
@@ -21,8 +21,8 @@ PASSES = 20
 class WriteBack:
     """Comes before SQLite's automatic checkpoints, which keep whoever commits waiting for the disk.
 
-    Readers and writers go on meanwhile (https://sqlite.org/wal.html, passive checkpoints). Only the first
-    transaction after it waits until one page is on the disk, since it begins the write-ahead file anew.
+    Readers and writers continue meanwhile (https://sqlite.org/wal.html, passive checkpoints). Only the first
+    transaction after it waits until one page is on the disk: it restarts the write-ahead file.
     """
 
     def __init__(self, path: str) -> None:
@@ -57,7 +57,7 @@ class WriteBack:
                 for _ in range(PASSES):
                     before = moved
                     _, _, moved = database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
-                    if moved == before:  # nobody has written meanwhile: the next transaction begins the file anew
+                    if moved == before:  # nobody has written meanwhile: the next transaction begins the file again
                         return
         except sqlite3.Error as error:  # nothing is lost: it is read from where it was written ahead
             logging.getLogger("journal").warning("the journal %s cannot be written back: %s", self._path, error)

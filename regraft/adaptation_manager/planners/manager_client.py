@@ -12,6 +12,8 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.model.adaptation import (
+    ADAPT,
+    ARCHITECTURE,
     MAX_CONTEXT_SIZE,
     AdaptationReport,
     AdaptationRequest,
@@ -72,9 +74,7 @@ class Manager:
     async def architecture(self, within: float) -> Architecture:
         """Return what should be now; raises RequestRefused if it is not to be had within so many seconds."""
         try:
-            return await self._kit.call(
-                "adaptation_manager/architecture", ArchitectureRequest(), Architecture, timeout=within
-            )
+            return await self._kit.call(ARCHITECTURE, ArchitectureRequest(), Architecture, timeout=within)
         except CallFailed as error:
             why = f"the adaptation manager cannot be asked: {error}"
             raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
@@ -96,7 +96,7 @@ class Manager:
                 break
             try:
                 request = order.request(changes, seen.revision)
-                report = await self._kit.call("adaptation_manager/adapt", request, AdaptationReport, timeout=within)
+                report = await self._kit.call(ADAPT, request, AdaptationReport, timeout=within)
             except CallFailed as error:
                 refused = error.answer is Answer.REFUSED
                 return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))

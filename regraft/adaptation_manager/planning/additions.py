@@ -56,10 +56,10 @@ def _of_spec(spec: ComponentSpec, architecture: Architecture) -> list[Violation]
 def _successor(
     change: Change, changes: Sequence[Change], architecture: Architecture, hosts: Hosts
 ) -> ComponentSpec | None:
-    """Return what a swap or move starts, with all parameters of before: the host takes those that decide on its ports.
+    """Return what a swap or move starts, with all previous parameters: the host takes those that decide on its ports.
 
-    None for what can only be refused, for what is started on another host because its own is lost, and for a move of
-    what is swapped too: what the swap starts is what goes there.
+    None where the change can only be refused, or where a lost host makes another one start it. None also for a move of
+    a component that is swapped too: the swap starts it there.
     """
     spec = architecture.components.get(change.component)
     if spec is None or not spec.cls:
@@ -86,7 +86,7 @@ def _successor(
 
 
 def _is_known(change: Swap, spec: ComponentSpec) -> bool:
-    """Tell whether the description of before is that of the successor, and no value needs completing."""
+    """Return whether the previous description is that of the successor, and no value needs completing."""
     if spec.description is None:
         return False
     given = [parameter for parameter in spec.description.parameters if parameter.name in change.parameters]

@@ -80,7 +80,7 @@ async def _check_changes(
     # A part that cannot be judged might feed others: most findings on connections would be wrong.
     found += [one for one in of_result if not draft.unclear or not one.field.startswith(("connect.", "constraints."))]
     after = replace(draft.architecture, revision=architecture.revision + 1)
-    # A value that a swapped component had before its swap may be wrong then, and still be wrong in the result.
+    # The value of a swapped component from before its swap may be wrong then, and still wrong in the result.
     found = list(dict.fromkeys(found))
     return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
 
@@ -182,7 +182,7 @@ async def _read(
 
 
 def _is_broken(process: ProcessStatus, error: ControlFailed) -> bool:
-    """Tell whether a component that did not answer does not run, or will have ended again in a moment."""
+    """Return whether a component that did not answer does not run, or will have ended again in a moment."""
     gone = isinstance(error, NoAnswer) and error.gone
     return process.state in NOT_RUNNING or (_keeps_ending(process) and (gone or process.state in COMING))
 

@@ -46,7 +46,7 @@ class Durations:
         return tuple(self._step(number, step, plan.after) for number, step in enumerate(plan.steps, start=1))
 
     def around(self, share: float) -> float:
-        """Return what checking and verifying take beside the steps, at most, in a ``share`` of all adaptations."""
+        """Return what checking and verifying takes besides the steps, at most, in a ``share`` of all adaptations."""
         return sum(quantile(seen, share) for phase in AROUND if (seen := self._around[phase]))
 
     def _step(self, number: int, step: PlannedStep, architecture: Architecture) -> StepEstimate:

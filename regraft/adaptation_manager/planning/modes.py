@@ -14,7 +14,7 @@ from regraft.bus_schema.suggestions import instead_of
 
 
 class NoSuchMode(Exception):
-    """The stack has no such mode, or one that cannot be read; the text says which."""
+    """The stack has no such mode, or one that cannot be read; the text states which."""
 
 
 def changes_of(mode: str, architecture: Architecture) -> tuple[Change, ...]:
@@ -31,7 +31,7 @@ def changes_of(mode: str, architecture: Architecture) -> tuple[Change, ...]:
 
 
 def expanded(changes: Sequence[Change], architecture: Architecture) -> tuple[list[tuple[int, Change]], list[Violation]]:
-    """Return the changes with those of each mode in its place, beside the index that each was asked for under."""
+    """Return the changes with those of each mode in its place, with the index that each was asked for under."""
     found: list[tuple[int, Change]] = []
     wrong = []
     for index, change in enumerate(changes):

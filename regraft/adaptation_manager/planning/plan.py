@@ -30,7 +30,7 @@ class Plan:
 
     @cached_property
     def changes(self) -> UpdateSpecs:
-        """Return the changes, for readers who know the state before: specs without what that says of the same class."""
+        """Return the changes for readers who know the state before: specs without what that has for the same class."""
         update = way(self.before, self.after)
         return replace(update, specs=tuple(spec.brief(self.before.components.get(spec.name)) for spec in update.specs))
 
@@ -46,7 +46,7 @@ class Plan:
 
     @property
     def succeeded(self) -> tuple[tuple[str, str], ...]:
-        """The components of which another run goes on, each with the host of the run of before."""
+        """The components of which another run continues, each with the host of the previous run."""
         actions = (step.do for step in self.steps)
         return tuple((action.component, action.host) for action in actions if isinstance(action, TakeOver))
 

@@ -48,7 +48,7 @@ class Entry:
         return waiting
 
     def end(self, report: AdaptationReport) -> None:
-        """Tell all who wait how it ended."""
+        """Notify all who wait how it ended."""
         self.report = report
         for waiting in self._waiters:
             waiting.resolve(report)

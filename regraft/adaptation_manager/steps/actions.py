@@ -39,7 +39,7 @@ class ReachState:
     """The component is in this state; on being configured, its ports get these connections.
 
     ``by`` is the one transition that may be used; None for any route. With ``hold`` it keeps what comes, if it is
-    deactivated for this: it may have to go on.
+    deactivated for this: it may have to continue.
     """
 
     action: ClassVar[str] = "reach_state"
@@ -52,7 +52,7 @@ class ReachState:
 
 @dataclass(frozen=True, slots=True)
 class RunProcess:
-    """The component's process runs as ``spec`` says, in ``state`` (unconfigured or inactive), and is not restarted.
+    """The component's process runs as ``spec`` states, in ``state`` (unconfigured or inactive), and is not restarted.
 
     A program that is unmanaged just runs. ``resume`` is that of the addition; ``afresh`` leaves the last checkpoint.
     ``leave_out`` incarnations are left to runs on a lost host that nobody heard of.
@@ -95,7 +95,7 @@ class LeaveStopped:
 
 @dataclass(frozen=True, slots=True)
 class StartAgain:
-    """The component's host starts it as its spec says, and again whenever it ends, as before."""
+    """The component's host starts it as its spec states, and again whenever it ends, as before."""
 
     action: ClassVar[str] = "start_again"
     component: str
@@ -104,7 +104,7 @@ class StartAgain:
 
 @dataclass(frozen=True, slots=True)
 class RunSuccessor:
-    """Beside the component's run that began as ``incumbent`` runs a successor, as ``spec`` says, ready to take over.
+    """Next to the component's run that began as ``incumbent`` runs a successor, as ``spec`` states, ready to take over.
 
     It may be on another host.
     """
@@ -118,7 +118,7 @@ class RunSuccessor:
 
 @dataclass(frozen=True, slots=True)
 class EndSuccessor:
-    """Beside the component's run that began as ``incumbent`` there is no other on ``host``."""
+    """``incumbent`` is the only run of its component on ``host``."""
 
     action: ClassVar[str] = "end_successor"
     component: str

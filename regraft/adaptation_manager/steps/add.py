@@ -1,4 +1,4 @@
-"""``add``: a component's process is started beside the running system, and takes part when it is its turn."""
+"""``add``: a component's process is started next to the running system, and takes part when it is its turn."""
 
 from __future__ import annotations
 

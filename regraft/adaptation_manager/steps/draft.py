@@ -18,7 +18,7 @@ class Draft:
     """``architecture`` is the one that results so far, ``live`` how the components would then be.
 
     ``live`` holds only components that answered. ``manager`` is the manager's own name. ``described`` has what hosts
-    say of each component to be added, by the index of its change. ``preparing`` are the steps beside the running
+    say of each component to be added, by the index of its change. ``preparing`` are the steps next to the running
     system: they come before all others. ``unclear`` are the components to be added that cannot be judged.
     ``started_as`` has the incarnation as which each living run was started. ``lost`` are the hosts that count as lost,
     ``absent`` has why the others that are not there are not. ``restarting`` are the components that keep ending.
@@ -51,7 +51,7 @@ class Draft:
         self._at_first = dict(self.live)
 
     def at_first(self, component: str) -> State | None:
-        """Return the state that a component is in before anything is done; None if it did not say so."""
+        """Return the state that a component is in before anything is done; None if it did not report one."""
         return self._at_first[component].state if component in self._at_first else None
 
     def spec(self, component: str) -> ComponentSpec:

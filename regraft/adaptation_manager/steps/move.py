@@ -1,6 +1,6 @@
-"""``move``: a component goes on at another host; or is started there, if what ran it is lost.
+"""``move``: a component continues at another host; or is started there, if what ran it is lost.
 
-One that is swapped in the same adaptation too is handed over by its swap, to a successor on the other host.
+A component that is swapped in the same adaptation is handed over by its swap, to the other host.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _of_component(draft: Draft, spec: ComponentSpec) -> list[tuple[str, str]]:
 
 
 def _of_place(draft: Draft, change: Move, home: str, becomes: ComponentSpec) -> list[tuple[str, str]]:
-    """Return what the other host lacks for what goes there, whatever it says itself."""
+    """Return what the other host lacks for the component, whatever it reports itself."""
     found = [("host", draft.absent[change.host])] if change.host in draft.absent else []
     if change.host == home or change.host not in draft.architecture.hosts:
         return found

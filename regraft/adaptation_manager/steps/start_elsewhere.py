@@ -15,7 +15,7 @@ from regraft.bus_schema.suggestions import instead_of
 
 
 def is_wanted(draft: Draft, change: Move) -> bool:
-    """Tell whether there is nobody to move any more: the component's host is lost."""
+    """Return whether there is nobody to move any more: the component's host is lost."""
     return draft.spec(change.component).host in draft.lost
 
 
@@ -32,7 +32,7 @@ def plan(draft: Draft, change: Move) -> None:
 
 
 def plan_start(draft: Draft, spec: ComponentSpec, *, with_state: bool = True) -> None:
-    """Add the steps that start a component as ``spec`` says, at another host than that which is lost."""
+    """Add the steps that start a component as ``spec`` states, at another host than that which is lost."""
     back = EndProcess(spec.name, spec.host)
     inactive = spec.managed and spec.state is not State.UNCONFIGURED
     state = State.INACTIVE if inactive else State.UNCONFIGURED

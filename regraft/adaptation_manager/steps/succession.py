@@ -1,7 +1,7 @@
 """The common part of ``swap`` and ``move``: another run takes a component's place, here or elsewhere.
 
-To swap and to move one component in one adaptation is one hand-over, at the place of the swap among the changes: what
-comes before it concerns the class of before, what comes behind it the new one.
+To swap and to move one component in one adaptation is one hand-over, at the place of the swap. Changes before it
+concern the previous class, changes behind it the new one.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def view_of(live: ComponentView, new: ComponentSpec, *, connected: bool = True) 
 
 
 def view_of_started(new: ComponentSpec) -> ComponentView:
-    """Return how a component will be once it has been started as its spec says."""
+    """Return how a component will be once it has been started as its spec states."""
     view = ComponentView(new.name, 0, new.state, 0, {}, {})
     return view_of(view, new, connected=new.state is not State.UNCONFIGURED)
 
@@ -62,7 +62,7 @@ def of_state(old: ComponentSpec, new: ComponentSpec, *, with_state: bool) -> str
 
 
 def of_time(draft: Draft, old: ComponentSpec, new: ComponentSpec) -> str | None:
-    """Return why one run cannot go on where another stopped, under simulated time; None if it can."""
+    """Return why one run cannot continue where another stopped, under simulated time; None if it can."""
     before, behind = old.description, new.description
     if not draft.architecture.simulated or before is None or behind is None or before.lockstep == behind.lockstep:
         return None
@@ -83,7 +83,7 @@ class Successor:
 
 
 def plan_steps(draft: Draft, succession: Successor, *, start: str, hand_over: str, more: str = "") -> None:
-    """Add the two steps: ``start`` the successor beside the component, and ``hand_over``; these are their names."""
+    """Add the two steps: ``start`` the successor next to the component, and ``hand_over``; these are their names."""
     old, new = succession.old, succession.new
     name, incumbent = new.name, draft.started_as.get(new.name) or succession.live.incarnation
     stateful = old.description is not None and old.description.stateful

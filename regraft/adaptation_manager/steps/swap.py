@@ -1,4 +1,4 @@
-"""``swap``: a successor is started beside the component, and takes over from it when it is its turn.
+"""``swap``: a successor is started next to the component, and takes over from it when it is its turn.
 
 If the component is moved in the same adaptation, it is started on the other host.
 """
@@ -82,7 +82,7 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
 
 
 def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
-    """Refuse what the class of before cannot be given: it is gone from the architecture that results."""
+    """Refuse what the previous class cannot be given: it is gone from the architecture that results."""
     decided: dict[str, int] = {}
     for index, change in enumerate(draft.changes[: draft.index]):
         if change.component == spec.name and isinstance(change, SetParameters):
@@ -116,7 +116,7 @@ def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft
 
 
 def _same_port(old: Description | None, new: Description, name: str) -> bool:
-    """Tell whether both have a port of that name and direction; whether its type fits, the topic says."""
+    """Return whether both have a port of that name and direction; the topic decides whether its type fits."""
     before, behind = old.port(name) if old else None, new.port(name)
     return _direction(before) == _direction(behind) != ""
 
@@ -126,7 +126,7 @@ def _direction(port: PortDescription | None) -> str:
 
 
 def _same_parameter(old: Description | None, new: Description, name: str) -> bool:
-    """Tell whether a value of the one means the same to the other; whether it is in bounds is judged with all else."""
+    """Return whether a value of the one means the same to the other; bounds are judged with all else."""
     before, behind = old.parameter(name) if old else None, new.parameter(name)
     return before is not None and behind is not None and _meaning(before) == _meaning(behind)
 

@@ -33,14 +33,14 @@ LIVING = (ProcessState.STARTING, ProcessState.RUNNING)
 
 
 BESIDE = "+"
-"""Behind a component's name: the run that stands beside it, as this calls itself on the bus."""
+"""Behind a component's name: its standby run, under the name that it has on the bus."""
 
 
 class ControlFailed(Exception):
-    """A component or host did not do what it was asked; the text names it and says why."""
+    """A component or host did not do what it was asked; the text names it and reports why."""
 
     def __init__(self, text: str, code: ControlCode | None = None) -> None:
-        """Say it in one line; ``code`` is that of an error reply, None where there was no reply."""
+        """Describe it in one line; ``code`` is that of an error reply, None where there was no reply."""
         self.code = code
         super().__init__(text)
 
@@ -116,7 +116,7 @@ class PendingQuery:
 class ComponentClient:
     """Asks components; knows from the hosts which run of each is the living one (``processes``).
 
-    A name with a plus sign behind it is that of the run beside the one that speaks for the component.
+    A name with a plus sign behind it is that of the standby run.
     """
 
     def __init__(self, kit: Kit, within: float) -> None:
@@ -129,7 +129,7 @@ class ComponentClient:
         self._keys = Keys(kit.system)
 
     def is_living(self, run: PendingQuery | ComponentView) -> bool:
-        """Tell whether a query went to, or a view is of, the component's living run."""
+        """Return whether a query went to, or a view is of, the component's living run."""
         process = self.living(run.component)
         return process is not None and process.incarnation == run.incarnation
 
@@ -190,5 +190,5 @@ class ComponentClient:
         return self._begin(component, "connections", what, replace(step, term=self.term), within)
 
     def claim(self, component: str) -> PendingQuery:
-        """Tell a component of the term, so that it refuses an older manager; changes nothing else."""
+        """Notify a component of the term, so that it refuses an older manager; changes nothing else."""
         return self.rewire(component, Rewire(RewireStep.ABANDON))

@@ -29,10 +29,11 @@ class Bounds:
 
 @dataclass(slots=True)
 class ExecutionContext:
-    """One adaptation's work place; components are told of ``revision``, ``touch`` notes them in the slot.
+    """One adaptation's work place; components get ``revision``, ``touch`` notes them in the slot.
 
-    ``state_lost`` are the components that go on without what they knew last: the run of before was lost. ``unfinished``
-    is set if something is left that could not be ended: it does nothing, and is ended once its host answers.
+    ``state_lost`` are the components that continue without what they knew last: the previous run was lost.
+    ``unfinished`` is set if something is left that could not be ended: it does nothing, and is ended once its host
+    answers.
     """
 
     kit: Kit
@@ -52,7 +53,7 @@ class ExecutionContext:
 
     @property
     def loss(self) -> str:
-        """Say whose state was lost, empty if nobody's."""
+        """Report whose state was lost, empty if nobody's."""
         names = ", ".join(sorted(self.state_lost))
         return f"{names}: the run of before was lost, and with it its state" if names else ""
 
@@ -62,7 +63,7 @@ class ExecutionContext:
         return Outcome.APPLIED_STATE_LOST if self.state_lost else Outcome.APPLIED
 
     async def refresh(self) -> None:
-        """Ask the hosts which processes run now; of a host that is silent, what it said last holds. ControlFailed."""
+        """Ask the hosts which processes run now; the last report of a silent host holds. Raises ControlFailed."""
         known = self.controls.processes
         told = await self.hosts.processes(self.before.revision)
         silent = {name: process for name, process in known.items() if self._host(name, process) in self.hosts.silent}

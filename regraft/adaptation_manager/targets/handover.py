@@ -1,8 +1,7 @@
 """Hands a component over from one of its runs to another, and back: nothing is lost, nothing is doubled.
 
-The runs do it between them (``regraft.runtime.handover.protocol``); this is the order in which they are asked, and
-what is done when one of them does not do its part. A run is known by the incarnation as which it was started, whatever
-it is called since: under that it always answers.
+The runs do it between them (``regraft.runtime.handover.protocol``). This is the order in which they are asked, and what
+follows when one of them fails. A run is known by the incarnation as which it was started: under that it always answers.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ WITHOUT_MERCY = 0.0
 
 
 async def run_successor(context: ExecutionContext, action: RunSuccessor) -> None:
-    """Start a successor beside a component's run and wait until it is ready; raises ControlFailed."""
+    """Start a successor next to a component's run and wait until it is ready; raises ControlFailed."""
     name, spec = action.component, action.spec
     patience = Patience(context.start_within(spec))
     await context.hosts.succeed(spec, action.incumbent, context.before.components[name].host, action.with_state)
@@ -50,7 +49,7 @@ async def run_successor(context: ExecutionContext, action: RunSuccessor) -> None
 
 
 async def _until_ready(context: ExecutionContext, spec: ComponentSpec, patience: Patience) -> ProcessStatus:
-    """Wait for the token of the run beside a component."""
+    """Wait for the token of the run next to a component."""
     look_at = time.monotonic() + LOOK_AT_HOST_TIMEOUT
     while True:
         successor = _beside(context, spec.name)
@@ -71,7 +70,7 @@ async def _until_ready(context: ExecutionContext, spec: ComponentSpec, patience:
 
 
 async def take_over(context: ExecutionContext, action: TakeOver) -> None:
-    """Have the successor that is ready go on in the place of the incumbent, which is frozen then; ControlFailed."""
+    """Have the successor that is ready continue in the place of the incumbent, which is frozen then; ControlFailed."""
     name = action.component
     successor = _beside(context, name)
     if successor is None:
@@ -95,7 +94,7 @@ async def take_over(context: ExecutionContext, action: TakeOver) -> None:
 
 
 async def _speaks_now(context: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
-    """Tell the host of the successor, and that of the incumbent if it is another, that the former speaks now."""
+    """Notify the host of the successor, and that of the incumbent if it is another, that the former speaks now."""
     name, target = action.component, context.after.components[action.component].host
     await _let_speak(context, name, target, successor.started_as)
     if action.host != target:
@@ -107,7 +106,7 @@ async def _speaks_now(context: ExecutionContext, action: TakeOver, successor: Pr
 
 
 def _tell_gap(context: ExecutionContext, name: str, taken: ComponentView) -> None:
-    """Tell for how long nobody held what only one can hold at a time."""
+    """Report how long the exclusive resource was held by neither run."""
     description = context.after.components[name].description
     silent = taken.detail.get("silent")
     if description is not None and description.exclusive and isinstance(silent, int | float):
@@ -116,7 +115,7 @@ def _tell_gap(context: ExecutionContext, name: str, taken: ComponentView) -> Non
 
 
 async def _promote(context: ExecutionContext, action: TakeOver, successor: ProcessStatus) -> None:
-    """Let the successor go on alone, from the last checkpoint if there is one: the incumbent died, or hangs."""
+    """Let the successor continue alone, from the last checkpoint if there is one: the incumbent died, or hangs."""
     name = action.component
     await _end_run(context, name, action.host, action.incumbent)
     known = (action.incumbent, successor.started_as)
@@ -145,7 +144,7 @@ async def give_back(context: ExecutionContext, action: Restore) -> None:
 
 
 def _both(context: ExecutionContext, action: Restore) -> tuple[ProcessStatus | None, ProcessStatus | None]:
-    """Return the run of before and its successor, None for one that has ended."""
+    """Return the previous run and its successor, None for one that has ended."""
     target = action.successor_host or action.host
     former = successor = None
     for host, run in context.hosts.runs(action.component):
@@ -176,7 +175,7 @@ async def _stay(
 async def _wake(
     context: ExecutionContext, action: Restore, former: ProcessStatus, successor: ProcessStatus | None
 ) -> None:
-    """Have a frozen run go on: from the living state of its successor if this can hand it over, else from its own."""
+    """Have a frozen run continue: from its successor's living state if that can hand it over, else from its own."""
     name = action.component
     if successor is not None and await _is_live(context, name, successor.started_as):
         anew = await _renamed(context, action, former)
@@ -200,7 +199,7 @@ async def _wake(
 
 
 async def _go_on_if_there_is_time(context: ExecutionContext, name: str) -> None:
-    """Let simulated time go on with a run; to a source of time that is gone, it comes back by itself."""
+    """Let simulated time continue with a run; to a source of time that is gone, it comes back by itself."""
     try:
         await go_on_in_step(context, name)
     except ControlFailed as error:
@@ -208,7 +207,7 @@ async def _go_on_if_there_is_time(context: ExecutionContext, name: str) -> None:
 
 
 async def _renamed(context: ExecutionContext, action: Restore, former: ProcessStatus) -> int:
-    """Tell the host as what a run will speak, before it does: its heartbeats are to be known."""
+    """Give the host the incarnation of a run before it speaks: its heartbeats must be known."""
     name = action.component
     above = max(run.incarnation for run in (former, *(run for _, run in context.hosts.runs(name))))
     await _let_speak(context, name, action.host, former.started_as, above)
@@ -216,7 +215,7 @@ async def _renamed(context: ExecutionContext, action: Restore, former: ProcessSt
 
 
 async def _begin_again(context: ExecutionContext, action: Restore, successor: ProcessStatus | None) -> None:
-    """Start the component as it was before: the run of before has ended, as any component may at any time."""
+    """Start the component as it was before: the previous run has ended, as any component may at any time."""
     name = action.component
     await _end_successor(context, action, successor)
     spec = context.before.components[name]
@@ -237,7 +236,7 @@ async def _begin_again(context: ExecutionContext, action: Restore, successor: Pr
 
 
 async def end_successor(context: ExecutionContext, action: EndSuccessor) -> None:
-    """End what stands beside a component's run; does nothing if nobody does. Raises ControlFailed."""
+    """End the standby run of a component, if there is one. Raises ControlFailed."""
     name = action.component
     home = context.before.components[name].host
     await context.refresh()
@@ -258,7 +257,7 @@ async def end_successor(context: ExecutionContext, action: EndSuccessor) -> None
 
 
 async def retire(context: ExecutionContext, name: str, host: str, grace: float) -> None:
-    """End the run beside a component, which nobody will ask to go on any more; raises ControlFailed."""
+    """End the run next to a component, which nobody will ask to continue any more; raises ControlFailed."""
     home, speaks = context.after.components[name].host, context.controls.processes.get(name)
     for where, run in context.hosts.runs(name):
         if where != host or (where == home and not _is_beside(context, run)):
@@ -334,13 +333,13 @@ def _beside(context: ExecutionContext, name: str) -> ProcessStatus | None:
 
 
 def _is_beside(context: ExecutionContext, run: ProcessStatus) -> bool:
-    """Tell whether a run stands beside the one that speaks for its component."""
+    """Return whether a component has a standby run."""
     beside = _beside(context, run.component)
     return beside is not None and beside.started_as == run.started_as
 
 
 def _note(context: ExecutionContext, name: str) -> None:
-    """Take what hosts have told of a component, also that nobody stands beside it any more."""
+    """Take the hosts' reports of a component, also that it has no standby run any more."""
     context.controls.processes.pop(f"{name}{BESIDE}", None)
     context.controls.processes |= context.hosts.known(name)
 
@@ -348,13 +347,13 @@ def _note(context: ExecutionContext, name: str) -> None:
 async def _let_speak(
     context: ExecutionContext, name: str, host: str, started_as: int, above: int | None = None
 ) -> None:
-    """Tell a host that a run of its own speaks for a component; raises ControlFailed."""
+    """Notify a host that a run of its own speaks for a component; raises ControlFailed."""
     await context.hosts.let_speak(name, host, started_as, above)
     _note(context, name)
 
 
 async def _step_aside(context: ExecutionContext, name: str, host: str, home: str, started_as: int) -> None:
-    """Tell a host that a run of another one, its ``home``, speaks for a component; raises ControlFailed."""
+    """Notify a host that a run of another one, its ``home``, speaks for a component; raises ControlFailed."""
     await context.hosts.let_speak(name, host, started_as, elsewhere=home)
     _note(context, name)
 
@@ -369,7 +368,7 @@ def _takes(context: ExecutionContext, name: str) -> float:
     """Return the seconds within which a step of a hand-over is answered."""
     specs = [spec for plan in (context.before, context.after) if (spec := plan.components.get(name)) is not None]
     longest = max((context.after.handler_timeout(spec) for spec in specs), default=0.0)
-    # One run after the other lets go and takes hold, each by its own methods.
+    # One run after the other releases and takes hold, each by its own methods.
     exclusive = [spec for spec in specs if spec.description is not None and spec.description.exclusive]
     hooks = sum(2 * context.after.handler_timeout(spec) for spec in exclusive)
     return max(context.bounds.answer, TAKE_OVER_TIMEOUT) + longest + hooks

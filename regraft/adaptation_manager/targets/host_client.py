@@ -81,9 +81,9 @@ class Update:
 
 
 def runs_of(*told: HostStatus) -> dict[str, ProcessStatus]:
-    """Return hosts' processes by component, those that stand beside one under its name and a plus sign.
+    """Return hosts' processes by component, those that run next to one under its name and a plus sign.
 
-    Where two hosts each have a run that speaks for a component, one of them has not heard yet that it is succeeded.
+    Where two hosts each have a run that speaks for a component, one does not know yet of its successor.
     """
     speaking: dict[str, ProcessStatus] = {}
     beside: dict[str, ProcessStatus] = {}
@@ -104,7 +104,7 @@ def _rank(process: ProcessStatus) -> tuple[bool, int]:
 class Hosts:
     """The hosts of one system: ``names`` are known, ``silent`` did not say which processes they run.
 
-    ``others`` is how the first host sees the others; it is told with its every answer.
+    ``others`` is how the first host sees the others; its every answer has it.
     """
 
     def __init__(self, kit: Kit, within: float) -> None:
@@ -153,7 +153,7 @@ class Hosts:
             self.names = tuple(sorted({*self.names, *self.others}))
 
     def runs(self, component: str) -> list[tuple[str, ProcessStatus]]:
-        """Return the runs of a component that have not ended, each with its host, as the hosts told last."""
+        """Return the runs of a component that have not ended, each with its host, as the hosts reported last."""
         return [
             (host, process)
             for host, status in sorted(self._told.items())
@@ -170,13 +170,13 @@ class Hosts:
         return None
 
     def known(self, component: str) -> dict[str, ProcessStatus]:
-        """Return the runs of a component, by its name and with a plus sign, as the hosts told last."""
+        """Return the runs of a component, by its name and with a plus sign, as the hosts reported last."""
         table = runs_of(*(status for host, status in self._told.items() if host not in self.lost))
         names = (component, f"{component}{BESIDE}")
         return {name: table[name] for name in names if name in table}
 
     def is_there(self, host: str) -> bool:
-        """Tell whether a host is part of the system now, as far as is known."""
+        """Return whether a host is part of the system now, as far as is known."""
         return host not in self.others or self.others[host].state is HostState.JOINED
 
     def why_not_there(self, host: str) -> str:
@@ -237,9 +237,8 @@ class Hosts:
     def begin_giving(self, update: UpdateSpecs) -> Update:
         """Give an update to the hosts it concerns, without waiting for the answers; raises NoAnswer.
 
-        A spec concerns its host, any other that has a run of the component, and the first one, which gives it to a
-        host that joins again; topics, and that components are not there any more, concern all. An absent host is
-        told when it joins.
+        A spec concerns its host, any other that has a run of the component, and the first one. The first one gives it
+        to a host that joins again. Topics and removed components concern all. An absent host gets them when it joins.
         """
         update = replace(update, term=self.term)
         of_all = update.removed or update.topics or update.removed_topics
@@ -275,7 +274,7 @@ class Hosts:
         return runs_of(status)
 
     async def succeed(self, spec: ComponentSpec, incumbent: int, home: str, with_state: bool) -> None:
-        """Have a successor started beside a component's run, which is on the host ``home``; raises ControlFailed."""
+        """Have a successor started next to a component's run, which is on the host ``home``; raises ControlFailed."""
         wanted = StartSuccessor(spec, incumbent, with_state, self.term)
         if home != spec.host:
             if not self.is_there(spec.host):
@@ -293,7 +292,7 @@ class Hosts:
     async def let_speak(
         self, component: str, host: str, started_as: int, above: int | None = None, elsewhere: str = ""
     ) -> None:
-        """Tell a host which run speaks for a component, its own or one ``elsewhere``; raises ControlFailed.
+        """Notify a host which run speaks for a component, its own or one ``elsewhere``; raises ControlFailed.
 
         ``above`` makes it speak as another incarnation, higher than that.
         """

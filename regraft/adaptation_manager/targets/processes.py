@@ -104,7 +104,7 @@ async def start_again(context: ExecutionContext, component: str, host: str) -> N
 
 
 async def _release(context: ExecutionContext, component: str) -> None:
-    """Let simulated time go on without a component."""
+    """Let simulated time continue without a component."""
     process = context.controls.processes.get(component)
     if process is not None and context.before.simulated:
         with contextlib.suppress(ControlFailed):  # a source of time that is gone knows no members any more
@@ -143,7 +143,7 @@ async def ended_as_it_started(context: ExecutionContext, spec: ComponentSpec, ho
 
 
 async def _bring(context: ExecutionContext, spec: ComponentSpec, transition: Transition) -> None:
-    """Ask for a transition; a new component may take as long as its class says that a handler of it does."""
+    """Ask for a transition; a new component may take as long as its class states that a handler of it does."""
     context.touch(spec.name)
     within = max(context.bounds.answer, context.after.handler_timeout(spec)) + 1.0
     try:
@@ -166,7 +166,7 @@ def _is_in_step(context: ExecutionContext, spec: ComponentSpec) -> bool:
 
 
 async def _until_it_is_a_member(context: ExecutionContext, spec: ComponentSpec, patience: Patience) -> None:
-    """Wait until simulated time goes on only with the component, so that it joins at the same tick in every run."""
+    """Wait until simulated time waits for the component, so that it joins at the same tick in every run."""
     process = context.controls.living(spec.name)
     run = ClockMember(spec.name, process.incarnation if process else 0)
     while not await _membership(context, "admit", run):
@@ -177,7 +177,7 @@ async def _until_it_is_a_member(context: ExecutionContext, spec: ComponentSpec, 
 
 
 async def go_on_in_step(context: ExecutionContext, name: str) -> None:
-    """Let simulated time go on with the run that now speaks for a component, in the place of the one before it.
+    """Let simulated time continue with the current run of a component, in the place of its previous one.
 
     Raises:
         ControlFailed: the run has ended, or the source of time does not answer.
@@ -197,7 +197,7 @@ async def go_on_in_step(context: ExecutionContext, name: str) -> None:
 
 
 async def begin_in_step(context: ExecutionContext, name: str) -> None:
-    """Take a run into simulated time that goes on alone, where another was lost; raises ControlFailed."""
+    """Take a run into simulated time that continues alone, where another was lost; raises ControlFailed."""
     spec = context.after.components[name]
     if _is_in_step(context, spec):
         await _until_it_is_a_member(context, spec, Patience(context.start_within(spec)))
@@ -225,13 +225,13 @@ async def _membership(context: ExecutionContext, verb: str, run: ClockMember) ->
 async def end_removed(
     context: ExecutionContext, removed: tuple[ComponentSpec, ...], tell: Callable[[str, str], object]
 ) -> bool:
-    """End what an applied adaptation removed; what fails is told. Returns whether all has ended."""
+    """End what an applied adaptation removed; failures are reported. Returns whether all has ended."""
     ended = [await _end_or_tell(context, spec.name, spec.host, 3.0, tell) for spec in removed]
     return all(ended)
 
 
 async def end_strangers(context: ExecutionContext, tell: Callable[[str, str], object]) -> bool:
-    """End what runs and is in the architecture no more; what fails is told. Returns whether all has ended.
+    """End what runs and is in the architecture no more; failures are reported. Returns whether all has ended.
 
     A manager died, or a host was silent, when it was to end.
     """

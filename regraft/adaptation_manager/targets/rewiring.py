@@ -1,7 +1,7 @@
 """Moves a running component's port to another topic, with nothing lost and nothing doubled.
 
 The components do the moving (``regraft.runtime.lifecycle.rewiring``); this is the order in which they are asked: open
-the new topic beside the old, see markers through from every publisher to every reader, switch.
+the new topic next to the old, see markers through from every publisher to every reader, switch.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ async def abandon(context: ExecutionContext, component: str, port: str) -> None:
 async def see_through(context: ExecutionContext, view: ComponentView, run: str = "") -> None:
     """Wait until a component that is not active yet is wired to all it reads, and all who read it; ControlFailed.
 
-    ``run`` is the name of one that stands beside a component.
+    ``run`` is the name of one that runs next to a component.
     """
     name = view.component
     run = run or name
@@ -132,7 +132,7 @@ async def _mark(context: ExecutionContext, writers: list[str], topic: str) -> di
 
 
 async def _cuts(context: ExecutionContext, topic: str) -> dict[str, int]:
-    """Return how far each publisher of ``topic`` has come; one that does not say so is not waited for."""
+    """Return how far each publisher of ``topic`` has come; one that does not report it is not waited for."""
     mark = Rewire(RewireStep.MARK, topic=topic)
     asked = [(name, context.controls.rewire(name, mark, OLD_PUBLISHER_TIMEOUT)) for name in context.writers(topic)]
     cuts = {}

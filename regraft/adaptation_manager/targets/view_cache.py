@@ -8,7 +8,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 
 
 class ViewCache:
-    """The last view of each component, as long as it and its host have been on the bus without a break.
+    """The last view of each component, while it and its host have been on the bus without a break.
 
     Liveliness tokens go as soon as a process ends, before its host has noticed. A process that hangs keeps its
     token: whoever acts on what is remembered finds that out by the missing answer.
@@ -26,7 +26,7 @@ class ViewCache:
         )
 
     def stands_by(self, component: str, incarnation: int) -> bool:
-        """Tell whether a run stands beside its component, ready to take over or frozen."""
+        """Return whether a component has a standby run, ready to take over or frozen."""
         return self._keys.standby(component, incarnation) in self._present
 
     def _take(self, presence: Presence) -> None:

@@ -11,16 +11,13 @@ from typing import Any, TypeVar
 import msgpack
 import numpy as np
 
+from regraft.bus_schema.encoding.arrays import TAIL_EXTENSION, array_of, layout_in, shaped
 from regraft.bus_schema.encoding.registry import MessageType, type_of
-from regraft.bus_schema.encoding.shapes import ARRAY_EXTENSION, TAIL_EXTENSION
 from regraft.bus_schema.errors import BadMessage
 
 MAX_MESSAGE_SIZE = 64 * 1024 * 1024
 MAX_MAP_SIZE = 1_000_000
 HEADER_LENGTH = struct.Struct("<I")
-KNOWN_DTYPES = frozenset(
-    {b"|u1", b"|i1", b"|b1", b"<u2", b"<i2", b"<u4", b"<i4", b"<u8", b"<i8", b"<f2", b"<f4", b"<f8"}
-)
 
 T = TypeVar("T")
 
@@ -62,7 +59,7 @@ def decode_as(kind: MessageType, payload: bytes) -> Any:
         return kind.unpack(_plain_with_tail(payload))
     # The same as _unpacked, without its frame: every small message comes this way.
     try:
-        plain = _unpack(payload, ext_hook=_array, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
+        plain = _unpack(payload, ext_hook=array_of, strict_map_key=True, max_map_len=MAX_MAP_SIZE)
     except MALFORMED as error:
         raise _malformed(error) from None
     return kind.unpack(plain)
@@ -76,7 +73,7 @@ def pack_plain(plain: Any) -> bytes:
 
 def unpack_plain(payload: bytes) -> Any:
     """Return the plain data in ``payload``; raises BadMessage for anything but one well-formed MessagePack value."""
-    return _unpacked(payload, _array)
+    return _unpacked(payload, array_of)
 
 
 def to_plain(message: object) -> dict[str, Any]:
@@ -122,39 +119,14 @@ def _plain_with_tail(payload: bytes) -> Any:
 
     def tail(code: int, data: bytes) -> Any:
         if code != TAIL_EXTENSION:
-            return _array(code, data)
-        dtype, dimensions, end = _layout(data)
+            return array_of(code, data)
+        dtype, dimensions, end = layout_in(data)
         if end != len(data):
             raise BadMessage("has stray bytes behind an array's layout")
         layouts.append(dimensions)
-        return _shaped(np.frombuffer(payload, np.uint8, offset=start), dtype, dimensions)
+        return shaped(np.frombuffer(payload, np.uint8, offset=start), dtype, dimensions)
 
     plain = _unpacked(memoryview(payload)[HEADER_LENGTH.size : start].tobytes(), tail)
     if len(layouts) != 1:
         raise BadMessage(f"describes its tail {len(layouts)} times, must once")
     return plain
-
-
-def _array(code: int, data: bytes) -> Any:
-    if code != ARRAY_EXTENSION:
-        raise BadMessage(f"holds the unknown MessagePack extension {code}")
-    dtype, dimensions, end = _layout(data)
-    return _shaped(np.frombuffer(data, np.uint8, offset=end), dtype, dimensions)
-
-
-def _layout(data: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
-    if len(data) < 4 or data[:3] not in KNOWN_DTYPES:
-        raise BadMessage(f"holds an array of the unknown dtype {data[:3]!r}")
-    end = 4 + 4 * data[3]
-    if len(data) < end:
-        raise BadMessage("holds an array whose shape is cut short")
-    return np.dtype(data[:3].decode()), struct.unpack_from(f"<{data[3]}I", data, 4), end
-
-
-def _shaped(raw: np.ndarray[Any, Any], dtype: np.dtype[Any], dimensions: tuple[int, ...]) -> np.ndarray[Any, Any]:
-    count = 1
-    for length in dimensions:
-        count *= length
-    if count * dtype.itemsize != raw.size:
-        raise BadMessage(f"holds an array of {raw.size} bytes, its shape {dimensions} needs {count * dtype.itemsize}")
-    return raw.view(dtype).reshape(dimensions) if raw.size else np.empty(dimensions, dtype)

@@ -21,6 +21,7 @@ from regraft.bus_schema.encoding.shapes import (
     EnumShape,
     FloatShape,
     IntShape,
+    MapShape,
     OptionalShape,
     Shape,
     TextShape,
@@ -72,12 +73,12 @@ def pack(record):
     if type(record) is not cls:
         return walk(record)
     {reads}
-    if not ({_all(fields, variables)}):
-        return walk(record)
     try:
-        return {{{items}}}
-    except BadMessage:
-        return walk(record)
+        if {_all(fields, variables)}:
+            return {{{items}}}
+    except (BadMessage, TypeError):
+        pass
+    return walk(record)
 """
     return _define("pack", text, names)
 
@@ -165,16 +166,15 @@ def _nested(shape: Shape, names: _Names, part: Callable[[Shape, _Names], _Field]
         inner = part(shape.item, names)
         test = f"({{v}} is None or {inner.test})" if inner.test else ""
         return _Field(test, f"(None if {{v}} is None else {inner.value})")
-    if isinstance(shape, TupleShape) and isinstance(shape.item, RecordShape):
+    if isinstance(shape, TupleShape | MapShape) and isinstance(shape.item, RecordShape):
         each = part(shape.item, names).value.format(v="item")
-        return _Field("type({v}) in (list, tuple)", _LISTS[part].format(each=each))
+        if isinstance(shape, MapShape):
+            test = f"type({{v}}) is dict and all(map({names.add(str.isascii)}, {{v}}))"
+            return _Field(test, f"{{{{key: {each} for key, item in {{v}}.items()}}}}")
+        return _Field(
+            "type({v}) in (list, tuple)", f"{'' if part is _packing else 'tuple'}([{each} for item in {{v}}])"
+        )
     return None
-
-
-_LISTS: dict[Callable[[Shape, _Names], _Field], str] = {
-    _packing: "[{each} for item in {{v}}]",
-    _unpacking: "tuple([{each} for item in {{v}}])",
-}
 
 
 def _leaf(shape: Shape) -> _Field | None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.reading import NEEDED, Reading, Reduce, is_index
 from regraft.bus_schema.encoding.records import RecordShape
 from regraft.bus_schema.encoding.shapes import (
-    ArrayShape,
     BoolShape,
     BytesShape,
     EnumShape,

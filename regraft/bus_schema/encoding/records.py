@@ -13,6 +13,7 @@ import numpy as np
 
 from regraft.bus_schema.annotations import Array, Bounds, MayBeInfinite, Named, Tagged, Text, Unit
 from regraft.bus_schema.encoding import shapes
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
 from regraft.bus_schema.errors import BadMessage, BadType
 
@@ -198,7 +199,7 @@ def shape_of(hint: Any) -> Shape:
     origin, arguments = get_origin(hint), get_args(hint)
     for note in notes:
         if isinstance(note, Array):
-            return shapes.ArrayShape(note)
+            return ArrayShape(note)
         if isinstance(note, Tagged):
             return _union(note.key, arguments)
     if hint is Any:
@@ -216,7 +217,7 @@ def shape_of(hint: Any) -> Shape:
 
 def holds_tail(shape: Shape) -> bool:
     """Tell whether a value of this shape is, or contains, an array that travels as the payload's tail."""
-    if isinstance(shape, shapes.ArrayShape):
+    if isinstance(shape, ArrayShape):
         return shape.layout.tail
     if isinstance(shape, shapes.TupleShape | shapes.MapShape | shapes.OptionalShape):
         return holds_tail(shape.item)

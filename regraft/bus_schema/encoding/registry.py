@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.compiled import Convert, compile_pack, compile_unpack
 from regraft.bus_schema.encoding.records import RecordShape, holds_tail, record_shape
-from regraft.bus_schema.encoding.shapes import ArrayShape, JsonSchema
+from regraft.bus_schema.encoding.shapes import JsonSchema
 from regraft.bus_schema.errors import BadType
 
 TYPE_NAME = re.compile(r"[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*")

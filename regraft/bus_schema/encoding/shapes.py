@@ -7,22 +7,14 @@ value is refused by its publisher already, and again by whoever receives it.
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Protocol
 
-import msgpack
 import numpy as np
 
-from regraft.bus_schema.annotations import Array
 from regraft.bus_schema.errors import BadMessage
-
-ARRAY_EXTENSION = 1
-"""MessagePack extension type of an array: dtype (3 ASCII bytes), dimensions (u8), lengths (u32 LE each), raw bytes."""
-TAIL_EXTENSION = 2
-"""The same without the raw bytes: they are the tail of the payload."""
 
 JsonSchema = dict[str, Any]
 
@@ -334,55 +326,6 @@ class PlainShape:
     def json_schema(self) -> JsonSchema:
         """Return the schema that admits everything."""
         return {}
-
-
-@dataclass(frozen=True, slots=True)
-class ArrayShape:
-    """A numpy array of a fixed dtype, little-endian and C-contiguous on the wire."""
-
-    layout: Array
-
-    def check(self, value: Any) -> np.ndarray[Any, Any]:
-        """Return ``value`` as a C-contiguous array if dtype and shape fit."""
-        if not isinstance(value, np.ndarray):
-            raise BadMessage(f"is {_name(value)}, must be an array of {self.layout.dtype}")
-        if value.dtype != np.dtype(self.layout.dtype):
-            raise BadMessage(f"is an array of {value.dtype}, must be of {self.layout.dtype}")
-        wanted = self.layout.shape
-        if len(value.shape) != len(wanted) or any(
-            w is not None and w != length for w, length in zip(wanted, value.shape, strict=True)
-        ):
-            raise BadMessage(f"has the shape {value.shape}, must be {wanted}")
-        return np.ascontiguousarray(value)
-
-    def pack(self, value: Any) -> msgpack.ExtType:
-        """Return the array as extension data, raw bytes included unless it travels as the tail."""
-        array = self.check(value)
-        header = array.dtype.str.encode() + struct.pack(f"<B{array.ndim}I", array.ndim, *array.shape)
-        if self.layout.tail:
-            return msgpack.ExtType(TAIL_EXTENSION, header)
-        return msgpack.ExtType(ARRAY_EXTENSION, header + array.tobytes())
-
-    def unpack(self, plain: Any) -> np.ndarray[Any, Any]:
-        """Return the array, without another copy; it is read-only."""
-        if not isinstance(plain, np.ndarray):
-            raise BadMessage(f"is {_name(plain)}, must be an array of {self.layout.dtype}")
-        return self.check(plain)
-
-    def json_schema(self) -> JsonSchema:
-        """Return what a JSON view shows of an array: its dtype and shape. ``x-array`` tells how it travels."""
-        lengths: list[JsonSchema] = [
-            {"type": "integer", "minimum": 0} if length is None else {"const": length} for length in self.layout.shape
-        ]
-        return {
-            "type": "object",
-            "properties": {
-                "dtype": {"const": self.layout.dtype},
-                "shape": {"type": "array", "prefixItems": lengths, "minItems": len(lengths), "items": False},
-            },
-            "required": ["dtype", "shape"],
-            "x-array": {"dtype": self.layout.dtype, "shape": list(self.layout.shape), "tail": self.layout.tail},
-        }
 
 
 def _bounded(schema: JsonSchema, minimum: float | None, maximum: float | None, unit: str | None) -> JsonSchema:

@@ -1,4 +1,4 @@
-"""Requests to the adaptation manager, beside ``AdaptationRequest`` itself."""
+"""Requests to the adaptation manager, next to ``AdaptationRequest`` itself."""
 
 from __future__ import annotations
 

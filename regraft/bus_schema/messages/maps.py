@@ -54,7 +54,7 @@ class SaveMap:
 @message("regraft/LoadMap")
 @dataclass(frozen=True, slots=True)
 class LoadMap:
-    """Request: go on from the map in ``file``, as `SaveMap` wrote it."""
+    """Request: continue from the map in ``file``, as `SaveMap` wrote it."""
 
     file: str
 

@@ -89,7 +89,7 @@ class MissionTransition:
 @message("regraft/MissionTransitions")
 @dataclass(frozen=True, slots=True)
 class MissionTransitions:
-    """All changes of one tick, or of a halt, in their order; ``structure`` says which tree the uids belong to.
+    """All changes of one tick, or of a halt, in their order; ``structure`` states which tree the uids belong to.
 
     ``missed`` counts the changes behind those that are told: a batch is bounded.
     """

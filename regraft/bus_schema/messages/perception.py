@@ -50,9 +50,9 @@ class Detect:
 class Sightings:
     """Reply: how many pictures were looked at, in how many the object was seen, and the best sighting.
 
-    ``useful`` counts the pictures that were neither black nor frozen, None where nobody checked. ``position`` (m, in
-    ``frame``) is where all sightings together say the object is, ``spread`` how far from there a sighting typically
-    is: None if there was only one.
+    ``useful`` counts the pictures that were neither black nor frozen; None where they were not checked. ``position``
+    (m, in ``frame``) is the object's place by all sightings together. ``spread`` is how far from there a sighting
+    typically is: None if there was only one.
     """
 
     pictures: Count

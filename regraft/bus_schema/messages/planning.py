@@ -28,13 +28,14 @@ and answers with this choice; ``applied`` and ``measure_from`` are there with a 
      "outcome": "applied", "applied": 12.4, "measure_from": 13.4,
      "credit": {"ticket": "3-5f0c...", "credited": true, "utility": 0.7, "why": ""}, "notes": []}
 
-``outcome`` is ``applied``; ``unchanged``: the option chosen is the one that stands; ``dry``: nothing was asked for;
-``no_answer``: the adaptation manager did not answer in time, and what was asked for may still happen; ``refused``: it
-did not take it up, for the reason in ``notes``; or what the report says (``rejected``, ``rolled_back``, ``cancelled``,
-``stuck``), when ``rests`` tells for how many proposals the option is left out. ``applied``, ``applied_state_lost`` and
-``unchanged`` give a ticket, the others none. Utility measured in ``[from, to]`` is credited, once, to the option for
-which the ticket was given, if ``from`` is not before ``measure_from``: what was measured earlier was earned by what
-stood before. A credit is taken without ``apply`` too, so that the last one of a mission is not lost.
+``outcome`` is one of these, or that of the report (``rejected``, ``rolled_back``, ``cancelled``, ``stuck``):
+``applied``; ``unchanged``: the option chosen is in force already; ``dry``: nothing was asked for. ``no_answer``: the
+adaptation manager timed out, and the changes may still happen. ``refused``: it did not take the request up, for the
+reason in ``notes``. After an outcome of the report, ``rests`` is for how many proposals the option is left out.
+``applied``, ``applied_state_lost`` and ``unchanged`` give a ticket, the others none. Utility measured in ``[from, to]``
+is credited once, to the option of the ticket. ``from`` must not be before ``measure_from``: what was measured earlier
+was earned by the previous option. A credit is taken without ``apply`` too, so that the last one of a mission is not
+lost.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ class ProposalRequest:
     """Ask a planner what to change for the sake of ``task``: the name under which it keeps what it learns and knows.
 
     With ``apply`` the planner has the adaptation manager carry its changes out, in the name of ``who``, because of
-    ``reason``, and answers when that has ended; without it nothing is touched. ``inputs`` is what this planner needs.
-    ``context`` is what is so in the world: a map of numbers, texts and maps of them.
+    ``reason``. It answers when that has ended. Without ``apply`` nothing is touched. ``inputs`` is what this planner
+    needs. ``context`` is the state of the world: a map of numbers, texts and maps of them.
     """
 
     task: Annotated[str, Text(200)]
@@ -70,9 +71,9 @@ class ProposalRequest:
 class Proposal:
     """A planner's proposal: the changes, none if things are best left as they are.
 
-    ``choice`` tells people and trees what was chosen and why. ``ticket`` stands for the choice when its effect is told
-    to the planner later; it is empty where there is nothing to tell: nothing stands, or the planner does not learn.
-    ``report`` is what became of the adaptation, null if none was asked for or nobody answered.
+    ``choice`` is for people and trees: what was chosen and why. ``ticket`` names the choice when its effect is reported
+    to the planner later. It is empty where there is nothing to report: no option is in force, or the planner does not
+    learn. ``report`` is the report of the adaptation, null if none was asked for or the request timed out.
     """
 
     task: Annotated[str, Text(200)]

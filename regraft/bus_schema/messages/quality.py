@@ -22,13 +22,13 @@ class QualityLevel(Enum):
 class Quality:
     """How well a quality requirement is met.
 
-    ``requirement`` is its name on the bus (``SYSTEM/quality/REQUIREMENT``), unique in the tree; ``node`` the path of
-    its decorator; ``attribute`` such as Safety or Power. ``metric`` is the measure, in the requirement's own unit,
-    ``measured`` when the data behind it were true, and ``mean`` its mean over the seconds for which it was known.
-    ``degree`` says how far the requirement is satisfied, ``satisfied`` the same as yes or no. An unknown value is
-    None: a metric without data, or with stale ones; whether it is satisfied also where nothing is required. ``status``
-    is a word for people and trees, ``reason`` says why the metric is unknown. Only while ``active`` does the decorated
-    task run; what is said of one that is not active is the last that was known.
+    ``requirement`` is its name on the bus (``SYSTEM/quality/REQUIREMENT``), unique in the tree; ``node`` is the path of
+    its decorator; ``attribute`` is such as Safety or Power. ``metric`` is the measure, in the requirement's own unit.
+    ``measured`` is when the data behind it were true. ``mean`` is its mean over the seconds for which it was known.
+    ``degree`` is how far the requirement is satisfied, ``satisfied`` the same as yes or no. An unknown value is None: a
+    metric without data, or with stale ones. ``satisfied`` is None also where nothing is required. ``status`` is a word
+    for people and trees, ``reason`` is why the metric is unknown. The decorated task runs only while ``active``;
+    otherwise the values are the last that were known.
     """
 
     stamp: Seconds

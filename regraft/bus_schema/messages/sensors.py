@@ -48,8 +48,8 @@ class LaserScan:
 class Image:
     """A colour image, 8 bits a channel, rows from the top, channels red, green, blue; shape (height, width, 3).
 
-    ``frame`` is the camera's optical frame (REP 103: x right, y down, z forward), ``pose`` is where the camera's body
-    frame (x forward, y left) sits in ``pose_frame``, ``horizontal_field_of_view`` its opening angle.
+    ``frame`` is the camera's optical frame (REP 103, x right, y down, z forward). ``pose`` is where the camera's body
+    frame (x forward, y left) sits in ``pose_frame``. ``horizontal_field_of_view`` is its opening angle.
     """
 
     stamp: Seconds

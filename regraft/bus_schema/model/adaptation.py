@@ -23,6 +23,14 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, T
 from regraft.bus_schema.model.estimates import Estimate
 from regraft.bus_schema.model.lifecycle import Transition
 
+ADAPT = "adaptation_manager/adapt"
+UNDO = "adaptation_manager/undo"
+CANCEL = "adaptation_manager/cancel"
+CONFIRM = "adaptation_manager/confirm"
+JOURNAL = "adaptation_manager/journal"
+ARCHITECTURE = "adaptation_manager/architecture"
+"""The services of the adaptation manager."""
+
 MAX_CONTEXT_SIZE = 16_384
 """The greatest size of a request's context, as `plain_size` measures it."""
 MAX_PARAMETERS_SIZE = 500_000

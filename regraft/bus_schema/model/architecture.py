@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Annotated
 
 from regraft.bus_schema.annotations import Bounds, ClassPath, Connections, Count, Hertz, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.description import Description, PortDescription
 from regraft.bus_schema.model.lifecycle import State
 
 
@@ -99,6 +99,13 @@ class ComponentSpec:
     managed: bool = True
     description: Description | None = None
     limits: Limits = Limits()
+
+    def connected_ports(self) -> Iterator[tuple[PortDescription, str]]:
+        """Yield every described port that is connected, with its topic."""
+        for port in self.description.ports if self.description else ():
+            topic = self.connections.get(port.name)
+            if topic:
+                yield port, topic
 
     def brief(self, known: ComponentSpec | None) -> ComponentSpec:
         """Return the spec without its description, for whoever has ``known`` of the same class and description."""
@@ -221,7 +228,6 @@ class Architecture:
         return tuple(
             (spec.name, port.name)
             for spec in sorted(self.components.values(), key=lambda spec: spec.name)
-            if spec.description
-            for port in spec.description.ports
-            if port.direction == direction and spec.connections.get(port.name) == topic
+            for port, connected in spec.connected_ports()
+            if port.direction == direction and connected == topic
         )

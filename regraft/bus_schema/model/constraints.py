@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, Constraint, ConstraintKind
 from regraft.bus_schema.model.description import ParameterDescription
-from regraft.bus_schema.model.expressions import BadExpression, value_of
+from regraft.bus_schema.model.expressions import Expression, NotComputable, Unknown
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.offers import offered_services
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
@@ -44,6 +45,17 @@ def split_parameter(path: str) -> tuple[str, str]:
     return component, parameter
 
 
+def constraint_expression(text: str) -> Expression:
+    """Return a constraint's expression; raises BadMessage if it is none, or has names that no constraint can have."""
+    expression = Expression(text)
+    bare = [name for name in expression.names if "." not in name]
+    if bare:
+        raise BadMessage(f"{bare[0]!r} has no place in a constraint: must be 'component.parameter'")
+    if not expression.names:
+        raise BadMessage(f"{text!r} speaks of no 'component.parameter'")
+    return expression
+
+
 def _activity_violation(architecture: Architecture, constraint: Constraint, field: str) -> Violation | None:
     specs = (architecture.components.get(name) for name in constraint.components)
     active = sorted({spec.name for spec in specs if spec and spec.state is State.ACTIVE})
@@ -76,41 +88,43 @@ def _parameter_violation(architecture: Architecture, constraint: Constraint) -> 
     return Violation(None, name, f"parameters.{parameter}", problem + _because(constraint))
 
 
-class _NotThere(Exception):
-    """An expression speaks of a component that is not there: it demands nothing then."""
+class _Values(dict[str, object]):
+    """The values that an expression has asked for: parameters, and whether components are active, by dotted name."""
+
+    def __init__(self, architecture: Architecture) -> None:
+        super().__init__()
+        self._components = architecture.components
+
+    def __missing__(self, name: str) -> object:
+        """Look a value up; raises KeyError if the component is not there, BadMessage if it has no such parameter."""
+        component, what = split_parameter(name)
+        spec = self._components.get(component)
+        if what == "active" and (spec is None or spec.description is None or spec.description.parameter(what) is None):
+            self[name] = spec is not None and spec.state is State.ACTIVE
+            return self[name]
+        if spec is None or spec.description is None:
+            raise KeyError(name)
+        if spec.description.parameter(what) is None:
+            known = [parameter.name for parameter in spec.description.parameters]
+            raise BadMessage(f"{component} has no parameter {what!r}; {instead_of(what, known)}")
+        self[name] = effective_parameter(spec.description, spec.parameters, what)
+        return self[name]
 
 
 def _expression_violation(architecture: Architecture, constraint: Constraint, where: str) -> Violation | None:
-    used: dict[str, object] = {}
-
-    def lookup(name: str) -> object:
-        used[name] = _referred(architecture, name)
-        return used[name]
-
+    values = _Values(architecture)
     try:
-        if value_of(constraint.expression, lookup):
+        if constraint_expression(constraint.expression).value(values):
             return None
-    except _NotThere:
+        now = ", ".join(f"{name} is {value!r}" for name, value in values.items())
+        problem = f"{constraint.expression!r} must be so, but {now or 'is not'}"
+    except BadMessage as error:
+        problem = f"{constraint.expression!r}: {error}"
+    except NotComputable as error:
+        problem = str(error)
+    except Unknown:
         return None
-    except BadExpression as error:
-        return Violation(None, "", where, f"{constraint.expression!r}: {error}{_because(constraint)}")
-    now = ", ".join(f"{name} is {value!r}" for name, value in used.items())
-    problem = f"{constraint.expression!r} must be so, but {now or 'is not'}"
     return Violation(None, "", where, problem + _because(constraint))
-
-
-def _referred(architecture: Architecture, name: str) -> object:
-    """Return a component's parameter, or whether it is active, by the dotted name; raises BadExpression, _NotThere."""
-    component, what = split_parameter(name)
-    spec = architecture.components.get(component)
-    if what == "active" and (spec is None or spec.description is None or spec.description.parameter(what) is None):
-        return spec is not None and spec.state is State.ACTIVE
-    if spec is None or spec.description is None:
-        raise _NotThere
-    if spec.description.parameter(what) is None:
-        known = [parameter.name for parameter in spec.description.parameters]
-        raise BadExpression(f"{component} has no parameter {what!r}; {instead_of(what, known)}")
-    return effective_parameter(spec.description, spec.parameters, what)
 
 
 def _missing_services(architecture: Architecture, constraint: Constraint, where: str) -> Iterator[Violation]:

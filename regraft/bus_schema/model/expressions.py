@@ -1,22 +1,38 @@
-"""Expressions over the parameters and states of components, for constraints: ``a.rate * 2 <= b.rate or not c.active``.
+"""Expressions over named values, for constraints (``a.rate * 2 <= b.rate or not c.active``) and forecasts.
 
-They are written as in Python, of a few parts only: numbers, texts, ``True`` and ``False``, ``component.parameter``,
-``component.active``, ``+ - * /``, comparisons (also chained), ``and``, ``or``, ``not``, and brackets.
+They are written as in Python, of a few parts only: numbers, texts, ``True`` and ``False``, names with dots,
+``+ - * /``, comparisons (also chained), ``and``, ``or``, ``not``, ``a if b else c``, brackets, and the functions
+below. A name without a value makes the whole unknown, except within ``known(name, otherwise)``.
 """
 
 from __future__ import annotations
 
 import ast
+import math
 import operator
 import sys
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
 
-LONGEST = 1000
-OPERATORS: dict[type[ast.AST], Callable[[Any, Any], Any]] = {
+from regraft.bus_schema.errors import BadMessage
+
+MAX_LENGTH: Final = 2000
+MAX_PARTS: Final = 400
+MAX_DEPTH: Final = 140
+KNOWN: Final = "known"
+
+
+def _product(left: Any, right: Any) -> Any:
+    """Return a product of numbers; Python repeats texts and lists, to any length."""
+    if not isinstance(left, int | float) or not isinstance(right, int | float):
+        raise TypeError(f"cannot multiply {type(left).__name__} by {type(right).__name__}")
+    return left * right
+
+
+OPERATORS: Final[dict[type[ast.AST], Callable[[Any, Any], Any]]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
+    ast.Mult: _product,
     ast.Div: operator.truediv,
     ast.Lt: operator.lt,
     ast.LtE: operator.le,
@@ -25,87 +41,149 @@ OPERATORS: dict[type[ast.AST], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }
+FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
+    "min": min,
+    "max": max,
+    "abs": abs,
+    "hypot": math.hypot,
+    "atan2": math.atan2,
+    "turned": lambda angle: math.remainder(angle, math.tau),
+}
+"""``turned`` is an angle (rad) within half a turn."""
 
 
-class BadExpression(ValueError):
-    """An expression that cannot be read, or not be computed with the values that there are; the text says why."""
+class Unknown(Exception):
+    """A name has no value; the text says which."""
 
 
-def references(expression: str) -> tuple[str, ...]:
-    """Return the dotted names that an expression speaks of, each once, in their order; raises BadExpression."""
-    found: list[str] = []
-    _walk(_parsed(expression), found)
-    return tuple(dict.fromkeys(found))
+class NotComputable(Unknown):
+    """The values that there are do not fit the expression; the text says why."""
 
 
-def value_of(expression: str, lookup: Callable[[str], object]) -> object:
-    """Return what an expression is worth where ``lookup`` gives the value of a dotted name; raises BadExpression."""
-    try:
-        return _value(_parsed(expression), lookup)
-    except (TypeError, ZeroDivisionError, OverflowError) as error:
-        raise BadExpression(str(error)) from None
+class Expression:
+    """An expression that has been checked.
+
+    Attributes:
+        text: as it was written.
+        names: the names that it speaks of, each once, in their order.
+    """
+
+    def __init__(self, text: str) -> None:
+        """Check a text; raises BadMessage saying what is wrong with it."""
+        self.text = text
+        if len(text) > MAX_LENGTH:
+            raise BadMessage(f"has {len(text)} characters, must have at most {MAX_LENGTH}")
+        try:
+            self._root = ast.parse(text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            raise BadMessage(f"{text!r} is no expression: {getattr(error, 'msg', error)}") from None
+        parts = list(_walk(self._root))
+        if len(parts) > MAX_PARTS:
+            raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
+        self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
+
+    def value(self, names: Mapping[str, Any]) -> Any:
+        """Return the value where names have these values; raises Unknown, and BadMessage if the mapping does."""
+        try:
+            found = _value(self._root, names)
+            if isinstance(found, int | float) and not math.isfinite(found):
+                raise ArithmeticError("is not finite")
+        except BadMessage:
+            raise
+        except (ArithmeticError, TypeError, ValueError) as error:
+            raise NotComputable(f"{self.text!r}: {error}") from None
+        return found
+
+    def number(self, names: Mapping[str, Any]) -> float:
+        """Return the value as a number, true being 1; raises Unknown."""
+        found = self.value(names)
+        if not isinstance(found, int | float):
+            raise NotComputable(f"{self.text!r} is {found!r}, must be a number")
+        return float(found)
 
 
-def _parsed(expression: str) -> ast.expr:
-    if len(expression) > LONGEST:
-        raise BadExpression(f"is {len(expression)} characters long, may be {LONGEST}")
-    try:
-        return ast.parse(expression.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        why = error.msg if isinstance(error, SyntaxError) else str(error)
-        raise BadExpression(f"cannot be read: {why}") from None
-
-
-def _name(node: ast.expr) -> str | None:
-    parts = []
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    return ".".join(reversed([*parts, node.id])) if isinstance(node, ast.Name) and parts else None
-
-
-def _walk(node: ast.expr, found: list[str]) -> None:
-    name = _name(node)
-    if name is not None:
-        found.append(name)
-        return
+def _walk(node: ast.expr, depth: int = 1) -> Iterator[ast.expr]:
+    """Yield a node and all below it; raises BadMessage for one that has no place in an expression."""
+    if depth > MAX_DEPTH:
+        raise BadMessage(f"is nested more than {MAX_DEPTH} deep")
+    yield node
     for part in _parts(node):
-        _walk(part, found)
+        yield from _walk(part, depth + 1)
 
 
 def _parts(node: ast.expr) -> list[ast.expr]:
-    """Return the parts of a node, in their order; raises BadExpression for a node that has no place here."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, bool | int | float | str):
-        if isinstance(node.value, int | float) and abs(node.value) > sys.float_info.max:
-            raise BadExpression("holds a number that is too large: it goes to about 1.8e308")
-        return []
-    if isinstance(node, ast.BoolOp):
-        return node.values
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
-        return [node.operand]
-    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-        return [node.left, node.right]
-    if isinstance(node, ast.Compare) and all(type(op) in OPERATORS for op in node.ops):
-        return [node.left, *node.comparators]
-    raise BadExpression(f"{ast.unparse(node)!r} has no place in a constraint")
+    match node:
+        case ast.Constant(value=bool() | int() | float() | str() as value):
+            if isinstance(value, int | float) and abs(value) > sys.float_info.max:
+                raise BadMessage("holds a number that is too large: it goes to about 1.8e308")
+            return []
+        case ast.BoolOp():
+            return node.values
+        case ast.UnaryOp(op=ast.Not() | ast.USub()):
+            return [node.operand]
+        case ast.BinOp() if type(node.op) in OPERATORS:
+            return [node.left, node.right]
+        case ast.Compare() if all(type(op) in OPERATORS for op in node.ops):
+            return [node.left, *node.comparators]
+        case ast.IfExp():
+            return [node.test, node.body, node.orelse]
+        case ast.Call():
+            return _arguments(node)
+        case _ if _name(node) is not None:
+            return []
+    raise BadMessage(f"{ast.unparse(node)!r} has no place in an expression")
 
 
-def _value(node: ast.expr, lookup: Callable[[str], object]) -> Any:
+def _arguments(call: ast.Call) -> list[ast.expr]:
+    function = _name(call.func)
+    if function not in (*FUNCTIONS, KNOWN) or call.keywords:
+        raise BadMessage(f"{ast.unparse(call.func)!r} is no function; there are: {', '.join((*FUNCTIONS, KNOWN))}")
+    if function == KNOWN and len(call.args) != 2:
+        raise BadMessage("known takes a value and what it is otherwise")
+    return call.args
+
+
+def _name(node: ast.expr) -> str | None:
+    """Return the dotted name that a node is, None for anything else."""
+    parts: list[str] = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    return ".".join([node.id, *reversed(parts)]) if isinstance(node, ast.Name) else None
+
+
+def _value(node: ast.expr, names: Mapping[str, Any]) -> Any:
+    match node:
+        case ast.Constant(value=value):
+            return value
+        case ast.BoolOp(op=op, values=values):
+            truths = (bool(_value(part, names)) for part in values)
+            return all(truths) if isinstance(op, ast.And) else any(truths)
+        case ast.UnaryOp(op=op, operand=operand):
+            value = _value(operand, names)
+            return not value if isinstance(op, ast.Not) else -value
+        case ast.BinOp(left=left, op=op, right=right):
+            return OPERATORS[type(op)](_value(left, names), _value(right, names))
+        case ast.Compare(left=left, ops=ops, comparators=comparators):
+            compared = [_value(part, names) for part in (left, *comparators)]
+            return all(OPERATORS[type(op)](a, b) for op, a, b in zip(ops, compared, compared[1:], strict=False))
+        case ast.IfExp(test=test, body=body, orelse=orelse):
+            return _value(body if _value(test, names) else orelse, names)
+        case ast.Call(func=func, args=args):
+            return _call(_name(func), args, names)
     name = _name(node)
-    if name is not None:
-        return lookup(name)
-    parts = _parts(node)
-    if isinstance(node, ast.Constant):
-        return node.value
-    if isinstance(node, ast.BoolOp):
-        values = (_value(part, lookup) for part in parts)
-        return all(values) if isinstance(node.op, ast.And) else any(values)
-    if isinstance(node, ast.UnaryOp):
-        value = _value(parts[0], lookup)
-        return not value if isinstance(node.op, ast.Not) else -value
-    values_of_parts = [_value(part, lookup) for part in parts]
-    if isinstance(node, ast.BinOp):
-        return OPERATORS[type(node.op)](*values_of_parts)
-    assert isinstance(node, ast.Compare)
-    pairs = zip(node.ops, values_of_parts, values_of_parts[1:], strict=False)
-    return all(OPERATORS[type(op)](left, right) for op, left, right in pairs)
+    assert name is not None
+    try:
+        return names[name]
+    except KeyError:
+        raise Unknown(f"{name} is not known") from None
+
+
+def _call(function: str | None, args: list[ast.expr], names: Mapping[str, Any]) -> Any:
+    if function == KNOWN:
+        try:
+            return _value(args[0], names)
+        except Unknown:
+            return _value(args[1], names)
+    assert function is not None
+    return FUNCTIONS[function](*(_value(arg, names) for arg in args))

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.adaptation import ADAPT, Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.suggestions import instead_of
 
 LOCAL = "local"
 """The name of a system's first host, which the others join."""
-
-ADAPT = "adaptation_manager/adapt"
-"""The service by which components are started elsewhere."""
 
 
 def host_violations(architecture: Architecture) -> Iterator[Violation]:

@@ -1,4 +1,4 @@
-"""Checks a parameter's value against its description, wherever the component's class is not at hand."""
+"""Checks a parameter's value against its description: in the component, and wherever its class is not at hand."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ INT64 = 2**63
 def parameter_problem(parameter: ParameterDescription, value: PlainValue) -> str | None:
     """Return what is wrong with ``value`` and what would be right, None if it fits the JSON Schema.
 
-    The keywords that parameters use are understood: ``type``, ``items.type``, ``minimum``, ``maximum`` (which
-    hold for every number of an array) and ``enum``.
+    The keywords that parameters use are understood: ``type``, ``items.type`` (one, or several), ``minimum``,
+    ``maximum`` (which hold for every number of an array) and ``enum``.
     """
     schema = parameter.schema
     wanted = schema.get("type")
@@ -24,9 +24,10 @@ def parameter_problem(parameter: ParameterDescription, value: PlainValue) -> str
     if wanted == "integer" and isinstance(value, float) and abs(value) >= INT64:
         return f"{_shown(value)}: must be finite and fit into 64 bits"
     if not _has_type(value, wanted):
-        return f"{_shown(value)}: must be {_a(str(wanted))}"
+        return f"{_shown(value)}: must be {_a(str(wanted))}{_form(items)}"
     if wanted == "array" and not all(_has_type(part, item) for part in value):
-        return f"{_shown(value)}: must be an array of {item}s"
+        items_wanted = "s and ".join(item) if isinstance(item, list) else item
+        return f"{_shown(value)}: must be an array of {items_wanted}s"
     numbers = [part for part in (value if wanted == "array" else [value]) if _is_number(part)]
     if not all(_can_travel(number) for number in numbers):
         return f"{_shown(value)}: must be finite and fit into 64 bits"
@@ -66,6 +67,8 @@ def _is_number(value: PlainValue) -> bool:
 
 
 def _has_type(value: PlainValue, wanted: Any) -> bool:
+    if isinstance(wanted, list | tuple):
+        return any(_has_type(value, each) for each in wanted)
     if wanted == "number":
         return _is_number(value)
     if wanted == "integer":
@@ -76,6 +79,12 @@ def _has_type(value: PlainValue, wanted: Any) -> bool:
 
 def _can_travel(number: float) -> bool:
     return -INT64 <= number < INT64 if isinstance(number, int) else math.isfinite(number)
+
+
+def _form(items: PlainValue) -> str:
+    """Return how the records of an array are written."""
+    fields = items.get("properties") if isinstance(items, dict) else None
+    return f" such as [{{{', '.join(f'{name}: ...' for name in fields)}}}]" if isinstance(fields, dict) else ""
 
 
 def _shown(value: PlainValue) -> str:

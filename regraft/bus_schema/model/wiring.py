@@ -61,9 +61,9 @@ def _writers(architecture: Architecture) -> _Writers:
     """Return the writers of every topic, found at one go because adaptations wait for it."""
     found: _Writers = defaultdict(list)
     for _, spec in sorted(architecture.components.items()):
-        for port in spec.description.ports if spec.description else ():
-            if port.direction == "output" and port.name in spec.connections:
-                found[spec.connections[port.name]].append(_Writer(spec, port))
+        for port, topic in spec.connected_ports():
+            if port.direction == "output":
+                found[topic].append(_Writer(spec, port))
     return found
 
 

@@ -14,11 +14,17 @@ from regraft.bus_schema.messages.manager import (
     ConfirmAdaptation,
     UndoAdaptation,
 )
-from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome
+from regraft.bus_schema.model.adaptation import (
+    CANCEL,
+    CONFIRM,
+    UNDO,
+    AdaptationReport,
+    AdaptationRequest,
+    Outcome,
+)
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.values import read_document
@@ -85,9 +91,8 @@ def undo(
 ) -> None:
     """Undo an applied adaptation by a new one."""
     with reached(ctx, system) as there:
-        managing.require_manager(topology(there))
         request = UndoAdaptation(adaptation, user(), reason, dry_run)
-        report = there.client.call(managing.UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
         managing.show_report(report, as_json=as_json)
 
 
@@ -98,7 +103,7 @@ def confirm(
     as_json: JsonOption = False,
 ) -> None:
     """Make an adaptation that is being confirmed final at once."""
-    _decide(ctx, managing.CONFIRM, ConfirmAdaptation(adaptation), system, as_json=as_json)
+    _decide(ctx, CONFIRM, ConfirmAdaptation(adaptation), system, as_json=as_json)
 
 
 def cancel(
@@ -108,12 +113,11 @@ def cancel(
     as_json: JsonOption = False,
 ) -> None:
     """Cancel an adaptation that waits, is under way or is being confirmed: what it did is undone."""
-    _decide(ctx, managing.CANCEL, CancelAdaptation(adaptation), system, as_json=as_json)
+    _decide(ctx, CANCEL, CancelAdaptation(adaptation), system, as_json=as_json)
 
 
 def _decide(ctx: typer.Context, service: str, request: object, system: str | None, *, as_json: bool) -> None:
     with reached(ctx, system) as there:
-        managing.require_manager(topology(there))
-        report = there.client.call(service, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
-        wanted = (Outcome.CANCELLED,) if service == managing.CANCEL else managing.GOOD
+        report = managing.ask(there, service, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        wanted = (Outcome.CANCELLED,) if service == CANCEL else managing.GOOD
         managing.show_report(report, as_json=as_json, good=wanted)

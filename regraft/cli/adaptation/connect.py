@@ -13,7 +13,6 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json
 
@@ -31,14 +30,13 @@ def connect(
     """Move a port to another topic while messages flow."""
     topic_name(topic)
     with reached(ctx, system) as there:
-        known = topology(there)
-        described = known.component(component).description
+        described = there.known.component(component).description
         ports = {said.name for said in described.ports} if described else set()
         if port not in ports:
             raise BadInput(f"{component} has no port {port!r}; {instead_of(port, ports)}")
-        if component in known.hosted:
-            report = managing.change(there, Connect(component, port, topic), reason=reason, dry_run=dry_run)
-            managing.show_report(report, as_json=as_json)
+        if component in there.known.hosted:
+            change = Connect(component, port, topic)
+            managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
         before = there.client.view(component).connections.get(port)
@@ -53,8 +51,8 @@ def connect(
 def rewire(there: Reached, component: str, port: str, topic: str) -> None:
     """Move a port of a component that takes control queries from anybody; raises ClientError.
 
-    Without an adaptation manager nobody sees to it that all writers put markers, so what is written on either
-    topic around the switch may be missed.
+    Without an adaptation manager, writers may put no markers. Messages on either topic around the switch may then be
+    missed.
     """
     for step in (RewireStep.OPEN, RewireStep.SWITCH):
         there.client.control(component, "connections", Rewire(step, port, topic))

@@ -12,7 +12,6 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.running_system import reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
 from regraft.cli.terminal.values import assignment
@@ -46,7 +45,7 @@ def estimate(
         _show(component, _of_class(component, asked), None, as_json)
         return
     with reached(ctx, system) as there:
-        refuse_values(topology(there).component(component), asked.parameters, starting=True)
+        refuse_values(there.known.component(component), asked.parameters, starting=True)
         qualities = there.client.qualities(component, asked)
     _show(component, qualities.estimated, qualities.evaluated, as_json)
 

@@ -9,14 +9,12 @@ from typing import Annotated, Any
 import typer
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
-from regraft.bus_schema.model.adaptation import AdaptationReport
-from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.numbers import whole
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import say, seconds, show_json, show_table
@@ -82,7 +80,7 @@ def show_diff(
 ) -> None:
     """Show how two revisions of the architecture differ."""
     with reached(ctx, system) as there:
-        managing.require_manager(topology(there))
+        managing.require_manager(there)
         changed = _diff(there, before, after)
     if as_json:
         show_json({"before": before, "after": after, "differences": _plain(changed)})
@@ -95,14 +93,11 @@ journal.command("undo")(undo)
 
 
 def _page(there: Reached, request: JournalRequest) -> JournalPage:
-    managing.require_manager(topology(there))
-    return there.client.call(managing.JOURNAL, request, JournalPage)
+    return managing.ask(there, JOURNAL, request, JournalPage)
 
 
 def _diff(there: Reached, before: int, after: int) -> ArchitectureDiff:
-    service = "adaptation_manager/architecture"
-    old, new = (there.client.call(service, ArchitectureRequest(n), Architecture) for n in (before, after))
-    return diff(old, new)
+    return diff(there.client.architecture(before), there.client.architecture(after))
 
 
 def _plain(changed: ArchitectureDiff) -> list[dict[str, Any]]:
@@ -147,8 +142,8 @@ def _show_entry(report: AdaptationReport) -> None:
     say(managing.headline(report))
     why = " ".join(report.request.reason.split()) or "no reason given"
     say(f"by {report.request.actor or 'nobody known'}, because: {why}")
-    for change in codec.to_plain(report.request)["changes"]:
-        say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
+    for line in managing.change_lines(report.request):
+        say(f"  {line}")
     for name, value in report.request.context.items():
         say(f"  {name}: {json.dumps(value, default=str) if isinstance(value, dict | list) else value}")
     for phase in report.phases:

@@ -11,7 +11,6 @@ from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.lifecycle import Transition, legal
 from regraft.cli.adaptation import managing
 from regraft.cli.running_system import reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.one_of import one_of
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table
@@ -30,7 +29,7 @@ def list_states(
 ) -> None:
     """List components with their states and the transitions that these allow."""
     with reached(ctx, system) as there:
-        names = [topology(there).component(component).name] if component else sorted(there.client.components(wait=0.0))
+        names = [there.known.component(component).name] if component else sorted(there.client.components(wait=0.0))
         views = [there.client.view(name) for name in names]
     rows = [
         (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views
@@ -49,7 +48,7 @@ def get(
 ) -> None:
     """Print a component's state."""
     with reached(ctx, system) as there:
-        topology(there).component(component)
+        there.known.component(component)
         state = there.client.view(component).state.value
     if as_json:
         show_json({"component": component, "state": state})
@@ -72,11 +71,10 @@ def set_state(
 ) -> None:
     """Have a component configure, activate, deactivate or cleanup; one without an adaptation manager shutdown too."""
     with reached(ctx, system) as there:
-        known = topology(there)
-        known.component(component)
-        if component in known.hosted:
-            report = managing.change(there, ChangeState(component, transition), reason=reason, dry_run=dry_run)
-            managing.show_report(report, as_json=as_json)
+        there.known.component(component)
+        if component in there.known.hosted:
+            change = ChangeState(component, transition)
+            managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
         view = there.client.control(component, "transition", SetTransition(transition))

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TypeVar
 
 import typer
 
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.planning import Proposal
 from regraft.bus_schema.model.adaptation import (
+    ADAPT,
     AdaptationReport,
     AdaptationRequest,
     Change,
@@ -18,26 +22,27 @@ from regraft.bus_schema.model.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
-from regraft.cli.system.topology import Topology, topology
 from regraft.cli.terminal.output import complain, say, seconds, show_json
 
-ADAPT, UNDO, JOURNAL = (
-    "adaptation_manager/adapt",
-    "adaptation_manager/undo",
-    "adaptation_manager/journal",
-)
-CONFIRM, CANCEL = "adaptation_manager/confirm", "adaptation_manager/cancel"
+A = TypeVar("A")
+
 ADAPTATION_TIMEOUT = 60.0
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
-def require_manager(known: Topology) -> None:
+def require_manager(there: Reached) -> None:
     """Raise Unreachable if the system has no adaptation manager."""
-    if ADAPT not in known.offers():
+    if ADAPT not in there.known.offers():
         raise Unreachable(
             "this system has no adaptation manager, which carries out adaptations and keeps their journal: add a "
             "component of the class regraft.adaptation_manager.manager:AdaptationManager to its stack"
         )
+
+
+def ask(there: Reached, service: str, request: object, reply: type[A], timeout: float = 5.0) -> A:
+    """Ask the adaptation manager; raises CallFailed, Unreachable."""
+    require_manager(there)
+    return there.client.call(service, request, reply, timeout)
 
 
 def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATION_TIMEOUT) -> AdaptationReport:
@@ -47,15 +52,14 @@ def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATIO
         BadInput: it names what is not there, or has a value that does not fit; nobody has been asked.
         CallFailed, Unreachable: the adaptation manager refuses, or is not there.
     """
-    known = topology(there)
-    require_manager(known)
-    refuse_mistakes(there, known, request.changes)
+    require_manager(there)
+    refuse_mistakes(there, request.changes)
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
-def change(there: Reached, *changes: Change, reason: str, dry_run: bool = False) -> AdaptationReport:
-    """Have changes carried out, or only tried; raises as ``adapt`` does."""
-    return adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run))
+def change(there: Reached, *changes: Change, reason: str, dry_run: bool, as_json: bool) -> None:
+    """Have changes carried out, or only tried, and show what became of them; raises as ``adapt`` does."""
+    show_report(adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run)), as_json=as_json)
 
 
 def refuse_dry_run(component: str, dry_run: bool) -> None:
@@ -94,6 +98,14 @@ def estimate_lines(estimate: Estimate | None) -> list[str]:
         before, after = ("nothing" if v is None else f"{v:.4g}" for v in (quality.before, quality.after))
         lines.append(f"{quality.component}: {quality.quality}: {before} -> {after}")
     return lines
+
+
+def change_lines(request: AdaptationRequest | Proposal) -> list[str]:
+    """Return each change as one line."""
+    return [
+        f"{change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}"
+        for change in codec.to_plain(request)["changes"]
+    ]
 
 
 def headline(report: AdaptationReport) -> str:

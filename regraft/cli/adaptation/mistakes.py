@@ -16,10 +16,10 @@ from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
 from regraft.bus_schema.model.wiring import connection_problem
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached
-from regraft.cli.system.topology import Topology, no_component
+from regraft.cli.topology import Topology
 from regraft.client import ClientError
 
 DESCRIBED_TIMEOUT = 25.0
@@ -31,7 +31,7 @@ STARTED = ("class", "command")
 Describe = Callable[[ComponentSpec], DescribedComponent | None]
 
 
-def refuse_mistakes(there: Reached, known: Topology, changes: Sequence[Change]) -> None:
+def refuse_mistakes(there: Reached, changes: Sequence[Change]) -> None:
     """Raise BadInput with every mistake in changes of a system's architecture, one a line."""
 
     def describe(spec: ComponentSpec) -> DescribedComponent | None:
@@ -39,7 +39,7 @@ def refuse_mistakes(there: Reached, known: Topology, changes: Sequence[Change]) 
 
     found = [
         f"change {index}: {problem}" if len(changes) > 1 else problem
-        for index, problem in mistakes(changes, known, describe)
+        for index, problem in mistakes(changes, there.known, describe)
     ]
     if found:
         raise BadInput("\n".join(found))
@@ -58,7 +58,7 @@ def refuse_values(spec: ComponentSpec, values: Mapping[str, PlainValue], *, star
 def mistakes(changes: Sequence[Change], known: Topology, describe: Describe) -> Iterator[tuple[int, str]]:
     """Yield every mistake with the index of its change; each change sees what those before it will have done.
 
-    ``describe`` gives what a class says of itself, None if nobody can say: it is left to the manager then.
+    ``describe`` gives what a class states of itself, None if nobody can say: it is left to the manager then.
     """
     draft = _Draft(dict(known.hosted), dict(known.topics), known, describe)
     for index, change in enumerate(changes):
@@ -79,14 +79,14 @@ class _Draft:
         """Yield what is wrong with a change, and take it over."""
         if isinstance(change, EnterMode):
             if change.mode not in self.known.modes:
-                yield f"there is no mode {change.mode!r}; {instead_of(change.mode, self.known.modes)}"
+                yield no_such("mode", change.mode, self.known.modes)
             return
         if isinstance(change, Add):
             yield from self._add(change)
             return
         spec = self.components.get(change.component)
         if spec is None:
-            yield no_component(change.component, self.components)
+            yield no_such("component", change.component, self.components)
         elif isinstance(change, SetParameters):
             yield from _of_values(spec, change.parameters)
         elif isinstance(change, Connect):
@@ -100,7 +100,7 @@ class _Draft:
 
     def _of_host(self, host: str) -> Iterator[str]:
         if host not in self.known.hosts:
-            yield f"there is no host {host!r}; {instead_of(host, self.known.hosts)}"
+            yield no_such("host", host, self.known.hosts)
 
     def _of_ports(self, spec: ComponentSpec, connections: Mapping[str, str]) -> Iterator[str]:
         if spec.description is None:
@@ -118,7 +118,7 @@ class _Draft:
     def _remove(self, change: Remove) -> Iterator[str]:
         for topic in change.topics:
             if topic not in self.topics:
-                yield f"there is no topic {topic!r}; {instead_of(topic, self.topics)}"
+                yield no_such("topic", topic, self.topics)
         self.components.pop(change.component)
         self.topics = {name: topic for name, topic in self.topics.items() if name not in change.topics}
 
@@ -142,7 +142,7 @@ class _Draft:
         self.components.setdefault(change.component, spec)
 
     def _start(self, spec: ComponentSpec) -> tuple[ComponentSpec, list[str]]:
-        """Return what a host would start, with what its class says, and why it cannot."""
+        """Return what a host would start, with what its class states, and why it cannot."""
         problems = list(self._of_host(spec.host))
         described = None if problems else self.describe(spec)
         if described is None:
@@ -152,7 +152,7 @@ class _Draft:
 
 
 def _decides_on_ports(description: Description | None, values: Mapping[str, PlainValue]) -> bool:
-    """Tell whether values may give the class other ports than it has: those of parameters that are read-only."""
+    """Return whether values may give the class other ports than it has: those of parameters that are read-only."""
     return description is not None and any(p.read_only for p in description.parameters if p.name in values)
 
 

@@ -9,15 +9,13 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.modes import as_needed, is_in_force
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import no_such
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
-from regraft.cli.running_system import Reached, reached, user
-from regraft.cli.system.topology import topology
+from regraft.cli.running_system import reached, user
 from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.stack.sections.system_modes import read_system_modes
@@ -36,18 +34,17 @@ def mode(
 ) -> None:
     """Enter a mode: all of its changes are made, or none; without a name, list the modes and which are in force."""
     with reached(ctx, system) as there:
-        managing.require_manager(topology(there))
+        managing.require_manager(there)
         if name and file is None:
-            report = managing.change(there, EnterMode(name), reason=reason or f"mode {name}", dry_run=dry_run)
-            managing.show_report(report, as_json=as_json)
+            managing.change(there, EnterMode(name), reason=reason or f"mode {name}", dry_run=dry_run, as_json=as_json)
             return
-        now = _architecture(there)
+        now = there.client.architecture()
         modes = now.modes if file is None else read_system_modes(file, now.components)
         if not name:
             _list(modes, now, as_json=as_json)
             return
         if name not in modes:
-            raise BadInput(f"{file}: there is no mode {name!r}; {instead_of(name, modes)}")
+            raise BadInput(f"{file}: {no_such('mode', name, modes)}")
         changes = as_needed(_changes(modes[name]), now)
         if not changes:
             _say_in_force(name, as_json=as_json)
@@ -61,10 +58,6 @@ def _say_in_force(name: str, *, as_json: bool) -> None:
         show_json({"mode": name, "in_force": True})
     else:
         say(f"mode {name} is in force already")
-
-
-def _architecture(there: Reached) -> Architecture:
-    return there.client.call("adaptation_manager/architecture", ArchitectureRequest(), Architecture)
 
 
 def _changes(mode: PlainValue) -> tuple[Change, ...]:

@@ -13,14 +13,13 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import Reached, reached, user
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import read_document
+from regraft.cli.topology import named
 
 planner = typer.Typer(help="List planners, and ask them for proposals.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -69,9 +68,7 @@ def propose(
         actor=request.actor or user(),
     )
     with reached(ctx, system) as there:
-        known = _planners(there)
-        if name not in known:
-            raise BadInput(f"there is no planner {name!r}; {instead_of(name, known)}")
+        named("planner", name, _planners(there))
         found = there.client.call(f"planners/{name}/propose", request, Proposal, timeout)
     if as_json:
         show_json(found)
@@ -84,8 +81,8 @@ def propose(
 def _show(found: Proposal) -> None:
     for field, value in found.choice.items():
         say(f"{field}: {json.dumps(value) if isinstance(value, dict | list) else value}")
-    for change in codec.to_plain(found)["changes"]:
-        say(f"  {change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}")
+    for line in managing.change_lines(found):
+        say(f"  {line}")
     if found.ticket:
         say(f"ticket: {found.ticket}")
     if found.report is not None:
@@ -96,7 +93,7 @@ def _show(found: Proposal) -> None:
 
 def _planners(there: Reached) -> dict[str, str]:
     """Return the components that are planners, by the names of the planners."""
-    offers = ((PROPOSE.fullmatch(name), offer) for name, offer in topology(there).offers("service").items())
+    offers = ((PROPOSE.fullmatch(name), offer) for name, offer in there.known.offers("service").items())
     return {match[1]: offer.component for match, offer in offers if match}
 
 

@@ -28,5 +28,4 @@ def remove(
     """End a component of a running stack, its process included; 'regraft undo' brings it back."""
     component_name(component)
     with reached(ctx, system) as there:
-        report = managing.change(there, Remove(component, tuple(topics or ())), reason=reason, dry_run=dry_run)
-        managing.show_report(report, as_json=as_json)
+        managing.change(there, Remove(component, tuple(topics or ())), reason=reason, dry_run=dry_run, as_json=as_json)

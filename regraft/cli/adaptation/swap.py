@@ -1,4 +1,4 @@
-"""``regraft swap`` and ``move``: another class, or another host, for a component that goes on meanwhile."""
+"""``regraft swap`` and ``move``: another class, or another host, for a component that continues meanwhile."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def swap(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Have another class go on in a component's place, or the same one configured otherwise; nothing is missed."""
+    """Have another class continue in a component's place, or the same one configured otherwise; nothing is missed."""
     connections = {port: str(topic) for port, topic in map(assignment, ports or ())}
     values = dict(map(assignment, parameters or ()))
     if len(values) != len(parameters or ()) or len(connections) != len(ports or ()):
@@ -44,8 +44,7 @@ def swap(
     if host:
         changes += (Move(name, host),)
     with reached(ctx, system) as there:
-        report = managing.change(there, *changes, reason=reason, dry_run=dry_run)
-        managing.show_report(report, as_json=as_json)
+        managing.change(there, *changes, reason=reason, dry_run=dry_run, as_json=as_json)
 
 
 def move(
@@ -58,8 +57,7 @@ def move(
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Have a component go on at another host, with its state; nothing is missed."""
+    """Have a component continue at another host, with its state; nothing is missed."""
     change = Move(component_name(component), host, with_state=not without_state)
     with reached(ctx, system) as there:
-        report = managing.change(there, change, reason=reason, dry_run=dry_run)
-        managing.show_report(report, as_json=as_json)
+        managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)

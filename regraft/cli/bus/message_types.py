@@ -12,7 +12,6 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.bus_schema.types_by_schema import DescribedType, describe_type, described_type
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached
-from regraft.cli.system.topology import Topology
 from regraft.client import ClientError
 
 
@@ -26,17 +25,17 @@ def named(name: str) -> DescribedType:
         raise BadInput(f"the message type {name!r} is not known here; {hint}") from None
 
 
-def described(there: Reached, known: Topology, name: str, *users: str) -> DescribedType:
+def described(there: Reached, name: str, *users: str) -> DescribedType:
     """Return a message type as the first component describes it that knows it; those named ``users`` are asked first.
 
     Raises:
         BadInput: neither a component nor the schema knows it.
     """
-    return next(_told(there, known, name, users), None) or named(name)
+    return next(_told(there, name, users), None) or named(name)
 
 
-def _told(there: Reached, known: Topology, name: str, users: tuple[str, ...]) -> Iterator[DescribedType]:
-    components = known.components
+def _told(there: Reached, name: str, users: tuple[str, ...]) -> Iterator[DescribedType]:
+    components = there.known.components
     for component in dict.fromkeys((*users, *components)):
         if not components[component].managed:
             continue
@@ -48,7 +47,7 @@ def _told(there: Reached, known: Topology, name: str, users: tuple[str, ...]) ->
 
 
 def packed(kind: DescribedType, body: PlainValue) -> PlainValue:
-    """Return what a typed body stands for, an absent one for no fields, as it travels; raises BadInput."""
+    """Return what a typed body represents, an absent one for no fields, as it travels; raises BadInput."""
     try:
         return kind.pack({} if body is None else body)
     except BadMessage as error:

@@ -15,7 +15,6 @@ from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.cli.terminal.values import assignment, value_of
@@ -32,8 +31,7 @@ def list_parameters(
 ) -> None:
     """List parameters with their values now, ranges and meaning."""
     with reached(ctx, system) as there:
-        known = topology(there)
-        specs = [known.component(component)] if component else list(known.components.values())
+        specs = [there.known.component(component)] if component else list(there.known.components.values())
         rows = [row for spec in specs for row in _parameters(there, spec)]
     if as_json:
         show_json({"parameters": rows})
@@ -77,7 +75,7 @@ def _range(row: dict[str, Any]) -> str:
 
 
 def _text(row: dict[str, Any]) -> str:
-    return f"{row['text']}{' (read-only)' if row['read_only'] else ''}".strip()
+    return f"{row['description']}{' (read-only)' if row['read_only'] else ''}".strip()
 
 
 @param.command("get")
@@ -90,7 +88,7 @@ def get(
 ) -> None:
     """Print a parameter's value now."""
     with reached(ctx, system) as there:
-        topology(there).component(component)
+        there.known.component(component)
         values = _values(there, component)
     if parameter not in values:
         raise BadInput(f"{component} has no parameter {parameter!r}; {instead_of(parameter, values)}")
@@ -113,11 +111,10 @@ def set_parameters(
     """Set one parameter, or several at once, all or none."""
     values = values_of(settings)
     with reached(ctx, system) as there:
-        known = topology(there)
-        refuse_values(known.component(component), values)
-        if component in known.hosted:
-            report = managing.change(there, SetParameters(component, values), reason=reason, dry_run=dry_run)
-            managing.show_report(report, as_json=as_json)
+        refuse_values(there.known.component(component), values)
+        if component in there.known.hosted:
+            change = SetParameters(component, values)
+            managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
         view = there.client.control(component, "parameters", ParameterValues(values))

@@ -11,10 +11,10 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import INTERRUPTED
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import Offer, topology
 from regraft.cli.terminal.options import JsonOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import document
+from regraft.cli.topology import Offer
 from regraft.client import ClientGoal
 from regraft.client import as_json as shown
 from regraft.component.errors import CallFailed
@@ -33,14 +33,14 @@ BodyArgument = Annotated[str, typer.Argument(metavar="[BODY]", help="The fields 
 def list_services(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
     """List services with their types and who offers them."""
     with reached(ctx, system) as there:
-        _list(list(topology(there).offers("service").values()), "services", json=as_json)
+        _list(list(there.known.offers("service").values()), "services", json=as_json)
 
 
 @action.command("list")
 def list_actions(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
     """List actions with their types and who offers them."""
     with reached(ctx, system) as there:
-        _list(list(topology(there).offers("action").values()), "actions", json=as_json)
+        _list(list(there.known.offers("action").values()), "actions", json=as_json)
 
 
 def _list(offers: list[Offer], kind: str, *, json: bool) -> None:
@@ -129,11 +129,10 @@ def _cancel(pursued: ClientGoal[PlainValue, PlainValue]) -> None:
 
 
 def _request(there: Reached, name: str, kind: str, body: str) -> PlainValue:
-    """Return the request that a typed body stands for, as plain data; raises BadInput."""
+    """Return the request that a typed body represents, as plain data; raises BadInput."""
     fields = document(body, "the body") if body.strip() else None
-    known = topology(there)
-    offer = known.offer(name, kind)
-    request = message_types.described(there, known, offer.description.request, offer.component)
+    offer = there.known.offer(name, kind)
+    request = message_types.described(there, offer.description.request, offer.component)
     return message_types.packed(request, fields)
 
 

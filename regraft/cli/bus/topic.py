@@ -16,11 +16,11 @@ from regraft.cli.bus import message_types
 from regraft.cli.bus.rates import Rates
 from regraft.cli.outcomes import BadInput, Failed
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import TopicUse, topology
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import document
+from regraft.cli.topology import TopicUse, topology
 from regraft.client import Subscription, TopicSample, as_json, read_plain
 
 topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mode=None)
@@ -44,7 +44,7 @@ ForOption = Annotated[
 def list_topics(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
     """List topics with their types, who writes and who reads them."""
     with reached(ctx, system) as there:
-        uses = list(topology(there).uses().values())
+        uses = list(there.known.uses().values())
     if as_json:
         show_json({"topics": [use.plain() for use in uses]})
         return
@@ -67,7 +67,7 @@ def _carried(use: TopicUse) -> str:
 def info(ctx: typer.Context, name: TopicArgument, system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Show a topic's type and which ports write and read it."""
     with reached(ctx, system) as there:
-        use = topology(there).use(name)
+        use = there.known.use(name)
     plain = use.plain()
     if as_json:
         show_json(plain)
@@ -108,7 +108,7 @@ def _check(there: Reached, name: str) -> None:
     heard = threading.Event()
     deadline = time.monotonic() + KNOWN_TIMEOUT
     with there.client.topic(name, None, lambda _: heard.set()):
-        while name not in (uses := topology(there).uses()):
+        while name not in (uses := topology(there.client).uses()):
             if heard.wait(LOOK_INTERVAL):
                 return
             if time.monotonic() > deadline:
@@ -203,8 +203,7 @@ def pub(
     fields = document(body, "the body")
     with reached(ctx, system) as there:
         key = there.client.keys.topic(topic_name(name))
-        known = topology(there)
-        uses = known.uses()
+        uses = there.known.uses()
         use = uses.get(name)
         if use is None and not kind:
             hint = instead_of(name, uses)
@@ -213,7 +212,7 @@ def pub(
         if use is not None and wanted != use.type:
             raise BadInput(f"{name} carries {use.type}, not {wanted}")
         ends = use.readers + use.writers if use else []
-        found = message_types.described(there, known, wanted, *(component for component, _ in ends))
+        found = message_types.described(there, wanted, *(component for component, _ in ends))
         payload = message_types.payload(found, fields)
         there.put(key, payload, found.encoding)
     if as_json:

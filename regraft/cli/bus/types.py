@@ -14,7 +14,6 @@ from regraft.bus_schema.encoding.topic_types import know_schema
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import complain, show_json, show_table
 from regraft.process.trial.trial_import import check_imports
@@ -60,4 +59,4 @@ def _schema(ctx: typer.Context, name: str, system: str | None) -> JsonSchema:
         if chosen_system(ctx, system) is None and not run_directory.running():
             raise
     with reached(ctx, system) as there:
-        return message_types.described(there, topology(there), name).schema
+        return message_types.described(there, name).schema

@@ -20,7 +20,7 @@ DIGITS_SHOWN = 12
 
 
 class SummaryAsked:
-    """A question for the run's summary, on its way; whoever asked goes on, and looks now and then."""
+    """A question for the run's summary, on its way; whoever asked continues, and looks now and then."""
 
     def __init__(self, running: Running, service: str) -> None:
         self.summary: RunSummary | None = None

@@ -118,7 +118,7 @@ def display(*, headless: bool, quiet: bool) -> Display:
 
 
 def event_line(event: Event, clock: ClockTime | None) -> str:
-    """Return an event as one line, led by simulated time where there is one, by the time of day where not."""
+    """Return an event as one line, led by simulated time, or by the time of day where there is none."""
     when = f"{clock.time / 1e9:.2f} s" if clock else time.strftime("%H:%M:%S")
     # The host's and the components' texts name their subject; the others' need not.
     text = event.text if event.subject in event.text else f"{event.subject}: {event.text}"

@@ -105,7 +105,7 @@ def check_bus() -> Iterator[Finding]:
 
 
 def check_graphics() -> Iterator[Finding]:
-    """Say which graphics libraries load; cameras do without, more slowly."""
+    """Report which graphics libraries load; cameras do without, more slowly."""
     loaded = {name: _loads(file) for name, file in LIBRARIES.items()}
     for name, why in loaded.items():
         yield Finding(f"graphics, {name}", WARNING if why else OK, why or f"{LIBRARIES[name]} loads")

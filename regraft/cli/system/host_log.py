@@ -9,7 +9,7 @@ from regraft.cli.outcomes import BadInput
 
 
 def log_to_file(run: Path) -> None:
-    """Send the host's own log to the folder of its run, beside the others: what matters in it is shown as events.
+    """Send the host's own log to the folder of its run, next to the others: what matters in it is shown as events.
 
     Raises:
         BadInput: the folder cannot be written.

@@ -106,7 +106,7 @@ def tail(path: Path, count: int) -> tuple[list[str], int]:
 def grown(path: Path, position: int) -> tuple[list[str], int]:
     """Return the whole lines that a file has behind ``position``, and the position behind them.
 
-    A file that has become shorter was begun anew.
+    A file that has become shorter was begun again.
     """
     try:
         with path.open("rb") as log:

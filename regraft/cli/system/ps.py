@@ -60,7 +60,7 @@ def plain_component(seen: ComponentSeen) -> dict[str, Any]:
     return {
         "name": seen.name,
         "alive": seen.alive,
-        "state": status.state.value if status else None,
+        "state": seen.state.value if seen.state else None,
         "incarnation": process.incarnation if process else status.incarnation if status else None,
         "host": seen.host,
         "process": process.state.value if process else None,
@@ -71,9 +71,9 @@ def plain_component(seen: ComponentSeen) -> dict[str, Any]:
         "silent_s": None if seen.age is None else round(seen.age, 3),
         "lost": status.lost if status else 0,
         "refused": status.refused if status else 0,
-        "error": status.error if status else "",
-        "detail": status.detail if status else "",
-        "values": status.values if status else {},
+        "error": seen.error,
+        "detail": seen.detail,
+        "values": seen.values,
     }
 
 

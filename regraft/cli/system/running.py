@@ -50,7 +50,7 @@ class Run:
         self._stopping_shown = False
 
     def step(self, running: Running) -> None:
-        """Look at the system if it is time to, show what is new, and end it when its time is over."""
+        """Look at the system if it is time to, show news, and end it when its time is over."""
         now = time.monotonic()
         if now < self._next_look and not running.ending.wanted and not running.host.ended:
             return

@@ -81,10 +81,10 @@ def up(
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the closing line.")] = False,
 ) -> None:
-    """Start the system of a stack file, show what happens, and end it with Ctrl-C or when its time is over.
+    """Start the system of a stack file, and show its events. Ctrl-C or the end of its time ends it.
 
-    Exits with 0 also when it is ended with Ctrl-C or 'regraft down', with 1 if it ends with a component
-    quarantined or was never up within its time. A --secret FILE that is not there is made.
+    Exits with 0 also after Ctrl-C or 'regraft down'. Exits with 1 if a component is quarantined at the end, or if
+    start-up timed out. A --secret FILE that does not exist is created.
     """
     if secret is not None:
         system_secret.make(secret)

@@ -159,7 +159,7 @@ class Watch:
         )
 
     def readiness(self) -> Readiness:
-        """Tell how far the system is on its way to the state that the stack wants."""
+        """Report how far the system is on its way to the state that the stack wants."""
         specs = self._running.host.plan.architecture.components
         waiting = {}
         for process in self.processes():

@@ -1,4 +1,4 @@
-"""Numbers of options and arguments: each has bounds, and one beyond them is told with both."""
+"""Numbers of options and arguments: each has bounds, and one beyond them is reported with both."""
 
 from __future__ import annotations
 

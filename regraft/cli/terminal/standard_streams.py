@@ -13,11 +13,11 @@ STANDARD = (0, 1, 2)
 
 
 class CannotWrite(Exception):
-    """Standard output takes nothing; the text says why."""
+    """Standard output takes nothing; the text states why."""
 
 
 class _Output(TextIOWrapper):
-    """Standard output whose errors are told apart from those of all other files."""
+    """Standard output whose errors are distinguished from those of all other files."""
 
     def write(self, text: str) -> int:
         """Write; raises CannotWrite, and BrokenPipeError once nobody reads any more."""
@@ -76,7 +76,7 @@ def _fill(descriptor: int) -> None:
 
 
 def _in_place_of(stream: TextIO | None, kind: type[TextIOWrapper], when_closed: int) -> TextIO:
-    """Return a stream to the same file; if there is none, to the null device, opened as ``when_closed`` says."""
+    """Return a stream to the same file; if there is none, to the null device, opened as ``when_closed`` states."""
     if stream is None:
         return kind(BufferedWriter(FileIO(os.open(os.devnull, when_closed), "w")), encoding="utf-8")
     if not isinstance(stream, TextIOWrapper):

@@ -11,13 +11,15 @@ import json
 import secrets
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 from regraft.bus_schema.messages.health import Event
-from regraft.dashboard_api.http.json_replies import to_json
+from regraft.dashboard_api.http.bus_types import to_json
+from regraft.dashboard_api.http.problems import unavailable
 
 MAX_KEPT = 1000
+MAX_READERS = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +103,12 @@ class EventBuffer:
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(woken.set)
 
-    @contextlib.contextmanager
-    def reading(self) -> Iterator[asyncio.Event]:
-        """Give a reader, in the running event loop, what is set when there is something new."""
+    async def reading(self) -> AsyncIterator[asyncio.Event]:
+        """Give one more reader, until its answer has ended, what is set when there is something new; raises Problem."""
         woken = asyncio.Event()
         with self._lock:
+            if len(self._readers) >= MAX_READERS:
+                raise unavailable(f"{MAX_READERS} readers are being sent these events already")
             self._readers[woken] = asyncio.get_running_loop()
         try:
             yield woken
@@ -124,7 +127,7 @@ class EventBuffer:
         """Return the identifier that a reader is told, and gives back as ``Last-Event-ID``."""
         return f"{self.run}-{number}"
 
-    def resume(self, identifier: str | None) -> int | None:
+    def resume(self, identifier: str) -> int | None:
         """Return the number that a reader had come to: the latest for a new one, None for a foreign identifier."""
         if not identifier:
             return self._last

@@ -25,7 +25,6 @@ from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.model.offers import offered_services
 from regraft.client import Client, ClientError
 from regraft.dashboard_api.backend.refusals import problem_of
-from regraft.dashboard_api.http.body import told
 from regraft.dashboard_api.http.problems import (
     CONFLICT,
     NO_ANSWER,
@@ -33,6 +32,7 @@ from regraft.dashboard_api.http.problems import (
     malformed,
     not_found,
     throttled,
+    told,
     unavailable,
 )
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 from urllib.parse import quote
 
-from starlette.responses import Response
+from fastapi import Response
 
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
-from regraft.dashboard_api.http.json_replies import ref, reply
+from regraft.dashboard_api.http.bus_types import Shown
 from regraft.dashboard_api.http.problems import CANCELLED, REJECTED, ROLLED_BACK, STALE, STUCK, Kind, Problem
 
 KINDS: dict[Outcome, Kind] = {
@@ -19,18 +19,20 @@ KINDS: dict[Outcome, Kind] = {
 }
 
 
-def answer(report: AdaptationReport, prefix: str, *, if_match: bool = False) -> Response:
+def answer(report: AdaptationReport, response: Response, prefix: str, *, if_match: bool = False) -> AdaptationReport:
     """Return the answer for a report: 200 applied, 202 under way; raises Problem for any other outcome.
 
     A stale revision is a failed precondition (412) where the caller gave it as ``If-Match``.
     """
     kind = KINDS.get(report.outcome)
-    if report.request.dry_run and report.outcome is not Outcome.REJECTED:
-        return reply(report)
+    if report.request.dry_run and kind is not REJECTED:
+        return report
     if kind is None:
-        status = 202 if report.outcome in (Outcome.PENDING, Outcome.CONFIRMING) else 200
-        location = {"Location": f"{prefix}/adaptations/{quote(report.id, safe='')}"} if report.id else {}
-        return reply(report, status, location)
+        if report.outcome in (Outcome.PENDING, Outcome.CONFIRMING):
+            response.status_code = 202
+        if report.id:
+            response.headers["Location"] = f"{prefix}/adaptations/{quote(report.id, safe='')}"
+        return report
     if kind is REJECTED and if_match and any(v.field == "revision" for v in report.violations):
         kind = STALE
     raise Problem(kind, _detail(report), report.violations, report=report)
@@ -44,9 +46,8 @@ def _detail(report: AdaptationReport) -> str:
 
 def declared_outcomes() -> dict[int | str, dict[str, Any]]:
     """Return, for OpenAPI, the good answers of a route that adapts."""
-    content = {"application/json": {"schema": ref(AdaptationReport)}}
     location = {"Location": {"description": "The adaptation's line in the journal", "schema": {"type": "string"}}}
     return {
-        200: {"description": "Applied; or, for a dry run, the plan", "content": content, "headers": location},
-        202: {"description": "Accepted and under way", "content": content, "headers": location},
+        200: {"description": "Applied; or, for a dry run, the plan", "headers": location},
+        202: {"description": "Accepted and under way", "headers": location, "model": Shown[AdaptationReport]},
     }

@@ -7,9 +7,9 @@ from collections import Counter
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCode, Qualities
 from regraft.bus_schema.messages.protocol.host import ProcessState
-from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
 from regraft.client.errors import ControlRefused, NoSuchComponent
 from regraft.dashboard_api.backend.manager import Manager
@@ -42,7 +42,7 @@ class Overview:
         """Return the system in one answer."""
         architecture = self._manager.last_architecture()
         seen = self._client.components(LISTEN_FOR)
-        states = Counter(c.status.state.value if c.status and c.alive else "gone" for c in seen.values())
+        states = Counter(c.state.value if c.state and c.alive else "gone" for c in seen.values())
         return SystemOverview(
             self._client.system,
             architecture.revision if architecture else None,
@@ -56,27 +56,25 @@ class Overview:
     def components(self) -> ComponentList:
         """Return all components: those that should be, and those that are."""
         architecture = self._manager.last_architecture()
+        specs = architecture.components if architecture else {}
         seen = self._client.components(LISTEN_FOR)
-        names = sorted(seen.keys() | (architecture.components.keys() if architecture else set()))
-        lines = tuple(_line(name, seen.get(name), architecture) for name in names)
+        names = sorted(seen.keys() | specs.keys())
+        lines = tuple(_line(seen.get(name, ComponentSeen(name)), specs.get(name)) for name in names)
         return ComponentList(architecture.revision if architecture else None, lines)
 
     def component(self, name: str) -> ComponentDetails:
         """Return all that is known of a component; raises Problem for an unknown one."""
         architecture = self._manager.last_architecture()
-        spec = architecture.components.get(name) if architecture else None
+        specs = architecture.components if architecture else {}
         everybody = self._client.components(LISTEN_FOR)
-        seen = everybody.get(name)
-        if spec is None and seen is None:
-            known = everybody.keys() | (architecture.components.keys() if architecture else set())
-            raise not_found(f"there is no component {name!r}; {instead_of(name, known)}")
-        if seen is None:
-            return ComponentDetails(name, False, None, spec, None, None, None)
+        if name not in specs and name not in everybody:
+            raise not_found(no_such("component", name, everybody.keys() | specs.keys()))
+        seen = everybody.get(name, ComponentSeen(name))
         try:
             now = self._client.view(name, LIVE_TIMEOUT) if seen.alive else None
         except ClientError:
             now = None
-        return ComponentDetails(name, seen.alive, seen.age, spec, seen.status, seen.process, now)
+        return ComponentDetails(name, seen.alive, seen.age, specs.get(name), seen.status, seen.process, now)
 
     def qualities(self, name: str, asked: AskQualities) -> Qualities:
         """Return what quality a component gives and would give; raises Problem."""
@@ -118,25 +116,21 @@ class Overview:
         return HostList(tuple(HostLine(h.name, h.alive, h.age, h.status, h.state, h.processes) for h in seen))
 
 
-def _line(name: str, seen: ComponentSeen | None, architecture: Architecture | None) -> ComponentLine:
-    spec = architecture.components.get(name) if architecture else None
-    status = seen.status if seen else None
-    process = seen.process if seen else None
-    runs_at = seen.host if seen and seen.host else (spec.host if spec else None)
+def _line(seen: ComponentSeen, spec: ComponentSpec | None) -> ComponentLine:
     return ComponentLine(
-        name,
+        seen.name,
         spec.cls if spec else None,
-        runs_at,
+        seen.host or (spec.host if spec else None),
         spec.state if spec else None,
-        status.state if status else None,
-        seen.alive if seen else False,
-        status.incarnation if status else None,
-        seen.age if seen else None,
-        process.pid if process else None,
-        process.restarts if process else None,
-        status.error if status else "",
-        status.detail if status else "",
-        status.values if status else {},
+        seen.state,
+        seen.alive,
+        seen.status.incarnation if seen.status else None,
+        seen.age,
+        seen.process.pid if seen.process else None,
+        seen.process.restarts if seen.process else None,
+        seen.error,
+        seen.detail,
+        seen.values,
     )
 
 
@@ -159,11 +153,10 @@ def _problems(seen: dict[str, ComponentSeen], architecture: Architecture | None)
     for name, component in seen.items():
         if component.process and component.process.state is ProcessState.QUARANTINED:
             problems.append(f"{name} is quarantined: {component.process.exit_reason}")
-        elif component.status and component.status.error:
-            problems.append(f"{name}: {component.status.error}")
+        elif component.error:
+            problems.append(f"{name}: {component.error}")
     for name, spec in architecture.components.items() if architecture else ():
-        there = seen.get(name)
         managed_and_wanted = spec.managed and spec.state is not State.FINALIZED
-        if managed_and_wanted and not (there and there.alive):
+        if managed_and_wanted and not seen.get(name, ComponentSeen(name)).alive:
             problems.append(f"{name} should be {spec.state.value}, but is not there")
     return problems

@@ -115,8 +115,8 @@ def _hardened(send: Send) -> Callable[[Message], Awaitable[None]]:
     async def hardened(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
-            headers.setdefault("cache-control", "no-store")
-            headers.setdefault("x-content-type-options", "nosniff")
+            headers["cache-control"] = "no-store"
+            headers["x-content-type-options"] = "nosniff"
         await send(message)
 
     return hardened

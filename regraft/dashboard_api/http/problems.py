@@ -5,26 +5,26 @@ from __future__ import annotations
 import logging
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 from starlette.types import Receive, Scope, Send
 
-from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationReport, Violation
-from regraft.dashboard_api.http.json_replies import to_json
+from regraft.bus_schema.suggestions import Hints
+from regraft.dashboard_api.http.bus_types import MAX_TOLD, Fields, to_json
 
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER = 1.0
 """Seconds after which a part that is not available may be asked again, where it gives no time itself."""
-MAX_TOLD = 100
-"""Violations of one request that are told."""
 POLICY_VIOLATION = 1008
 """The code that closes a WebSocket for what it is (RFC 6455)."""
 
@@ -93,7 +93,7 @@ class ProblemDetails:
     report: AdaptationReport | None = None
 
 
-class Problem(Exception):
+class Problem(HTTPException):
     """Raise it to answer a request with a problem."""
 
     def __init__(
@@ -105,12 +105,10 @@ class Problem(Exception):
         report: AdaptationReport | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> None:
+        super().__init__(kind.status, detail, headers)
         self.kind = kind
-        self.detail = detail
         self.violations = tuple(violations)
         self.report = report
-        self.headers = dict(headers or {})
-        super().__init__(detail)
 
     def response(self, path: str) -> Response:
         """Return the answer to the request for ``path``."""
@@ -148,6 +146,44 @@ def violation(field: str, problem: str, *, change: int | None = None, component:
     return Violation(change, _sendable(component), _sendable(field), _sendable(problem))
 
 
+def told(error: BadMessage) -> Violation:
+    """Return what does not fit a type of the bus as a violation."""
+    return violation(".".join(error.where), error.why)
+
+
+SAID_ELSEWHERE = {
+    "actor": "is said by the header X-Regraft-Actor",
+    "component": "is named by the path",
+    "dry_run": "is said by the query",
+    "key": "is said by the header Idempotency-Key",
+    "wait": "is said by the header Prefer",
+}
+"""Fields of records that no body has, and what gives them."""
+
+
+def violations(errors: Sequence[Any], known: Iterable[str]) -> list[Violation]:
+    """Return what pydantic found wrong with a request whose body may have the ``known`` fields."""
+    hints = Hints(known)
+    return [_violation(error, hints) for error in errors[: MAX_TOLD + 1]]
+
+
+def _violation(error: Any, hints: Hints) -> Violation:
+    source, *where = error["loc"]
+    problem = error["msg"]
+    if error["type"] == "missing":
+        problem = "is missing"
+    elif error["type"] == "extra_forbidden":
+        problem = SAID_ELSEWHERE.get(where[-1]) or f"there is no such field; {hints.instead_of(where[-1])}"
+    change = where[1] if where[:1] == ["changes"] and len(where) > 1 else None
+    return violation(".".join(map(str, where)) or source, problem, change=change)
+
+
+def known_fields(route: Any) -> list[str]:
+    """Return the names of the fields that the body of a route may have, as far as they are fixed."""
+    metadata = route.body_field.field_info.metadata if isinstance(route, APIRoute) and route.body_field else ()
+    return [name for fields in metadata if isinstance(fields, Fields) for name in fields.by_name]
+
+
 def malformed(*violations: Violation) -> Problem:
     """Return the problem of a request that does not have the right form; of many violations it tells the first."""
     if len(violations) > MAX_TOLD:
@@ -179,17 +215,9 @@ def not_found(detail: str) -> Problem:
 
 
 def declared(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return, for OpenAPI, the problems that a route may answer with; those of every route are added."""
+    """Return, for OpenAPI, the problems that a route may answer with."""
     schema = {"$ref": "#/components/schemas/ProblemDetails"}
-    return {
-        status: {"description": TITLES[status], "content": {MEDIA_TYPE: {"schema": schema}}}
-        for status in sorted({*statuses, 403, 421, 500})
-    }
-
-
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a problem."""
-    return record_shape(ProblemDetails).json_schema()
+    return {status: {"description": TITLES[status], "content": {MEDIA_TYPE: {"schema": schema}}} for status in statuses}
 
 
 def methods_at(document: dict[str, Any], path: str) -> list[str]:
@@ -219,7 +247,7 @@ def install(app: FastAPI) -> None:
 
     def invalid(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        wrong = [violation(".".join(map(str, e["loc"][1:])), e["msg"]) for e in error.errors()]
+        wrong = violations(error.errors(), known_fields(request.scope.get("route")))
         return malformed(*wrong).response(request.url.path)
 
     def plain(request: Request, error: Exception) -> Response:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from fastapi import APIRouter, Depends, Query
-from starlette.responses import Response
+from fastapi import APIRouter, Query
+from pydantic import Field
 
-from regraft.bus_schema.encoding.records import record_shape
-from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.encoding.records import shape_of
 from regraft.bus_schema.messages.mission import (
     BlackboardEntries,
     BlackboardRequest,
@@ -19,24 +19,19 @@ from regraft.bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from regraft.dashboard_api.backend.manager import Services
-from regraft.dashboard_api.http.body import json_object, optional_json_object, told, unknown_fields
-from regraft.dashboard_api.http.json_replies import reply, shown
-from regraft.dashboard_api.http.problems import declared, malformed
-from regraft.dashboard_api.routes.adaptations import request_body
+from regraft.dashboard_api.http.body import JsonRoute
+from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
+from regraft.dashboard_api.http.problems import declared
+from regraft.dashboard_api.routes.bodies import NoBody, example
 
-TEXTS = {name: shape.json_schema() for name, shape in record_shape(MissionCommand).fields if name != "command"}
-TREE = {**TEXTS["tree"], "minLength": 1}
-LOAD_SCHEMA = {
-    "type": "object",
-    "properties": {**TEXTS, "tree": TREE},
-    "required": ["tree"],
-    "additionalProperties": False,
-}
-NOTHING_SCHEMA = {"type": "object", "properties": {}, "additionalProperties": False}
-TREE_EXAMPLE = (
-    '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
-)
-WRITE_SCHEMA = {"type": "object", "description": "New values by entry; null removes one; the others keep theirs"}
+TEXTS = fields_of(MissionCommand, without=["command"], also={"tree": {"minLength": 1}})
+Tree = TEXTS["tree"].kind
+TreeBody = Annotated[
+    JsonObject,
+    Fields("TreeBody", TEXTS | {"tree": BodyField("tree", Annotated[Tree, Field(min_length=1)], required=True)}),
+    example({"tree": '<root BTCPP_format="4"><BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'}),
+]
+EntriesBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"charging_wanted": 1})]
 TAKE_A_TREE = {
     Command.LOAD: "Load a behaviour tree (BehaviorTree.CPP XML, version 4) in place of the present one.",
     Command.CHECK: "Load a behaviour tree as the executor would, and forget it: says what is wrong, changes nothing.",
@@ -53,68 +48,47 @@ MEANINGS = {
 
 def routes(services: Services) -> APIRouter:
     """Return the routes."""
-    router = APIRouter(tags=["mission"])
+    router = APIRouter(tags=["mission"], route_class=JsonRoute)
 
-    @router.get("/mission", responses={**shown(MissionStatus, "The mission"), **declared(409, 503)})
-    def show_mission() -> Response:
+    @router.get("/mission", response_description="The mission", responses=declared(409, 503))
+    def show_mission() -> Shown[MissionStatus]:
         """The mission: tree, statuses of its nodes, blackboard."""
-        return reply(services.ask("mission/status", MissionRequest(), MissionStatus))
+        return services.ask("mission/status", MissionRequest(), MissionStatus)
 
-    @router.get(
-        "/mission/blackboard", responses={**shown(BlackboardEntries, "The entries"), **declared(404, 409, 422, 503)}
-    )
+    @router.get("/mission/blackboard", response_description="The entries", responses=declared(404, 409, 422, 503))
     def read_blackboard(
         key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "", board: Board = ""
-    ) -> Response:
+    ) -> Shown[BlackboardEntries]:
         """The entries of a blackboard: value, type, number of writes, age."""
-        return reply(services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries))
+        return services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries)
 
     @router.patch(
         "/mission/blackboard",
-        responses={**shown(BlackboardEntries, "The entries written"), **declared(404, 409, 413, 415, 422, 503)},
-        openapi_extra=request_body(WRITE_SCHEMA, {"charging_wanted": 1}),
+        response_description="The entries written",
+        responses=declared(404, 409, 413, 415, 422, 503),
     )
-    def write_blackboard(body: Annotated[dict[str, Any], Depends(json_object)], board: Board = "") -> Response:
-        """Write entries of a blackboard, all or none; a value must fit its entry's type."""
-        return reply(services.ask("mission/write", WriteBlackboard(body, board), BlackboardEntries))
+    def write_blackboard(body: EntriesBody, board: Board = "") -> Shown[BlackboardEntries]:
+        """Write entries of a blackboard, all or none; a value must fit its entry's type, and null removes it."""
+        return services.ask("mission/write", WriteBlackboard(body, board), BlackboardEntries)
 
-    for command, meaning in TAKE_A_TREE.items():
-        _add_command(router, services, command, meaning)
-    for command, meaning in MEANINGS.items():
+    for command, meaning in (TAKE_A_TREE | MEANINGS).items():
         _add_command(router, services, command, meaning)
     return router
 
 
 def _add_command(router: APIRouter, services: Services, command: Command, meaning: str) -> None:
-    takes_tree = command in TAKE_A_TREE
+    def tell(body: NoBody) -> Shown[MissionStatus]:
+        return services.ask("mission/command", MissionCommand(command), MissionStatus)
 
-    def tell(body: Annotated[dict[str, Any], Depends(optional_json_object)]) -> Response:
-        return _command(services, command, body, ())
-
-    def tell_with_tree(body: Annotated[dict[str, Any], Depends(json_object)]) -> Response:
-        return _command(services, command, body, tuple(TEXTS))
+    def tell_with_tree(body: TreeBody) -> Shown[MissionStatus]:
+        return services.ask("mission/command", MissionCommand(command, **body), MissionStatus)
 
     router.add_api_route(
         f"/mission/{command.value}",
-        tell_with_tree if takes_tree else tell,
+        tell_with_tree if command in TAKE_A_TREE else tell,
         methods=["POST"],
         name=f"{command.value}_mission",
         description=meaning,
-        responses={**shown(MissionStatus, "The mission"), **declared(409, 413, 415, 422, 503)},
-        openapi_extra=request_body(LOAD_SCHEMA, {"tree": TREE_EXAMPLE})
-        if takes_tree
-        else request_body(NOTHING_SCHEMA, {}, required=False),
+        response_description="The mission",
+        responses=declared(409, 413, 415, 422, 503),
     )
-
-
-def _command(services: Services, command: Command, body: dict[str, Any], known: tuple[str, ...]) -> Response:
-    wrong = unknown_fields(body, known)
-    if wrong:
-        raise malformed(*wrong)
-    if command in TAKE_A_TREE and body.get("tree", "") == "":
-        raise malformed(told(BadMessage("is empty" if "tree" in body else "is missing", ("tree",))))
-    try:
-        request = record_shape(MissionCommand).unpack({**body, "command": command.value})
-    except BadMessage as error:
-        raise malformed(told(error)) from None
-    return reply(services.ask("mission/command", request, MissionStatus))

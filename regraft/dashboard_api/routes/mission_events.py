@@ -1,15 +1,12 @@
 """The route that follows a mission: changes of its nodes' statuses, and what happens to it, server-sent."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
-from collections.abc import AsyncIterator
-from contextlib import aclosing
+from collections.abc import AsyncIterator, Iterator
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Header
-from starlette.responses import Response, StreamingResponse
+from fastapi import APIRouter, Depends
+from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from regraft.bus.interface import Closable
 from regraft.bus_schema.encoding.registry import type_of
@@ -17,28 +14,10 @@ from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.mission import MissionTransitions
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
-from regraft.dashboard_api.http.json_replies import ref
-from regraft.dashboard_api.http.problems import declared
-from regraft.dashboard_api.routes.events import Seats, stream
+from regraft.dashboard_api.routes.events import LastEventId, declared_stream, stream
 
 TOPIC: Final = "mission/transitions"
 """Where transitions are unless the stack says otherwise."""
-
-MISSION_STREAM: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": (
-            "Server-sent events: `transitions` holds the changes of one tick; any other event is as in `/events`, "
-            "its kind begins with `mission.`. An event `gap` tells how many were missed (null: unknown): read "
-            "`/mission` again, as after a `structure` that is another than before."
-        ),
-        "content": {
-            "text/event-stream": {
-                "schema": {"type": "string"},
-                "itemSchema": {"anyOf": [ref(MissionTransitions), ref(Event)]},
-            }
-        },
-    }
-}
 
 
 class MissionFeed:
@@ -87,28 +66,33 @@ class MissionFeed:
             self.buffer.add(event)
 
 
-def routes(feed: MissionFeed, heartbeat: float) -> APIRouter:
-    """Return the route; a comment is sent after ``heartbeat`` seconds of silence."""
+def routes(feed: MissionFeed) -> APIRouter:
+    """Return the route."""
     router = APIRouter(tags=["mission"])
-    seats = Seats()
 
-    @router.get("/mission/events", response_class=StreamingResponse, responses={**MISSION_STREAM, **declared(422, 503)})
+    def follow(woken: Annotated[asyncio.Event, Depends(feed.buffer.reading)]) -> Iterator[asyncio.Event]:
+        feed.enter()
+        try:
+            yield woken
+        finally:
+            feed.leave()
+
+    @router.get(
+        "/mission/events",
+        response_class=EventSourceResponse,
+        responses=declared_stream(
+            "`transitions` holds the changes of one tick; any other event is as in `/events`, its kind begins with "
+            "`mission.`. An event `gap` tells how many were missed (null: unknown): read `/mission` again, as after a "
+            "`structure` that is another than before.",
+            MissionTransitions,
+            Event,
+        ),
+    )
     async def stream_mission(
-        last_event_id: Annotated[str | None, Header(description="Go on behind this event")] = None,
-    ) -> Response:
+        woken: Annotated[asyncio.Event, Depends(follow)], last_event_id: LastEventId = ""
+    ) -> AsyncIterator[ServerSentEvent]:
         """The mission as it goes: changes of statuses by tick, and loading, starting, swapping, writing, ending."""
-        return seats.take(_follow(feed, last_event_id, heartbeat))
+        async for event in stream(feed.buffer, woken, last_event_id):
+            yield event
 
     return router
-
-
-async def _follow(feed: MissionFeed, last_event_id: str | None, heartbeat: float) -> AsyncIterator[str]:
-    entering = asyncio.ensure_future(asyncio.to_thread(feed.enter))
-    try:
-        await asyncio.shield(entering)
-        async with aclosing(stream(feed.buffer, last_event_id, heartbeat)) as texts:
-            async for text in texts:
-                yield text
-    finally:
-        # A client that leaves while still entering has entered nevertheless.
-        entering.add_done_callback(lambda _: feed.leave())

@@ -81,10 +81,9 @@ def _body(body: dict[str, Any] | None) -> Iterator[str]:
     if body:
         yield f"<p>Body{'' if body.get('required') else ' (optional)'}:</p>"
         for kind, content in body["content"].items():
-            yield _folded(f"{kind}, schema", content.get("schema", {}))
-            examples = {name: example["value"] for name, example in content.get("examples", {}).items()}
-            for name, example in (examples or {"example": content.get("example", {})}).items():
-                yield _folded(name, example)
+            yield _linked_schema(kind, content)
+            for name, example in content["examples"].items():
+                yield _folded(name, example["value"])
 
 
 def _answers(answers: dict[str, Any]) -> Iterator[str]:
@@ -96,12 +95,13 @@ def _answers(answers: dict[str, Any]) -> Iterator[str]:
 
 
 def _content(answer: dict[str, Any]) -> str:
-    return "".join(_linked_schema(kind, content["schema"]) for kind, content in answer.get("content", {}).items())
+    return "".join(_linked_schema(kind, content) for kind, content in answer.get("content", {}).items())
 
 
-def _linked_schema(kind: str, schema: dict[str, Any]) -> str:
+def _linked_schema(kind: str, content: dict[str, Any]) -> str:
+    schema = content.get("itemSchema") or content["schema"]
     name = str(schema.get("$ref", "")).rpartition("/")[2]
-    return f"{escape(kind)}: {link('#schema-' + name, name)}" if name else escape(kind)
+    return f"{escape(kind)}: {link('#schema-' + name, name)}" if name else _folded(kind, schema)
 
 
 def _schema(name: str, schema: dict[str, Any]) -> str:

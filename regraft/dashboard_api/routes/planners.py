@@ -6,31 +6,26 @@ import re
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
-from fastapi import APIRouter, Depends, Path, Request
-from starlette.responses import Response
+from fastapi import APIRouter, Path, Request
 
-from regraft.bus_schema.encoding.records import record_shape
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
 from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
-from regraft.dashboard_api.http.body import json_object, told
-from regraft.dashboard_api.http.json_replies import reply, shown
+from regraft.dashboard_api.http.body import JsonRoute, built
+from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
 from regraft.dashboard_api.http.problems import (
     NO_ANSWER,
     QUEUE_FULL,
     Problem,
     declared,
-    malformed,
     not_found,
     unavailable,
-    violation,
 )
-from regraft.dashboard_api.routes.adaptations import request_body
+from regraft.dashboard_api.routes.bodies import example
 
 PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
 DESCRIBE_TIMEOUT: Final = 1.0
@@ -46,6 +41,11 @@ PROPOSAL_EXAMPLE: Final = {
         "settle": 1.0,
     },
 }
+ProposalBody = Annotated[
+    JsonObject,
+    Fields("ProposalBody", fields_of(ProposalRequest, without=["actor"])),
+    example(PROPOSAL_EXAMPLE),
+]
 
 Name = Annotated[str, Path(description="A planner's name", examples=["bandits"])]
 
@@ -69,58 +69,37 @@ class PlannerList:
 
 def routes(services: Services, manager: Manager) -> APIRouter:
     """Return the routes."""
-    router = APIRouter(tags=["planners"])
+    router = APIRouter(tags=["planners"], route_class=JsonRoute)
     waiting = threading.BoundedSemaphore(MAX_WAITING)
 
-    @router.get("/planners", responses={**shown(PlannerList, "All planners"), **declared(503)})
-    def list_planners() -> Response:
+    @router.get("/planners", response_description="All planners", responses=declared(503))
+    def list_planners() -> Shown[PlannerList]:
         """The planners: their strategies, and the JSON Schemas of knobs and inputs."""
         found = _planners(manager)
-        return reply(PlannerList(tuple(_line(services, name, found[name]) for name in sorted(found))))
+        return PlannerList(tuple(_line(services, name, found[name]) for name in sorted(found)))
 
     @router.post(
         "/planners/{name}/propose",
-        responses={**shown(Proposal, "The proposal"), **declared(404, 413, 415, 422, 503)},
-        openapi_extra=request_body(_proposal_schema(), PROPOSAL_EXAMPLE),
+        response_description="The proposal",
+        responses=declared(404, 413, 415, 422, 503),
     )
-    def propose(
-        request: Request,
-        name: Name,
-        body: Annotated[dict[str, Any], Depends(json_object)],
-        x_regraft_actor: ActorHeader = None,
-    ) -> Response:
+    def propose(request: Request, name: Name, body: ProposalBody, x_regraft_actor: ActorHeader = "") -> Shown[Proposal]:
         """Ask a planner for an adaptation, and have it carried out unless ``apply`` is false.
 
         The answer waits for the outcome, which the proposal's report tells; also that of one that was rejected.
         """
-        asked = _read(body, actor(request, x_regraft_actor))
+        asked = built(ProposalRequest, actor=actor(request, x_regraft_actor), **body)
         found = _planners(manager)
         if name not in found:
             raise not_found(f"there is no planner {name!r}; {instead_of(name, found)}")
         if not waiting.acquire(blocking=False):
             raise unavailable(f"{MAX_WAITING} requests are waiting for proposals already", QUEUE_FULL)
         try:
-            return reply(_proposed(services, name, asked))
+            return _proposed(services, name, asked)
         finally:
             waiting.release()
 
     return router
-
-
-def _proposal_schema() -> dict[str, Any]:
-    schema = record_shape(ProposalRequest).json_schema()
-    del schema["properties"]["actor"]
-    return schema
-
-
-def _read(body: dict[str, Any], actor: str) -> ProposalRequest:
-    if "actor" in body:
-        raise malformed(violation("actor", "is said by the header X-Regraft-Actor"))
-    try:
-        asked: ProposalRequest = record_shape(ProposalRequest).unpack({**body, "actor": actor})
-    except BadMessage as error:
-        raise malformed(told(error)) from None
-    return asked
 
 
 def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal:
@@ -153,4 +132,4 @@ def _line(services: Services, name: str, component: str) -> PlannerLine:
         service = f"planners/{name}/describe"
         return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_TIMEOUT))
     except Problem as error:
-        return PlannerLine(name, component, None, str(error))
+        return PlannerLine(name, component, None, error.detail)

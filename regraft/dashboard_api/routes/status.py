@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Path, Query
-from starlette.responses import Response
+from fastapi import APIRouter, Header, Path, Query, Response
 
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.encoding.records import record_shape
-from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import AskQualities, Qualities
 from regraft.bus_schema.messages.protocol.host import LogLines
 from regraft.bus_schema.model.architecture import Architecture
@@ -17,16 +13,29 @@ from regraft.client.diff import ArchitectureDiff, diff
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.overview import Overview
 from regraft.dashboard_api.backend.views import ComponentDetails, ComponentList, HostList, SystemOverview, TopicList
-from regraft.dashboard_api.http.body import json_object, told
-from regraft.dashboard_api.http.json_replies import reply, shown
-from regraft.dashboard_api.http.problems import declared, malformed
-from regraft.dashboard_api.routes.adaptations import request_body
+from regraft.dashboard_api.http.body import JsonRoute
+from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
+from regraft.dashboard_api.http.problems import declared
+from regraft.dashboard_api.routes.bodies import example
 
-MAX_REVISION = 2**63 - 1
-QUALITIES_EXAMPLE = {"parameters": {"max_velocity": 0.1}, "context": {"darkness": 0.5}}
+TOO_LARGE = 2**63
+"""No revision is this large. Limits are floats in the document: this one is exact there, 2**63 - 1 is not."""
 
+QualitiesBody = Annotated[
+    JsonObject,
+    Fields("QualitiesBody", fields_of(AskQualities)),
+    example({"parameters": {"max_velocity": 0.1}, "context": {"darkness": 0.5}}),
+]
 ComponentName = Annotated[str, Path(description="A component's name", examples=["navigator"])]
-Revision = Annotated[int, Query(ge=0, le=MAX_REVISION, examples=[12])]
+Revision = Annotated[int, Query(ge=0, lt=TOO_LARGE, examples=[12])]
+
+
+def _never_null(schema: dict[str, Any]) -> None:
+    schema.update(schema.pop("anyOf")[0])
+
+
+RevisionOrNone = Annotated[int | None, Query(ge=0, lt=TOO_LARGE, examples=[12], json_schema_extra=_never_null)]
+"""A revision that may be left out: null cannot be sent in a query."""
 NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The caller has this revision already"}}
 
 
@@ -37,82 +46,75 @@ def etag(revision: int) -> str:
 
 def routes(overview: Overview, manager: Manager) -> APIRouter:
     """Return the routes."""
-    router = APIRouter(tags=["status"])
+    router = APIRouter(tags=["status"], route_class=JsonRoute)
 
-    @router.get("/system", responses={**shown(SystemOverview, "The system"), **declared()})
-    def show_system() -> Response:
+    @router.get("/system", response_description="The system")
+    def show_system() -> Shown[SystemOverview]:
         """The system in one answer: components by state, hosts, clock, problems."""
-        return reply(overview.system())
+        return overview.system()
 
-    @router.get("/components", responses={**shown(ComponentList, "All components"), **declared()})
-    def list_components() -> Response:
+    @router.get("/components", response_description="All components")
+    def list_components() -> Shown[ComponentList]:
         """All components: as they should be, and as they are."""
-        return reply(overview.components())
+        return overview.components()
 
-    @router.get("/components/{name}", responses={**shown(ComponentDetails, "The component"), **declared(404, 422)})
-    def show_component(name: ComponentName) -> Response:
+    @router.get("/components/{name}", response_description="The component", responses=declared(404, 422))
+    def show_component(name: ComponentName) -> Shown[ComponentDetails]:
         """A component: its specification, status, process, parameters and connections."""
-        return reply(overview.component(name))
+        return overview.component(name)
 
-    @router.get(
-        "/components/{name}/qualities",
-        responses={**shown(Qualities, "Its qualities"), **declared(404, 422, 503)},
-    )
-    def show_qualities(name: ComponentName) -> Response:
+    @router.get("/components/{name}/qualities", response_description="Its qualities", responses=declared(404, 422, 503))
+    def show_qualities(name: ComponentName) -> Shown[Qualities]:
         """The quality attributes that a component gives now, and those that it estimates for its parameters."""
-        return reply(overview.qualities(name, AskQualities()))
+        return overview.qualities(name, AskQualities())
 
     @router.post(
         "/components/{name}/qualities",
-        responses={**shown(Qualities, "Its qualities"), **declared(404, 413, 415, 422, 503)},
-        openapi_extra=request_body(record_shape(AskQualities).json_schema(), QUALITIES_EXAMPLE),
+        response_description="Its qualities",
+        responses=declared(404, 413, 415, 422, 503),
     )
-    def estimate_qualities(name: ComponentName, body: Annotated[dict[str, Any], Depends(json_object)]) -> Response:
+    def estimate_qualities(name: ComponentName, body: QualitiesBody) -> Shown[Qualities]:
         """The same with some parameters changed, in a context; nothing is touched."""
-        try:
-            asked = codec.from_plain(body, AskQualities)
-        except BadMessage as error:
-            raise malformed(told(error)) from None
-        return reply(overview.qualities(name, asked))
+        return overview.qualities(name, AskQualities(**body))
 
-    @router.get("/components/{name}/logs", responses={**shown(LogLines, "The last lines"), **declared(404, 422, 503)})
-    def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Response:
+    @router.get("/components/{name}/logs", response_description="The last lines", responses=declared(404, 422, 503))
+    def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Shown[LogLines]:
         """The last lines of a component's log, oldest first."""
-        return reply(LogLines(name, overview.logs(name, lines)))
+        return LogLines(name, overview.logs(name, lines))
 
-    @router.get("/topics", responses={**shown(TopicList, "All topics"), **declared(503)})
-    def list_topics() -> Response:
+    @router.get("/topics", response_description="All topics", responses=declared(503))
+    def list_topics() -> Shown[TopicList]:
         """All topics: type, rate, reliability, who writes and who reads."""
-        return reply(overview.topics())
+        return overview.topics()
 
-    @router.get("/hosts", responses={**shown(HostList, "All hosts"), **declared()})
-    def list_hosts() -> Response:
+    @router.get("/hosts", response_description="All hosts")
+    def list_hosts() -> Shown[HostList]:
         """All hosts and their processes."""
-        return reply(overview.hosts())
+        return overview.hosts()
 
     @router.get(
         "/architecture",
-        responses={**shown(Architecture, "The architecture"), **NOT_MODIFIED, **declared(404, 422, 503)},
+        response_model=Shown[Architecture],
+        response_description="The architecture",
+        responses={**NOT_MODIFIED, **declared(404, 422, 503)},
     )
     def show_architecture(
-        revision: Revision | None = None, if_none_match: Annotated[str | None, Header()] = None
-    ) -> Response:
+        response: Response, revision: RevisionOrNone = None, if_none_match: Annotated[str, Header()] = ""
+    ) -> Response | Architecture:
         """The architecture, now or at a revision. Its revision is the ETag; send it back as ``If-Match``."""
         architecture = manager.architecture(revision)
         tag = etag(architecture.revision)
-        if if_none_match is not None and tag in (t.strip().removeprefix("W/") for t in if_none_match.split(",")):
+        if tag in (each.strip().removeprefix("W/") for each in if_none_match.split(",")):
             return Response(status_code=304, headers={"ETag": tag})
-        return reply(architecture, headers={"ETag": tag})
+        response.headers["ETag"] = tag
+        return architecture
 
-    @router.get(
-        "/architecture/diff",
-        responses={**shown(ArchitectureDiff, "The differences"), **declared(404, 422, 503)},
-    )
+    @router.get("/architecture/diff", response_description="The differences", responses=declared(404, 422, 503))
     def show_diff(
         before: Annotated[Revision, Query(alias="from")],
-        after: Annotated[Revision | None, Query(alias="to", description="the current one if left out")] = None,
-    ) -> Response:
+        after: Annotated[RevisionOrNone, Query(alias="to", description="the current one if left out")] = None,
+    ) -> Shown[ArchitectureDiff]:
         """How two revisions of the architecture differ, field by field."""
-        return reply(diff(manager.architecture(before), manager.architecture(after)))
+        return diff(manager.architecture(before), manager.architecture(after))
 
     return router

@@ -106,7 +106,7 @@ class Claim:
 def comparisons_table(arms: Arms, claims: Sequence[Claim], measures: Mapping[str, Measure], alpha: float) -> str:
     """Return Mann and Whitney's one-sided test of each claim, corrected for their number, and the effect's size.
 
-    Beside it stands in how many of the pairs of equal seeds the claim holds: seeds may differ more than configurations.
+    It also has in how many of the pairs of equal seeds the claim holds: seeds may differ more than configurations.
     """
     samples = {
         claim: (arms.values(claim.greater, measures[claim.measure]), arms.values(claim.less, measures[claim.measure]))

@@ -49,8 +49,8 @@ def summary(values: Sequence[float]) -> Summary:
 class Comparison:
     """Whether ``first`` tends to be greater than ``second``: Mann and Whitney's one-sided test, and the effect.
 
-    ``a12`` is the probability that one of the first is greater than one of the second, ties counted half (Vargha and
-    Delaney's A), with a bootstrap interval; ``rank_biserial`` is 2 a12 - 1. ``difference`` is that of the means.
+    ``a12`` is the probability that one of the first is greater than one of the second, ties counted half. It is Vargha
+    and Delaney's A, with a bootstrap interval; ``rank_biserial`` is 2 a12 - 1. ``difference`` is that of the means.
     """
 
     u: float

@@ -1,4 +1,4 @@
-"""Runs a mission under requirements once, and writes down what is told of them."""
+"""Runs a mission under requirements once, and writes down their reports."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ STALLED_TIMEOUT = 20.0
 class QualityRun:
     """The reports of a run of ``seconds``.
 
-    ``qualities`` are in the order in which they were told. ``darkness``, ``speed`` (the maximum velocity in m/s) and
-    ``camera`` (the topic of the pictures) hold (s, value) from when on a value is so. ``closing`` is the closing line
+    ``qualities`` are in the order of their reports. ``darkness``, ``speed`` (the maximum velocity in m/s) and
+    ``camera`` (the topic of the pictures) hold (s, value): from when on a value holds. ``closing`` is the closing line
     of ``regraft up``.
     """
 

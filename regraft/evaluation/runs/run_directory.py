@@ -1,6 +1,6 @@
-"""The directory of one run: made beside the others, moved among them when the run is over and all of it is there.
+"""The directory of one run: made next to the others, moved among them when the run is over and all of it is there.
 
-``stack/AS_RUN`` is the stack as it was run, with all that it needs beside it; ``rows.csv`` and ``adaptations.csv``
+``stack/AS_RUN`` is the stack as it was run, with all that it needs next to it; ``rows.csv`` and ``adaptations.csv``
 hold simulated quantities only, and are equal for equal runs; ``run.json`` says what was run and how it ended; what
 depends on the machine is in ``timing.csv`` and ``logs/``.
 """
@@ -36,7 +36,7 @@ WALL_CLOCK: Final = ("wall_s", "startup_s", "real_time_factor")
 
 
 class BadRun(Exception):
-    """A run's directory does not hold what it should; the text says what is missing."""
+    """A run's directory does not hold what it should; the text states what is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Plan:
         return deepcopy(document)
 
     def fingerprint(self) -> str:
-        """Return a hash over what is run: the stack with its changes, the files beside it, the seed and the time."""
+        """Return a hash over what is run: the stack with its changes, the files next to it, the seed and the time."""
         digest = hashlib.sha256(json.dumps([self.document(), self.seed, self.seconds], sort_keys=True).encode())
         for path in sorted(self.stack.parent.rglob("*.xml")):
             digest.update(path.relative_to(self.stack.parent).as_posix().encode() + b"\0" + path.read_bytes())
@@ -96,7 +96,9 @@ def prepare(plan: Plan, home: Path) -> Path:
 
 
 def complete(plan: Plan, home: Path, closing: Mapping[str, Any]) -> None:
-    """Write what is to be kept of a run that is over, where it was made, and leave out the rest.
+    """Write what is to be kept of a finished run, in the folder where it was made.
+
+    The rest is left out.
 
     Raises:
         BadRun: it did not come to its end, or not in a way that can be repeated.

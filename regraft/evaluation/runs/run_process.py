@@ -50,7 +50,7 @@ class RunProcess:
             )
 
     def is_over(self) -> bool:
-        """Tell whether it has ended; one that does not move any more is ended."""
+        """Return whether it has ended; one that does not move any more is ended."""
         if self._process.poll() is not None:
             self._ended = self._ended or time.monotonic()
             return True

@@ -19,7 +19,7 @@ from regraft.evaluation.runs.stack_run import END_TIMEOUT, LOOK_INTERVAL, RunFai
 MISSION_ENDS = ("mission.succeeded", "mission.failed", "mission.halted")
 TOLD = ("mission.", "world.contact", "sensor.", "mapper.", "adaptation.", "component.fault", "component.restarted")
 STANDS_STILL_TIMEOUT = 60.0
-"""s of wall-clock time in which simulated time has to go on."""
+"""s of wall-clock time in which simulated time has to continue."""
 WORD_SPREADS = 2.0
 """s of simulated time until the judge has heard of the mission's end, too."""
 

@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 
 from regraft.bus.interface import Bus, BusError
 from regraft.bus_schema.errors import SchemaError
-from regraft.bus_schema.model.adaptation import APPLIED, AdaptationReport, AdaptationRequest, Move
-from regraft.bus_schema.model.hosts import ADAPT
+from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, AdaptationReport, AdaptationRequest, Move
 from regraft.client import Client
 from regraft.component.errors import CallFailed
 
@@ -24,7 +23,7 @@ class Failover:
     """Asks for adaptations in the name of the first host."""
 
     def __init__(self, bus: Bus, system: str, tell: Callable[..., None]) -> None:
-        """Ask on ``bus``; what fails is told by ``tell(kind, subject, text)``."""
+        """Ask on ``bus``; failures are reported by ``tell(kind, subject, text)``."""
         self._bus = bus
         self._system = system
         self._tell = tell

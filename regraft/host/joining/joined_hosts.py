@@ -1,8 +1,8 @@
 """The hosts that have joined the first one: who is there, who is silent, and who is lost for certain.
 
-A joined host renews its lease by a sign of life now and then. It takes the lease to run from when it *sent* the last
-one that was answered, the first host from when that *arrived*, and a little longer: so when the first host takes
-another for lost, that one has known for a while that it is alone, and has ended what may start elsewhere.
+A joined host renews its lease by a sign of life now and then. It counts the lease from when it *sent* the last one that
+was answered. The first host counts from when that *arrived*, and a little longer. So a host knows for a while that it
+is alone before the first host counts it as lost. By then it has ended what may start elsewhere.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class _Other:
 
 
 def _process(pid: int) -> str:
-    """Say which process a host is, if it has told: one of another implementation need not."""
+    """Report which process a host is, if it has told: one of another implementation need not."""
     return f" (process {pid})" if pid else ""
 
 
@@ -62,7 +62,7 @@ class JoinedHosts:
     # --- what they ask ---
 
     def check(self, asked: JoinHost) -> None:
-        """Tell whether a host may join; raises Refused, BadKey."""
+        """Return whether a host may join; raises Refused, BadKey."""
         if asked.protocol != PROTOCOL:
             problem = f"speaks version {asked.protocol} of the protocol, this system {PROTOCOL}"
             raise Refused(f"host {asked.host!r} {problem}: install the same version of Regraft on both")
@@ -90,7 +90,7 @@ class JoinedHosts:
             self._tell("host.joined", asked.host, f"host {asked.host} has joined{_process(asked.pid)}")
 
     def knows(self, asked: RenewLease) -> bool:
-        """Tell whether a sign of life is one of a host that is part of the system."""
+        """Return whether a sign of life is one of a host that is part of the system."""
         other = self._others.get(asked.host)
         return other is not None and other.instance == asked.instance and other.state in PRESENT
 
@@ -111,7 +111,7 @@ class JoinedHosts:
     # --- what is seen of them ---
 
     def heard(self, status: HostStatus) -> None:
-        """Note what a host says of its processes."""
+        """Note what a host states of its processes."""
         other = self._others.get(status.host)
         if other is not None and other.state in PRESENT:
             other.status = status

@@ -54,7 +54,7 @@ class ProofChecker:
         return self._context is not None
 
     def prove(self, asked: ProveHost) -> HostProof:
-        """Go on with a handshake; raises Refused, BadMessage, BadKey."""
+        """Continue with a handshake; raises Refused, BadMessage, BadKey."""
         if self._context is None:
             raise Refused("this system takes no certificates: it was started without --tls")
         under_way = self._exchanges.pop(asked.exchange, None) or _Handshake(Exchange(self._context, server=True))

@@ -23,8 +23,8 @@ class ManagedProcess:
     payload of the last Snapshot that it put, empty before the first. ``removed`` is set once it is not to be started
     any more; ``owed`` is then whether it would have been restarted, for the case that the removal is taken back.
     ``started_as`` is the incarnation as which its process was started, ``formerly`` are those that it has had until
-    now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run stands
-    beside it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
+    now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run runs next to
+    it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
     """
 
     spec: ComponentSpec
@@ -56,7 +56,7 @@ class ManagedProcess:
         return f"{self.spec.name}/{self.started_as}"
 
     def is_called(self, incarnation: int) -> bool:
-        """Tell whether its process may speak as ``incarnation``; until it is told of a new one, it has the former."""
+        """Return whether its process may speak as ``incarnation``; until it gets a new one, it has the former."""
         return incarnation == self.incarnation or incarnation in self.formerly
 
     def rename(self, incarnation: int) -> None:
@@ -100,7 +100,7 @@ class ManagedProcess:
         )
 
     def assignment(self, plan: HostPlan, revision: int, term: int) -> Assignment:
-        """Return what the next process is told: the spec in force, and the last checkpoint."""
+        """Return what the next process is reported: the spec in force, and the last checkpoint."""
         is_source = self.spec.name == plan.source
         connect = (plan.source_endpoint, plan.endpoint) if plan.source and not is_source else (plan.endpoint,)
         return Assignment(

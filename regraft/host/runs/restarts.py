@@ -19,7 +19,7 @@ class RestartHistory:
     total: int = 0
 
     def wants_restart(self, code: int) -> bool:
-        """Tell whether a process that ended with ``code`` is to be started again at all."""
+        """Return whether a process that ended with ``code`` is to be started again at all."""
         if self.policy.when is Restart.NEVER:
             return False
         return self.policy.when is Restart.ALWAYS or code != 0

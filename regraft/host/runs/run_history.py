@@ -1,4 +1,4 @@
-"""The history of runs that this host does not run, or not any more, for the next run to continue from."""
+"""The history of runs that this host does not run now, from which the next run continues."""
 
 from __future__ import annotations
 

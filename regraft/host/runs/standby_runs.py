@@ -12,13 +12,13 @@ from regraft.host.runs.run_history import RunHistory
 from regraft.runtime.core.assignment import Succession
 
 ALONE_TIMEOUT = 5.0
-"""Seconds after which a component that has ended is restarted although another run stands beside it: by then, whoever
-started that should have decided which of them goes on.
+"""Seconds after which a component that has ended is restarted although another run runs next to it: by then, whoever
+started that should have decided which of them continues.
 """
 
 
 class StandbyRuns:
-    """The runs (``processes``, one for each component at the most) beside those that speak for their components.
+    """The runs (``processes``, one for each component at the most) next to those that speak for their components.
 
     The run that speaks may be on another host.
     """
@@ -82,15 +82,15 @@ class StandbyRuns:
         return incumbent
 
     def stands(self, managed: ManagedProcess) -> bool:
-        """Tell whether a run stands beside its component."""
+        """Return whether a run runs next to its component."""
         return self.processes.get(managed.spec.name) is managed
 
     def has_process(self, name: str) -> bool:
-        """Tell whether another run stands beside a component."""
+        """Return whether another run runs next to a component."""
         return name in self.processes and self.processes[name].has_process
 
     def awaits(self, managed: ManagedProcess) -> bool:
-        """Tell whether another run may go on for a component if this one ends."""
+        """Return whether another run may continue for a component if this one ends."""
         return managed.awaited or self.has_process(managed.spec.name)
 
     def forget(self, managed: ManagedProcess) -> None:
@@ -101,7 +101,7 @@ class StandbyRuns:
             self._past.note(name, managed.incarnation, managed.checkpoint)
 
     def step_aside(self, name: str) -> None:
-        """Have the run that speaks for a component here stand beside one on another host."""
+        """Have the run that speaks for a component here run next to one on another host."""
         managed = self._speaking.pop(name, None)
         if managed is None:
             return
@@ -112,7 +112,7 @@ class StandbyRuns:
             self._past.note(name, managed.incarnation, managed.checkpoint)
 
     def restart_if_alone(self, managed: ManagedProcess, now: float) -> None:
-        """Have a component that has ended restarted, if nobody stands beside it any more, or nobody has decided."""
+        """Have a component that has ended restarted, if nobody runs next to it any more, or nobody has decided."""
         if managed.restart_by is not None and (now > managed.restart_by or not self.awaits(managed)):
             managed.restart_by, managed.start_at, managed.state = None, now, ProcessState.WAITING
 

@@ -1,9 +1,9 @@
 """How much memory the processes of each component have, counted often and cheaply.
 
 The proportional set size counts, swap included: a page that several processes share counts a part in each. The
-processes of all components share what the zygote has imported, so their resident sizes would count it again and again.
-The kernel walks through all pages to sum it up, 10 ms for a gigabyte. So the resident size, which is never less and
-costs 10 µs, is looked at first.
+processes of all components share what the zygote has imported; their resident sizes would count it again for each. The
+kernel walks through all pages to sum it up, 10 ms for a gigabyte. So the resident size, which is never less and costs
+10 µs, is looked at first.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class MemoryUse:
 
 
 def resident_size(pid: int) -> float:
-    """Return the MiB that a process has in memory or swapped out, shared pages in full; 0 if it is gone."""
+    """Return a process's MiB in memory or swapped out, shared pages in full; 0 if it has ended."""
     try:
         text = Path(f"/proc/{pid}/status").read_text()
     except OSError:
@@ -86,7 +86,7 @@ def resident_size(pid: int) -> float:
 
 
 def proportional_size(pid: int) -> float:
-    """Return the MiB that a process has in memory or swapped out, its part of shared pages; 0 if it is gone."""
+    """Return a process's MiB in memory or swapped out, with its part of shared pages; 0 if it has ended."""
     try:
         text = Path(f"/proc/{pid}/smaps_rollup").read_text()
     except OSError:
@@ -110,7 +110,7 @@ def _family(leader: int) -> set[int]:
 
 @cache
 def _has_lists_of_children() -> bool:
-    """Tell whether this kernel lists the children of each thread; not all are built so."""
+    """Return whether this kernel lists the children of each thread; not all are built so."""
     return Path(f"/proc/self/task/{os.getpid()}/children").exists()
 
 

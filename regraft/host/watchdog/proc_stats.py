@@ -62,12 +62,12 @@ class OpenWaits:
         return self.now - before[2]
 
     def forget(self) -> None:
-        """Begin anew: nobody is silent."""
+        """Begin again: nobody is silent."""
         self._since.clear()
 
 
 def waits_for_disk(pid: int) -> bool:
-    """Tell whether a thread of a process is in uninterruptible sleep (state D); False if unknown."""
+    """Return whether a thread of a process is in uninterruptible sleep (state D); False if unknown."""
     try:
         for thread in os.listdir(f"/proc/{pid}/task"):
             state = Path(f"/proc/{pid}/task/{thread}/stat").read_text().rpartition(") ")[2][:1]

@@ -1,10 +1,10 @@
-"""Tells the hung from the slow: a component is hung when its loop is silent although the machine had time for it.
+"""Distinguishes hung from slow: a component is hung when its loop is silent although the machine had time for it.
 
 A lease cannot see a Python loop that hangs, so every component's own loop keeps a heartbeat. On a loaded machine a
-heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of
-the host's own. Such waits (Linux's ``schedstat``) do not count as silence, nor does the time for which a virtual
-machine's processors were taken from it: whoever runs on one then stands still without waiting. Nor does a wait that the
-kernel does not interrupt (state D), for a slow disk above all: it ends by itself, and to kill does not end it sooner.
+heartbeat may be late because a thread waits for a processor: one of the component's, of the hub's on its way, or of the
+host's own. Such waits (Linux's ``schedstat``) do not count as silence. Nor does the time that was taken from a virtual
+machine's processors: a thread on one then stops without waiting. Nor does a wait that the kernel does not interrupt
+(state D), for a slow disk above all. It ends by itself, and a kill does not end it sooner.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Watchdog:
         return Look(self._standing)
 
     def account(self, name: str) -> str:
-        """Say how long somebody is silent, and how much of it the machine is to blame for."""
+        """Report how long somebody is silent, and how much of it the machine is to blame for."""
         return self.watched[name].account if name in self.watched else ""
 
     def stalled(self) -> list[str]:

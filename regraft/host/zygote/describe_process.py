@@ -35,7 +35,7 @@ def be_describer(order: dict[str, Any]) -> int:
 def describe_component(
     spec: ComponentSpec, stack_folder: Path, folder: str, context: dict[str, PlainValue] | None = None
 ) -> DescribedComponent:
-    """Return a spec with what its class says, as a stack file's component would have it, and what is wrong with it.
+    """Return a spec completed by its class, as a component of a stack file is, and its problems.
 
     A relative path is looked for from ``stack_folder``; ``$RUN`` is ``folder``.
     """
@@ -64,7 +64,7 @@ def describe_component(
 
 
 def _estimated(spec: ComponentSpec, context: dict[str, PlainValue]) -> dict[str, float]:
-    """Return what qualities a class says it would give; one that fails at that can run nevertheless."""
+    """Return what qualities a class states it would give; one that fails at that can run nevertheless."""
     described = spec.description.parameters if spec.description else ()
     parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters
     try:

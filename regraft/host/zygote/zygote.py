@@ -1,8 +1,8 @@
 """The zygote: a process with everything imported and nothing running, forked into components within milliseconds.
 
-It is forked before the host opens its session, keeps to one thread, and reports how its children end: the host is
-not their parent. However the host ends, the zygote hears of it, and kills all that was started below it, also what has
-left its group and its parent. Whatever kills the zygote kills the components.
+It is forked before the host opens its session, keeps to one thread, and reports how its children end: the host is not
+their parent. However the host ends, the zygote notices. It then kills all that was started below it, also what has left
+its group and its parent. Whatever kills the zygote kills the components.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ def _end_group(leader: int) -> None:
 
 
 def _has_adopted(alive: dict[int, tuple[str, int]]) -> bool:
-    """Tell whether there are children that this process has not started itself; also if it cannot tell."""
+    """Return whether there are children that this process has not started itself; also if it cannot tell."""
     try:
         found = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
     except OSError:

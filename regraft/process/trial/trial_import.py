@@ -27,7 +27,7 @@ from regraft.process.trial.trial_process import be_trial
 IMPORT_TIMEOUT = 20.0
 """Seconds that importing a module may take: as long as a host gives it for a class that is to be added."""
 TELL_TIMEOUT = 2.0
-"""Seconds after which the person who waits is told which module is imported."""
+"""Seconds after which the waiting person is shown which module is imported."""
 
 OURS = frozenset({"behavior_tree", "regraft"})
 """The project's own packages, whose imports are known to leave a process as it is."""
@@ -81,7 +81,7 @@ def try_imports(modules: Iterable[str], notice: Notice = lambda _: None) -> Trie
 
 
 def _needs_trial(module: str) -> bool:
-    """Tell whether importing a module runs an author's code."""
+    """Return whether importing a module runs an author's code."""
     package = module.partition(".")[0]
     if module in sys.modules or package in OURS or package in sys.stdlib_module_names:
         return False

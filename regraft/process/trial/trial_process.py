@@ -79,7 +79,7 @@ def _problem(module: str, notes: Notes) -> str:
 
 
 def _exit_problem(module: str, notes: Notes) -> str:
-    """Run what modules have registered for the end of the process, in a copy: this process goes on."""
+    """Run what modules have registered for the end of the process, in a copy: this process continues."""
     notes.note_exit()
     pid = os.fork()
     if pid == 0:
@@ -169,7 +169,7 @@ def _blocked() -> frozenset[int]:
 
 
 def _descriptors() -> dict[int, tuple[int, int]]:
-    """Return the file that each open descriptor stands for."""
+    """Return the file that each open descriptor represents."""
     found = {}
     for number in map(int, os.listdir("/proc/self/fd")):
         with contextlib.suppress(OSError):

@@ -24,11 +24,11 @@ class Succession:
 class Assignment:
     """One run of one component.
 
-    ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists
-    the topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
-    ``succeeds`` another waits, silently, until it is told to take over. ``secret`` proves to the hub that it belongs
+    ``term`` None means unfenced: a component run alone takes control queries from anybody. ``sensor_streams`` lists the
+    topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
+    ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
-    ``handler_timeout`` takes the place of what its class says.
+    ``handler_timeout`` takes the place of what its class states.
     """
 
     system: str

@@ -7,7 +7,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Tells the time of the stack, real or simulated."""
+    """Reports the time of the stack, real or simulated."""
 
     def now(self) -> int:
         """Return the time in nanoseconds."""
@@ -25,7 +25,7 @@ class RealClock:
 
 
 class SteppedClock:
-    """Time that moves only when it is told to: simulated time, and time in tests."""
+    """Time that moves only when it is asked to: simulated time, and time in tests."""
 
     def __init__(self, start: int = 0) -> None:
         """Begin at ``start`` nanoseconds."""

@@ -1,4 +1,4 @@
-"""Heavy work of a component, done on one thread beside its loop."""
+"""Heavy work of a component, done on one thread next to its loop."""
 
 from __future__ import annotations
 

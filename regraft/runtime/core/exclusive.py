@@ -52,8 +52,8 @@ class Slots:
     def free(self) -> bool:
         """Cancel the holders if nothing can wake them any more; returns whether that was so.
 
-        To be called when all work is done: in a slot no time passes and no message comes, so what is left to wait for
-        is an answer from the bus.
+        To be called when all work is done. In a slot no time passes and no message comes, so only answers from the bus
+        are waited for.
         """
         if not self.holders or self.asking > 0:
             return False

@@ -1,8 +1,8 @@
 """A component's own lease: until when it may act without a word from its host.
 
 A joined host that loses the system ends its components, since they may be started elsewhere. But a host can be frozen,
-and with it whoever should end them. So they end themselves: the host writes into a file until when they may act, and
-each of them looks at it, by a clock that goes on while a machine or a process is frozen.
+and cannot end them then. So they end themselves: the host writes into a file until when they may act, and each of them
+reads it. The clock continues while a machine or a process is frozen.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ GRACE = 0.25
 
 
 def now() -> float:
-    """Return seconds of a clock that goes on while the machine sleeps."""
+    """Return seconds of a clock that continues while the machine sleeps."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
@@ -62,7 +62,7 @@ class HeldLease:
         threading.Thread(target=self._watch, name="lease", daemon=True).start()
 
     def check(self) -> None:
-        """Go on if the lease holds; else end this process at once, before it does anything more."""
+        """Continue if the lease holds; else end this process at once, before it does anything more."""
         (until,) = UNTIL.unpack_from(self._file, 0)
         if now() > until:
             self._end()

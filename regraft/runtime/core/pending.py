@@ -11,7 +11,7 @@ AWAIT_AT_MOST = 100_000_000
 
 @dataclass(slots=True)
 class Pending:
-    """An answer that waits: ``finish`` returns it once ``ready`` says so, or after ``at_most`` nanoseconds.
+    """An answer that waits: ``finish`` returns it once ``ready`` is true, or after ``at_most`` nanoseconds.
 
     ``afterwards`` is called when the query has been answered.
     """

@@ -7,7 +7,7 @@ MAX_LEAP = 1000
 
 
 class Fenced(Exception):
-    """A change that does not come from the manager's current term; the text says which is."""
+    """A change that does not come from the manager's current term; the text states which is."""
 
 
 def in_force(given: int | None, current: int, known: int | None = None) -> int:

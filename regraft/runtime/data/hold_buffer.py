@@ -23,7 +23,7 @@ class HeldInput(Protocol):
 class HoldBuffer:
     """Messages of all inputs of one component, in the order in which they are to be handled.
 
-    Beyond as many as are held for a run that takes over, the oldest go: they are lost if the component goes on.
+    Beyond as many as are held for a run that takes over, the oldest go: they are lost if the component continues.
     """
 
     def __init__(self) -> None:

@@ -27,7 +27,7 @@ class Consumer(Protocol):
 
     @property
     def paused(self) -> bool:
-        """Whether samples are let go by."""
+        """Whether samples are ignored."""
 
     def deliver(self, sample: Sample) -> None:
         """Handle one sample, in its turn; its attachment is an envelope."""
@@ -43,7 +43,7 @@ Frontier = dict[str, dict[str, int]]
 
 
 class Inbound:
-    """Every stream of one component. ``stepped`` holds samples until their step, otherwise they go on at once."""
+    """Every stream of one component. ``stepped`` holds samples until their step, otherwise they continue at once."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class Inbound:
                 consumer.refuse(source, f"came from incarnation {run}, which there is not: the newest is {newest}")
 
     def go_on(self, key: str, source: str, stream: Stream) -> None:
-        """Go on with a stream where another run of this component stood."""
+        """Continue with a stream where another run of this component stood."""
         self._known.clear()
         self.streams[key, source] = stream
 
@@ -206,7 +206,7 @@ class Inbound:
         return found
 
     def give_up_on_holes(self, now: int) -> None:
-        """Get what is missing; report holes that cannot be closed, and go on behind them."""
+        """Get what is missing; report holes that cannot be closed, and continue behind them."""
         for pair in list(self.holes):
             stream = self.streams.get(pair)
             consumer = self.consumer_of(pair[0])
@@ -234,7 +234,7 @@ class Inbound:
     # --- in step ---
 
     def reaches(self, frontier: Frontier) -> bool:
-        """Tell whether everything up to ``frontier`` is here."""
+        """Return whether everything up to ``frontier`` is here."""
         return all(
             self.stream(key, source).reaches(sequence)
             for key, sources in frontier.items()
@@ -242,7 +242,7 @@ class Inbound:
         )
 
     def ask_for_missing(self, frontier: Frontier) -> bool:
-        """Have writers send again what is missing up to ``frontier``; tells whether all of it may still come."""
+        """Have writers send again what is missing up to ``frontier``; returns whether all of it may still come."""
         if self._repair is None:
             return True
         for key, sources in frontier.items():
@@ -282,8 +282,8 @@ class Inbound:
     def told(self, read: Container[str]) -> None:
         """Take note that others know from now on which keys are read.
 
-        The next marker on a key that is read no longer, or again, begins anew. A pause of which others do not know is
-        none: whoever pauses and goes on while time stands still has missed nothing.
+        The next marker on a key that is read no longer, or again, begins again. A pause of which others do not know is
+        none: whoever pauses and continues while time is still has missed nothing.
         """
         asleep = {key for key in (*self.consumers, *self.patterns) if key not in read}
         for key in asleep ^ self._asleep:
@@ -293,7 +293,7 @@ class Inbound:
 
     @property
     def anew(self) -> tuple[str, ...]:
-        """The keys that are read anew, and of which others think that they have been read all along."""
+        """The keys that are read again, and of which others think that they have been read all along."""
         return tuple(sorted(self._dropped & self.consumers.keys()))
 
     def _unwire(self, key: str) -> None:
@@ -303,7 +303,7 @@ class Inbound:
                 stream.waiting.clear()
 
     def forget_all(self) -> None:
-        """Drop all queues and baselines: the clock begins anew with this component."""
+        """Drop all queues and baselines: the clock begins again with this component."""
         self.ready.clear()
         for pair, stream in self.streams.items():
             self.streams[pair] = Stream(stream.epoch, stream.incarnation)

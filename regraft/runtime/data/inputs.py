@@ -123,7 +123,7 @@ class LiveInput(Generic[M]):
         return self._handle is not None or any(not waiting.abandoned for waiting in self._waiters)
 
     def forget(self) -> None:
-        """Drop what was received: the component starts anew."""
+        """Drop what was received: the component starts again."""
         self._newest = self._latest = None
         self._attachment = b""
         self._kept.clear()
@@ -144,7 +144,7 @@ class LiveInput(Generic[M]):
         return HeldSample(self.key, codec.encode(message), attachment, type_of(type(message)).encoding)
 
     def take_over(self, newest: Sample | None, kept: Iterable[Sample]) -> None:
-        """Have received what the run before had received; nobody is told of it again."""
+        """Have received what the previous run had received; handlers do not get it again."""
         self.forget()
         self._newest = newest
         for sample in kept:

@@ -1,7 +1,7 @@
 """Asks writers for samples that have not come: what a link or a full queue has lost is sent again.
 
-A link that breaks loses what is under way on it, and a payload in shared memory can be taken back while its reader is
-kept from running. Neither is a fault of the component, so neither may cost it a message.
+A link that breaks loses what is under way on it. A payload in shared memory can be taken back while its reader is kept
+from running. Neither is a fault of the component, so neither may cost it a message.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from regraft.runtime.data.stream import Stream
 ANSWER_TIMEOUT = 1.0
 RETRY_INTERVAL = 0.25
 NO_WRITER_TIMEOUT = 1.0
-"""Seconds for which a writer that is not reached is tried: its link may be being opened anew."""
+"""Seconds for which a writer that is not reached is tried: its link may be being opened again."""
 GIVE_UP_TIMEOUT = 6.0
 """Seconds after which a writer that is there and does not answer is given up."""
 REST = 5.0
@@ -62,7 +62,7 @@ class Repair:
         self.strike: Callable[[str, str, int, frozenset[int]], object] = lambda *_: None
 
     def may_come(self, pair: Pair, stream: Stream, first: int, last: int) -> bool:
-        """Tell whether missing samples may still come, and ask for them if it is time to."""
+        """Return whether missing samples may still come, and ask for them if it is time to."""
         now = time.monotonic()
         attempt = self._attempts.get(pair)
         if attempt is None or (attempt.first, attempt.last) != (first, last):

@@ -1,7 +1,7 @@
 """Finds out which run of a source is its newest, where messages of two runs contradict each other.
 
-A message of a newer run mutes all former ones. If the former goes on, either it has not ended yet, or there is no
-newer run and the message was false. The hosts know.
+A message of a newer run mutes all former ones. If the former continues, it has not ended yet, or the message was false.
+The hosts know.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class RunCheck:
         self.disbelieve: Callable[[str, int], object] = lambda *_: None
 
     def doubt(self, source: str) -> None:
-        """A former run of a source goes on: have what comes from runs that there are not disbelieved."""
+        """A former run of a source continues: have what comes from runs that there are not disbelieved."""
         now = time.monotonic()
         if now < self._next.get(source, 0.0):
             return

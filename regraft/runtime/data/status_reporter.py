@@ -20,14 +20,14 @@ from regraft.runtime.data.writers import Identity, Writers
 REPEAT_INTERVAL = 5.0
 """Seconds before the same complaint is made again."""
 SOON = 0.005
-"""Seconds until what nobody waits for is told."""
+"""Seconds until what nobody waits for is reported."""
 
 
 class StatusReporter:
     """Speaks for one component. Its reports are for onlookers and take no part in simulated time."""
 
     def __init__(self, bus: Bus, keys: Keys, clock: Clock, identity: Identity, heartbeat: float) -> None:
-        """Say nothing yet; ``heartbeat`` is in seconds."""
+        """Report nothing yet; ``heartbeat`` is in seconds."""
         self.log = logging.getLogger(identity.name)
         self.status = ComponentStatus(identity.name, identity.incarnation, State.UNCONFIGURED, 0, 0.0)
         self._clock = clock
@@ -66,7 +66,7 @@ class StatusReporter:
         self._status_key = self._keys.standby(name) if standby else self._keys.status(name)
 
     def get_ready(self, identity: Identity) -> None:
-        """Declare what is told first when this speaks as ``identity``: then it is told without delay."""
+        """Declare what is reported first when this speaks as ``identity``: then it is reported without delay."""
         writers = self._voices.setdefault(identity, Writers(self._writers.bus, self._clock, identity))
         for key, kind in ((self._keys.status(identity.name), ComponentStatus), (self._keys.event, Event)):
             writers.open(key, type_of(kind).encoding)
@@ -80,7 +80,7 @@ class StatusReporter:
         return left
 
     def event(self, kind: str, text: str, **details: Any) -> None:
-        """Tell of something that happened."""
+        """Report something that happened."""
         self.log.info("%s: %s", kind, text)
         self._put(self._keys.event, Event(self._seconds(), kind, self.status.component, text, details))
 
@@ -127,7 +127,7 @@ class StatusReporter:
         self.put(key, type_of(type(message)), codec.encode(message))
 
     def put(self, key: str, kind: MessageType, payload: bytes) -> None:
-        """Put a payload beside simulated time; a bus that is gone is no reason to fail."""
+        """Put a payload next to simulated time; a bus that is gone is no reason to fail."""
         try:
             self._writers.open(key, kind.encoding).put(payload)
         except BusError as error:
@@ -137,6 +137,6 @@ class StatusReporter:
         return self._clock.now() / 1e9
 
     def close(self) -> None:
-        """Say nothing any more."""
+        """Stop reporting."""
         for writers in self._voices.values():
             writers.close_all()

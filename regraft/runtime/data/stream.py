@@ -33,7 +33,7 @@ class Stream:
 
     ``wired`` is set by the first marker; ``marked`` is how far the last one said that the numbering had come.
     ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
-    that is known of, if it goes on with the numbering of another.
+    that is known of, if it continues with the numbering of another.
 
     One sample can be false: ``leap`` and ``former`` say where the stream stood before it was believed.
     """
@@ -52,7 +52,7 @@ class Stream:
     former: Stream | None = None
 
     def admit(self, envelope: Envelope) -> bool:
-        """Tell whether a sample is of the living run of its source; a newer run begins the numbering anew."""
+        """Return whether a sample is of the living run of its source; a newer run begins the numbering again."""
         if envelope.epoch < self.epoch or envelope.incarnation < self.incarnation:
             # A sample that was put before a hand-over may come after it, by another way.
             if envelope.epoch == self.epoch and envelope.sequence < self.since and envelope.kind is Kind.DATA:
@@ -86,7 +86,7 @@ class Stream:
         return self.former if fits else Stream()
 
     def goes_back(self, envelope: Envelope) -> bool:
-        """Go back where the numbering was left, if a sample that was put since then shows that it goes on there."""
+        """Go back where the numbering was left, if a sample that was put since then shows that it continues there."""
         leap = self.leap
         if leap is None or not leap.first <= envelope.sequence <= leap.last or envelope.stamp < leap.at:
             return False
@@ -95,7 +95,7 @@ class Stream:
         return True
 
     def _go_to(self, sequence: int, now: int) -> None:
-        """Go on behind a sequence; what lies before it is left out."""
+        """Continue behind a sequence; what lies before it is left out."""
         if self.handled is not None and sequence - self.handled > MAX_HOLE:
             self.leap = Leap(self.handled + 1, sequence - 1, now)
         self.handled = sequence
@@ -103,7 +103,7 @@ class Stream:
     def mark(self, sequence: int, *, stepped: bool = True) -> None:
         """Take a marker: the first one wires the stream, and what lies at or below it is not for us.
 
-        Under the real clock, what lies between it and what was handled has been lost on the way, and is for us.
+        Under the real clock, the samples between it and the last handled one are lost on the way, and ours.
         """
         self.marked = max(self.marked, sequence)
         if self.wired:
@@ -185,7 +185,7 @@ class Stream:
             self.waiting.setdefault(envelope.sequence, (envelope, sample))
 
     def reaches(self, frontier: int) -> bool:
-        """Tell whether everything up to ``frontier`` is here, or cannot come any more.
+        """Return whether everything up to ``frontier`` is here, or cannot come any more.
 
         That is so of what was put before a marker and is not here; of another run's data it cannot be told.
         """

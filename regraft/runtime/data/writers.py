@@ -194,7 +194,7 @@ class Writers:
         self.thread = get_ident()
 
     def open(self, key: str, encoding: str, *, reliable: bool = True) -> Writer:
-        """Declare a key to write, going on with its numbering if it had one."""
+        """Declare a key to write, continuing with its numbering if it had one."""
         writer = self.open_keys.get(key)
         if writer is None:
             writer = Writer(self, key, encoding, self.bus.publisher(key, encoding, reliable=reliable))
@@ -211,7 +211,7 @@ class Writers:
         return writer.resend(asked) if writer is not None else Resent()
 
     def mark_all(self) -> None:
-        """Say how far the numbering of every key has come whose readers are to get every sample."""
+        """Report how far the numbering of every key has come whose readers are to get every sample."""
         for writer in self.open_keys.values():
             if writer.keeps_history:
                 writer.mark()
@@ -238,7 +238,7 @@ class Writers:
         return self._numbering | self.sequences()
 
     def go_on_from(self, numbering: dict[str, int]) -> None:
-        """Go on with numberings that may have come further elsewhere."""
+        """Continue with numberings that may have come further elsewhere."""
         for key, sequence in numbering.items():
             self._numbering[key] = max(sequence, self._numbering.get(key, 0))
             if key in self.open_keys:

@@ -53,7 +53,7 @@ class Incumbent:
         self._keeps_state = True
 
     def prepare(self, asked: Handover) -> HandoverOffer:
-        """Say what would be handed over; nothing changes."""
+        """Report what would be handed over; nothing changes."""
         if self._standing.role is Role.WAITING:
             raise ControlRefused(ControlCode.REFUSED, "this run waits itself")
         return self._transfer.offer()
@@ -92,7 +92,7 @@ class Incumbent:
         return True
 
     def _has_all(self, first: First) -> bool:
-        """Tell whether all has come that the successor does not hold: in a slot nothing is handled, but handed over."""
+        """Return whether all has come that the successor lacks: in a slot nothing is handled, but handed over."""
         parts = self._parts
         for item in parts.inbox.take_lazy():
             self._take(item)
@@ -137,7 +137,7 @@ class Incumbent:
         return self._transfer.hand_over(held, first, self._frozen_at, with_state=asked.with_state)
 
     def _for_itself(self, *, with_state: bool) -> HandedOver:
-        """Return what this run goes on from, should it take hold again; without a state if it cannot give one.
+        """Return what this run continues from, should it take hold again; without a state if it cannot give one.
 
         A successor that does without the state may be wanted just because of that.
         """
@@ -172,7 +172,7 @@ class Incumbent:
                 item()
             else:
                 self._standing.later.append(item)
-        elif parts.inbound.consumer_of(sample.key) is parts.caller:
+        elif parts.inbound.consumer_of(sample.key) is parts.requests:
             parts.inbound.arrive(sample)
         else:
             self._standing.keep_sample(sample)
@@ -202,7 +202,7 @@ class Incumbent:
         return {}
 
     def _take_hold_again(self) -> Exception | None:
-        """Go on from what this run itself had handed over before it let go; returns why it could not."""
+        """Continue from what this run itself had handed over before; returns why it could not."""
         parts, handed, self._let_go = self._parts, self._let_go, None
         assert handed is not None, "only a run that has let go takes hold again"
         try:

@@ -1,36 +1,38 @@
 """Hands a live component over to its successor, another process of the same name, losing and doubling nothing.
 
-Three parties: the *incumbent*, which speaks for the component; the *successor*, a run with a higher incarnation
-that was started beside it; the adaptation manager, which says when, and carries nothing. One run speaks at a time:
+Three parties: the *incumbent*, which speaks for the component; the *successor*, a run with a higher incarnation that
+was started next to it; the adaptation manager, which says when, and carries nothing. One run speaks at a time:
 
-1. The successor, *waiting*, asks the incumbent to ``prepare`` (nothing changes there), configures, subscribes to all
-   that the component reads and declares all that it writes, and keeps what arrives. Its own publications, markers and
-   status, comes from the source ``NAME+``, so that no reader takes it for the component. It shows a ``standby`` token.
-2. The manager has every writer of its inputs put markers until it has seen them, and has it put markers until every
-   reader of its outputs has seen those: the same steps as in rewiring. Now it misses nothing, and is heard.
-3. The manager asks it to ``take_over``. It asks the incumbent to ``pull``, and says from where on it holds each
-   source's samples itself.
-4. The incumbent goes on until it has handled everything before that (``CATCH_UP``), then takes no more messages, lets
-   services and handlers under way finish (``DRAIN``), and is *frozen*. It answers with its state, how far it has
-   handled each source and numbered each output, its services' replies and goals, and what it has not handled.
-5. The successor restores the state, becomes active, begins the goals again, handles what was left over and then what it
-   holds itself, in sequence, and is *live*: with its own incarnation, and the epoch and numbering of the incumbent.
+1. The successor, *waiting*, asks the incumbent to ``prepare`` (nothing changes there) and configures. It subscribes to
+  all that the component reads, declares all that it writes, and keeps what arrives. Its own publications, markers and
+  status, come from the source ``NAME+``, so that no reader takes it for the component. It shows a ``standby`` token.
+2. The manager has every writer of its inputs put markers until it has seen them. It has the successor put markers until
+  every reader of its outputs has seen those. These are the steps of rewiring. Now the successor misses nothing, and all
+  its readers receive it.
+3. The manager asks it to ``take_over``. It asks the incumbent to ``pull``, and reports from where on it holds each
+  source's samples itself.
+4. The incumbent continues until it has handled everything before that (``CATCH_UP``), then takes no more messages. It
+  lets services and handlers under way finish (``DRAIN``), and is *frozen*. It answers with its state and its unhandled
+  messages. The answer has how far each source is handled and each output numbered, and its services' replies and goals.
+5. The successor restores the state, becomes active and begins the goals again. It handles what was left over, then what
+  it holds itself, in sequence. Now it is *live*: with its own incarnation, and the epoch and numbering of the
+  incumbent.
 6. The incumbent stays frozen and keeps what arrives, until the manager asks it to ``retire``, to ``resume``, or to
-   ``take_over`` in its turn: what was changed is undone, and the state of now goes back to the process of before.
+  ``take_over``. With ``take_over`` it gets the present state back: what was changed is undone.
 
 The state after a failure, and its repair:
 
-- The successor is refused, dies or hangs before step 4: the incumbent is live, as if nothing had been. The manager ends
-  the successor and asks the incumbent to ``resume``, which bars a ``pull`` that is still under way.
+- The successor is refused, dies or hangs before step 4: the incumbent is live, unchanged. The manager ends the
+  successor and asks the incumbent to ``resume``, which bars a ``pull`` that is still under way.
 - The successor dies or hangs after step 4 but not yet live: nobody speaks. The manager ends it, for certain, and asks
   the incumbent to ``resume``: it handles all that has come meanwhile. Nothing is lost or doubled.
 - The successor dies when it is live: the same. The incumbent handles again, from its own state, what the successor had
-  handled; its outputs have the same numbers, which their readers drop. Since the successor's last outputs may have come
-  further, the incumbent listened to them while it was frozen, and numbers on from there. A run that resumes after its
-  successor was told to take over needs a new incarnation, higher than the successor's: readers refuse the former one.
-- The incumbent dies or hangs before it answers: the successor says so within ``PULL_TIMEOUT``, and goes on waiting. The
-  manager ends the incumbent, for certain, and asks the successor to ``promote`` itself: it goes live without the state,
-  in an epoch of its own, and handles what has come since it last asked to pull.
+  handled. Its outputs have the same numbers, which their readers drop. The successor's last outputs may have come
+  further: the incumbent listened to them while it was frozen, and numbers on from there. A run that resumes after its
+  successor was asked to take over needs a new incarnation, higher than the successor's. Readers refuse the former one.
+- The incumbent dies or hangs before it answers: the successor reports it within ``PULL_TIMEOUT``, and continues to
+  wait. The manager ends the incumbent, for certain, and asks the successor to ``promote`` itself. It goes live without
+  the state, in an epoch of its own, and handles all since its last pull.
 - The incumbent dies when it is frozen: the successor is live, nothing is missed.
 - The manager dies: a waiting run waits, a frozen one stays frozen, a take-over under way is finished or fails as above.
   Its successor asks both to ``read`` their roles: one is live, or else the frozen one is to resume.
@@ -120,5 +122,5 @@ class HandoverProtocol:
         self._incumbent.end()
 
     def leave(self) -> None:
-        """Disappear from beside the component."""
+        """Disappear from the standby place."""
         self._standing.leave()

@@ -67,7 +67,7 @@ class Standby:
             self.keep_sample(sample)
 
     def keep_sample(self, sample: Sample) -> None:
-        """Keep a sample, and note what it says by itself."""
+        """Keep a sample, and note what it states by itself."""
         parts = self._parts
         envelope = envelope_of(sample)
         if envelope is not None:
@@ -85,7 +85,7 @@ class Standby:
         self._listening = [parts.bus.subscribe(key, parts.inbox.put) for key in parts.writers.open_keys]
 
     def step_aside(self) -> None:
-        """Speak for the component no more, but beside it."""
+        """Speak for the component no more, but next to it."""
         assignment = self._parts.assignment
         aside = Identity(f"{assignment.name}+", assignment.incarnation, assignment.incarnation)
         self._parts.writers.speak_as(aside, mute=True)
@@ -122,7 +122,7 @@ class Standby:
         parts = self._parts
         parts.assignment = replace(parts.assignment, incarnation=incarnation)
         parts.presence.listen_for_control()
-        parts.caller.go_on_from(parts.caller.asked + NUMBERS_LEFT_OUT)
+        parts.requests.go_on_from(parts.requests.asked + NUMBERS_LEFT_OUT)
 
     def forget(self) -> None:
         """End what was frozen, without a word to anybody: another state is about to be restored."""
@@ -131,7 +131,7 @@ class Standby:
         self._overheard.clear()
 
     def leave(self) -> None:
-        """Disappear from beside the component."""
+        """Disappear from the standby place."""
         for closable in (*self._listening, *([self._token] if self._token else [])):
             closable.close()
         self._listening.clear()

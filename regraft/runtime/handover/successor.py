@@ -1,4 +1,4 @@
-"""The successor's part in a hand-over: get ready beside the incumbent, take over from it, or go live alone.
+"""The successor's part in a hand-over: get ready next to the incumbent, take over from it, or go live alone.
 
 A frozen run can take over too: from its own successor, to which it had handed over before.
 """
@@ -79,7 +79,7 @@ class Successor:
         parts.bus.ask(key, codec.encode(ask), stretched(within), lambda answers: parts.post(lambda: then(answers)))
 
     def _prepared(self, answers: list[Answer]) -> None:
-        """Get ready with what the incumbent has said; whoever asks is told if that failed."""
+        """Get ready with what the incumbent has reported; the asker is notified of a failure."""
         parts = self._parts
         if self._standing.role is not Role.WAITING or self._offer is not None:
             return
@@ -96,7 +96,7 @@ class Successor:
         self._standing.show()
 
     def _fitting(self, answers: list[Answer], *, with_state: bool) -> HandoverOffer:
-        """Return what the incumbent offers; raises ControlRefused if this run cannot go on from it."""
+        """Return what the incumbent offers; raises ControlRefused if this run cannot continue from it."""
         offer: HandoverOffer = _answered(answers, HandoverOffer, "prepare")
         problems = self._transfer.misfits(offer, with_state=with_state)
         if problems:
@@ -107,12 +107,12 @@ class Successor:
     def _get_ready(self, epoch: int) -> None:
         parts = self._parts
         if type(parts.component).is_exclusive():
-            self._connections.connect()  # and is configured when the incumbent has let go
+            self._connections.connect()  # and is configured when the incumbent has released its resources
         else:
             self._lifecycle.reach(State.INACTIVE)
         name, own = parts.assignment.name, parts.assignment.incarnation
         parts.reporter.get_ready(Identity(name, own, own))
-        parts.caller.client = f"{name}-{epoch}"
+        parts.requests.client = f"{name}-{epoch}"
         parts.presence.listen_for_replies()
         parts.presence.listen_for_requests()
 
@@ -192,7 +192,7 @@ class Successor:
         parts = self._parts
         with_state = True
         if self._standing.role is Role.FROZEN:
-            self._standing.forget()  # and keep the values of before: the successor's went with it
+            self._standing.forget()  # and keep the previous values: the successor's went with it
         else:
             with_state = self._succession.with_state
             if self._offer is not None and self._offer.cls == class_path(type(parts.component)):
@@ -203,7 +203,7 @@ class Successor:
         return {"silent": silent / 1e9, "left_over": len(handed.unhandled)}
 
     def _go_live(self, begin: Callable[[], dict[str, object]], asked: Handover) -> None:
-        """Go live; a run that cannot is of no use any more, and says why."""
+        """Go live; a run that cannot is of no use any more, and reports why."""
         parts = self._parts
         try:
             told = begin()
@@ -235,7 +235,7 @@ class Successor:
             self._lifecycle.reach(State.INACTIVE)
             parts.presence.listen_for_requests()
         self.problems = ()
-        parts.caller.client = f"{parts.assignment.name}-{own}"
+        parts.requests.client = f"{parts.assignment.name}-{own}"
         parts.presence.listen_for_replies()
         self._transfer.speak(own)
         self._lifecycle.reach(parts.assignment.state)

@@ -43,7 +43,7 @@ class Transfer:
         )
 
     def misfits(self, offered: HandoverOffer, *, with_state: bool) -> list[str]:
-        """Return why this run cannot go on from the incumbent."""
+        """Return why this run cannot continue from the incumbent."""
         if offered.state not in (State.ACTIVE, State.INACTIVE):
             return [
                 f"incarnation {offered.incarnation} is {offered.state.value}: only an active or inactive one hands over"
@@ -79,7 +79,7 @@ class Transfer:
             tuple(HeldSample(*sample) for sample in (*early, *held.samples) if not _has(first, sample)),
             {name: _named(first, port.hand_over()) for name, port in self._parts.inputs.items()},
             tuple(client for server in self._parts.servers for client in server.hand_over()),
-            self._parts.caller.asked,
+            self._parts.requests.asked,
             {timer.name: timer.due for timer in self._parts.timers.periodic},
             dict(self._parts.writers.advanced) if self._parts.stepped else {},
         )
@@ -91,7 +91,7 @@ class Transfer:
             self._parts.tick = tick
 
     def take_over(self, handed: HandedOver, held: ReplayBuffer, *, with_state: bool) -> int:
-        """Go on where the incumbent froze; returns the nanoseconds for which nobody spoke for the component.
+        """Continue where the incumbent froze; returns the nanoseconds for which nobody spoke for the component.
 
         Raises:
             Exception: the class does not take the state, or could not be activated.
@@ -149,12 +149,12 @@ class Transfer:
 
     def _take_places(self, handed: HandedOver) -> None:
         self._parts.writers.go_on_from(handed.writes)
-        self._parts.caller.go_on_from(handed.asked)
+        self._parts.requests.go_on_from(handed.asked)
         for server in self._parts.servers:
             server.take_over(client for client in handed.clients if client.service == server.name)
 
     def _take_streams(self, handed: HandedOver) -> None:
-        """Go on with the streams of the inputs: behind activating them, for that begins them anew."""
+        """Continue with the streams of the inputs: behind activating them, for that restarts them."""
         for p in handed.streams:
             if self._parts.inbound.consumer_of(p.key) is not None:
                 stream = Stream(p.epoch, p.incarnation, p.handled, p.wired, since=p.since)

@@ -23,7 +23,7 @@ class _Parked:
     deadline: int
 
     def is_over(self) -> bool:
-        """Tell whether what it waits for has happened, or the time is up."""
+        """Return whether what it waits for has happened, or the time is up."""
         return self.pending.ready() or time.monotonic_ns() >= self.deadline
 
 

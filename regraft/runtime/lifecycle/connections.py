@@ -33,7 +33,7 @@ class Connections:
             output.connect(key, reliable=parts.is_reliable(key))
 
     def also_read(self, name: str, key: str) -> None:
-        """Subscribe an input's second key, beside the one it has."""
+        """Subscribe an input's second key, next to the one it has."""
         parts = self._parts
         port = parts.inputs[name]
         reader = parts.reader(key)

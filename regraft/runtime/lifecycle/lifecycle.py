@@ -12,7 +12,7 @@ from regraft.runtime.parts import Parts
 
 
 class TransitionFailed(Exception):
-    """A transition that is not legal, or whose hook raised; the text says which."""
+    """A transition that is not legal, or whose hook raised; the text states which."""
 
 
 class Lifecycle:
@@ -96,7 +96,7 @@ class Lifecycle:
     def let_go(self) -> None:
         """Deactivate and clean up, but stay on the bus: another run needs what this one holds for itself.
 
-        Exceptions of an author's method are reported; whether all was let go shows when the other run is configured.
+        Exceptions of an author's method are reported; the next configuration shows whether all was released.
         """
         parts = self._parts
         if parts.state is State.ACTIVE:
@@ -118,7 +118,7 @@ class Lifecycle:
         for server in parts.servers:
             server.end_goals(why)
         parts.tasks.cancel_all()
-        parts.caller.cancel_all()
+        parts.requests.cancel_all()
 
     def _recover(self) -> None:
         """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises."""

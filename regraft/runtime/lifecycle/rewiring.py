@@ -1,8 +1,8 @@
-"""Moves a port to another topic while messages flow: open the new beside the old, wait for markers, switch.
+"""Moves a port to another topic while messages flow: open the new next to the old, wait for markers, switch.
 
-A marker is put by a publisher behind its last sample. Once an input has seen the markers of all publishers of the new
-topic, nothing that they put from then on can be missed; once the old topic has been handled up to its own markers,
-nothing of it is missing either. Only then is the old one closed. The same works for busy and for silent publishers.
+A publisher puts a marker behind its last sample. An input that has seen the markers of all publishers of the new topic
+misses none of their later samples. Once the old topic is handled up to its own markers, nothing of it is missing
+either. Only then is the old one closed. The same works for busy and for silent publishers.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from regraft.runtime.parts import Parts
 
 
 class RewiringRefused(Exception):
-    """A step of rewiring that does not fit; the text says why."""
+    """A step of rewiring that does not fit; the text states why."""
 
 
 class Rewiring:

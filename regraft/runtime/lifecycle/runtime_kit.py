@@ -73,7 +73,7 @@ class RuntimeKit(Kit):
     # --- asking others ---
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> Future[A]:
-        return self._parts.caller.call(service, request, reply, timeout)
+        return self._parts.requests.call(service, request, reply, timeout)
 
     def goal(
         self,
@@ -86,7 +86,7 @@ class RuntimeKit(Kit):
         on_feedback: Callable[[F], None] | None = None,
         outlives: bool = False,
     ) -> Goal[A, F]:
-        return self._parts.caller.goal(service, goal, result, feedback, accept_within, on_feedback, outlives=outlives)
+        return self._parts.requests.goal(service, goal, result, feedback, accept_within, on_feedback, outlives=outlives)
 
     def feedback(self, message: object) -> None:
         task = self._parts.tasks.current
@@ -108,7 +108,7 @@ class RuntimeKit(Kit):
     def compute(self, function: Callable[..., R], *arguments: Any) -> Future[R]:
         return self._parts.compute.submit(function, *arguments)
 
-    # --- telling how things are ---
+    # --- reporting progress ---
 
     def event(self, kind: str, text: str, **details: Any) -> None:
         self._parts.reporter.event(kind, text, **details)

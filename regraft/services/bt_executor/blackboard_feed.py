@@ -1,8 +1,8 @@
 """The mission's side of the system reflection (ReBeT, section IV): what topics say, on the root blackboard.
 
-A tree decides on ``{@darkness}`` or ``{@battery_charge}`` without knowing where they come from. Beside each entry
-stands its age, ``{@battery_charge_age}``, in seconds since the source's stamp, anew at each tick; and where the mapping
-says from when on a value is stale, ``{@battery_charge_stale}``. One never received is empty, without age, and stale.
+A tree decides on ``{@darkness}`` or ``{@battery_charge}`` without knowing their source. Each entry has its age,
+``{@battery_charge_age}``, in seconds since the source's stamp, updated at each tick. Where the mapping has a limit,
+``{@battery_charge_stale}`` is whether it is exceeded. An entry never received is empty, without age, and stale.
 """
 
 from __future__ import annotations
@@ -148,6 +148,6 @@ class BlackboardFeed:
         return {entry.key: [entry.stamp, entry.sequence, entry.stale_after] for entry in known}
 
     def restore(self, state: PlainValue) -> None:
-        """Have the ages go on that `snapshot` returned."""
+        """Have the ages continue that `snapshot` returned."""
         for key, (stamp, sequence, stale_after) in state.items():
             self._entries.setdefault(key, ReflectedEntry(key, None, stamp, sequence, stale_after))

@@ -24,7 +24,7 @@ KEY: Final = re.compile(r"(?![\s@])[^{}\x00-\x1f\x7f]+(?<!\s)")
 
 
 class BoardRefusal(Exception):
-    """An entry or board that is not there, or a value that does not fit; the text says what would be right."""
+    """An entry or board that is not there, or a value that does not fit; the text states what would be right."""
 
     def __init__(self, why: str, code: RefusalCode = RefusalCode.INVALID) -> None:
         self.code = code
@@ -65,8 +65,8 @@ def _told(board: Blackboard, key: str, now: float) -> BlackboardEntry:
 def write_board(tree: Tree, path: str, values: Mapping[str, PlainValue], now: float) -> BlackboardEntries:
     """Write entries of a board, all or none; None removes an entry. Returns those written as they are now.
 
-    The engine's rules hold: text is converted to the entry's type, a number to another kind of number where that
-    loses nothing, and whatever does not fit is refused. An entry of a message type takes the message as a map.
+    The engine's rules hold. Text is converted to the entry's type, a number to another kind of number where that loses
+    nothing. Misfits are refused. An entry of a message type takes the message as a map.
 
     Raises:
         BoardRefusal: a key or value is none, or does not fit; nothing has been written.

@@ -1,7 +1,7 @@
 """Checks a mission file without a system: what is wrong with its trees, and where.
 
-The loader stops at the first error. To find the others, the element that an error names is replaced by one that does
-nothing and the tree is loaded again, until it loads or the place of an error cannot be told.
+The loader stops at the first error. To find the others, an element at fault is replaced by an inert one, and the tree
+is loaded again. This ends when it loads, or when an error has no place.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _models(file: str) -> Collection[NodeManifest]:
 
 
 def check(file: Path, registry: Registry, main: str = "") -> Report:
-    """Return all that can be found to be wrong with a file's tree ``main``, by default the one that it executes."""
+    """Return all mistakes in a file's tree ``main``, by default the one that it executes."""
     first = _outcome(lambda: _from_file(file, registry, main), file)
     if isinstance(first, Report):
         return first

@@ -23,7 +23,6 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.system.topology import topology
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 
@@ -74,7 +73,7 @@ def load(
 
 @mission.command("start")
 def start(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
-    """Start the loaded tree, or go on after a pause."""
+    """Start the loaded tree, or continue after a pause."""
     _command(ctx, system, MissionCommand(Command.START), as_json)
 
 
@@ -157,7 +156,7 @@ def check(
     main: MainOption = "",
     as_json: JsonOption = False,
 ) -> None:
-    """Load a tree without a system, and say what is wrong where."""
+    """Load a tree without a system, and report what is wrong where."""
     # The engine is loaded only here: every command of regraft pays for what stands at the top.
     from behavior_tree import TreeError
     from regraft.process.trial.trial_import import check_imports
@@ -220,7 +219,7 @@ def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, 
 
 
 def _require_executor(there: Reached) -> None:
-    if STATUS not in topology(there).offers("service"):
+    if STATUS not in there.known.offers("service"):
         raise Unreachable(f"this system has no mission executor: nobody offers the service {STATUS}")
 
 

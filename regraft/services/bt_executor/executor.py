@@ -58,9 +58,9 @@ TAKE_A_TREE = (Command.LOAD, Command.SWAP, Command.CHECK)
 class Executor(Component):
     """Runs a mission: a behaviour tree in the XML of BehaviorTree.CPP 4.
 
-    The tree is ticked ``rate`` times a second, and besides when a leaf has got its answer or a timing node's
-    time has come. An exception in a leaf fails the mission, not the component. After a crash the mission
-    starts again from its root, with the plain values of its root blackboard.
+    The tree is ticked ``rate`` times a second. It is also ticked when a leaf's answer has come or a timing node is due.
+    An exception in a leaf fails the mission, not the component. After a crash the mission starts again from its root,
+    with the plain values of its root blackboard.
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
@@ -209,7 +209,7 @@ class Executor(Component):
         self._log.listening = self._is_active and self.transitions.wanted
 
     def _exchange(self, tree: Tree) -> None:
-        """Tell the last of the tree that there is, before another takes its place."""
+        """Publish the last of the tree that there is, before another takes its place."""
         self._stream()
         self._qualities.follow(tree)
 
@@ -352,7 +352,7 @@ class Executor(Component):
         }
 
     def restore(self, state: PlainValue) -> None:
-        """Have the same mission again; it starts anew if it was running, else it waits for a command."""
+        """Have the same mission again; it starts again if it was running, else it waits for a command."""
         source = Source(state["file"], state["text"], state["main"], state["folder"])
         self._start_again = state["runs"]
         self._reflection.restore(state.get("reflected", {}))

@@ -21,7 +21,7 @@ UNDER_WAY = (MissionState.RUNNING, MissionState.PAUSED)
 
 
 class Illegal(Exception):
-    """A command that makes no sense in the mission's state; the text says what would be right."""
+    """A command that makes no sense in the mission's state; the text states what would be right."""
 
 
 class EventReporter(Protocol):
@@ -34,11 +34,11 @@ class EventReporter(Protocol):
 class Mission:
     """Ticks a tree, and keeps what became of it.
 
-    The blackboard outlives a run: a tree that is started anew finds the values of the last run, as in
+    The blackboard outlives a run: a tree that is started again finds the values of the last run, as in
     BehaviorTree.CPP.
 
     Attributes:
-        state: What is being done with the tree.
+        state: The state of the mission.
         tree: The tree, None while there is none.
         ticks: Ticks since the last start.
         error: Why the last run failed, empty if it did not.
@@ -53,9 +53,9 @@ class Mission:
         """Begin without a tree.
 
         Args:
-            tell: who is told of what happens.
-            hooks: told of every change of a node's status, whatever the tree is.
-            exchange: called with a tree that is about to take the place of the one there is, which is halted.
+            tell: called with what happens.
+            hooks: called with every change of a node's status, whatever the tree is.
+            exchange: called with a tree that is about to take the place of the present one, which is halted.
         """
         self.state = MissionState.EMPTY
         self.tree: Tree | None = None
@@ -81,7 +81,7 @@ class Mission:
             raise Illegal(f"'{tree.tree_id}' is {self.state.value}; nothing to take over from; load, then start")
 
     def swap(self, tree: Tree) -> None:
-        """Have another tree take over from the one that is under way, as if it had been started, or paused at its root.
+        """Have another tree take over from the present one, as if it had been started, or paused at its root.
 
         The old tree is halted, which cancels its goals. The entries of its root blackboard that have a value are
         carried over; those that do not fit the new tree's types are told, and stay as the new tree has them.
@@ -111,7 +111,7 @@ class Mission:
         )
 
     def start(self) -> None:
-        """Run the tree from its root, or go on if it is paused.
+        """Run the tree from its root, or continue if it is paused.
 
         Raises:
             Illegal: there is no tree, or it is running.
@@ -126,7 +126,7 @@ class Mission:
         self._begin(MissionState.RUNNING)
 
     def pause(self) -> None:
-        """Tick no more; goals that were given go on, their outcome is seen later.
+        """Tick no more; goals that were given continue, their outcome is seen later.
 
         Raises:
             Illegal: the tree is not running.

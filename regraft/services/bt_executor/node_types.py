@@ -93,6 +93,6 @@ def _found_at(place: str) -> list[type[Node]]:
 
 
 def _instead_of(name: str, module: str) -> str:
-    """Say which name of a module may be meant, as the end of a sentence; empty if none is near."""
+    """Report which name of a module may be meant, as the end of a sentence; empty if none is near."""
     meant = near(name, vars(sys.modules[module])) if module in sys.modules else None
     return f"; did you mean {meant!r}?" if meant else ""

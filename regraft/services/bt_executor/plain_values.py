@@ -37,7 +37,7 @@ def shown_text(text: str) -> str:
 
 
 def is_plain(value: Any, depth: int = 0) -> bool:
-    """Tell whether a value can travel as plain data and be the same afterwards."""
+    """Return whether a value can travel as plain data and be the same afterwards."""
     if isinstance(value, float):
         return not math.isnan(value)
     if isinstance(value, list) and depth < DEEPEST:
@@ -52,7 +52,7 @@ def is_plain(value: Any, depth: int = 0) -> bool:
 
 
 def _is_unicode(text: str) -> bool:
-    """Tell whether text can be encoded; JSON may hold halves of characters."""
+    """Return whether text can be encoded; JSON may hold halves of characters."""
     try:
         text.encode()
     except UnicodeEncodeError:

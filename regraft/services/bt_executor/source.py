@@ -26,7 +26,7 @@ class Source:
     Attributes:
         file: The file, empty where there is text.
         text: The XML text, empty where there is a file.
-        main: The ID of the tree to execute, by default what the XML says.
+        main: The ID of the tree to execute, by default what the XML states.
         folder: Where relative includes of text start from.
     """
 
@@ -57,7 +57,7 @@ class Source:
 
 
 def check_size(tree: Tree) -> None:
-    """Make sure that a tree can be told of; raises TreeError."""
+    """Make sure that a tree can be published; raises TreeError."""
     texts = 0
     for node in tree.nodes:
         told = {"name": tree.tree_id, "path": node.path, **node.setup.attributes}

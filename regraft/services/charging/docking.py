@@ -32,10 +32,10 @@ class ChargingFailed(Exception):
 
 
 class Docking(Component):
-    """Drives the robot to its dock, makes sure that it stands on it, and stays until the battery is full enough.
+    """Drives the robot to its dock, checks its place there, and stays until the battery is full enough.
 
-    It drives with the action ``navigate_to``. Where the charger is not felt at the dock's place, which happens
-    when the robot is mistaken about its own, it tries around it. A new goal replaces the one before.
+    It drives with the action ``navigate_to``. A robot that is mistaken about its place may not feel the charger there:
+    it then tries around it. A new goal replaces the previous one.
     """
 
     resources = Resources(cpu=0.01, memory=20.0, devices=("dock",))
@@ -59,13 +59,13 @@ class Docking(Component):
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return what a charging takes, from the goal on.
 
-        ``context`` may say the ``charge`` to begin with, the one to charge ``until``, the battery's
-        ``capacity`` (J), the ``power`` (W) that is drawn on the dock, the ``distance`` (m) to drive to it (default 0:
-        the robot is there), and the ``speed`` (m/s) at which it drives (above 0, default 0.26).
+        ``context`` may give the ``charge`` to begin with, the one to charge ``until``, and the battery's ``capacity``
+        (J). It may give the ``power`` (W) that is drawn on the dock.
+        It may give the ``distance`` (m) to drive to it (default 0) and the ``speed`` (m/s; above 0, default 0.26).
 
         Returns:
-            ``docking_time`` (s) and ``docking_energy`` (J) of the drive, ``net_power`` (W) that gets into the
-            battery of a standing robot, and ``charging_time`` (s) on the dock, if anything gets into it at all.
+            ``docking_time`` (s) and ``docking_energy`` (J) of the drive. ``net_power`` (W) gets into the
+            battery of a standing robot. ``charging_time`` (s) on the dock is left out if nothing gets into it.
         """
         power = float(parameters.get("expected_power", cls.expected_power.default))
         net = power - float(context.get("power", total_power(0.0)))
@@ -94,7 +94,7 @@ class Docking(Component):
 
     @action("charge", feedback=ChargeProgress)
     async def charge(self, goal: Charge) -> Charged:
-        """Stand on the dock until the battery is full enough, and say whether it is."""
+        """Stand on the dock until the battery is full enough, and report whether it is."""
         await self._hear_of_the_battery()
         if self._charge() >= goal.until:
             return Charged(True, self._charge())

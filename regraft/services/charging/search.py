@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from regraft.bus_schema.messages.geometry import Pose
 
 DIRECTIONS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
-"""Seen from the dock, in which order it is tried beside its place: ahead, behind, left, right."""
+"""Seen from the dock, in which order it is tried next to its place: ahead, behind, left, right."""
 
 
 def places_to_try(dock: Pose, distance: float) -> Iterator[Pose]:

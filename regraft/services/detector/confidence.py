@@ -12,9 +12,9 @@ from regraft.services.detector.finder import Found
 class Calibration:
     """A logistic model of confidence, fitted for one finder.
 
-    Confidence is the chance that a picture from the same place in a tenth less light would show the hydrant too.
-    False sightings are so rare (below 1 %) that the chance of its being a hydrant would always be near 1, and tell
-    nothing. The weights are those of the likeness and of the logarithms of brightness and depth (m).
+    Confidence is the chance that a picture from there in a tenth less light would show the hydrant too. The chance of
+    its being a hydrant would always be near 1: false sightings are rare (below 1 %). The weights are those of the
+    likeness and of the logarithms of brightness and depth (m).
     """
 
     constant: float

@@ -32,8 +32,8 @@ class Thresholds:
 class Candidate:
     """Something red in a picture.
 
-    ``score`` from 0 to 1 is how much it looks like a hydrant; ``axis`` is the column (px, from the left edge)
-    of its axis, ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it.
+    ``score`` from 0 to 1 is how much it looks like a hydrant. ``axis`` is the column (px, from the left edge) of its
+    axis. ``top`` and ``bottom`` are the rows (px, from the upper edge) that bound it.
     """
 
     score: float
@@ -47,7 +47,7 @@ class Candidate:
         return self.bottom - self.top
 
     def overlaps(self, other: Candidate) -> bool:
-        """Tell whether two candidates are in the same place."""
+        """Return whether two candidates are in the same place."""
         rows = self.top < other.bottom and other.top < self.bottom
         return rows and abs(self.axis - other.axis) < 0.3 * max(self.height, other.height)
 
@@ -69,7 +69,7 @@ def find_hydrant(image: Image, thresholds: Thresholds | None = None) -> tuple[Ca
 def red_masks(image: Image, wanted: Thresholds) -> tuple[Image, Image]:
     """Return where the picture is red (255), as it is and with holes closed.
 
-    Noise leaves holes in a dim hydrant; closing them may join it to something red beside it. So both are tried.
+    Noise leaves holes in a dim hydrant; closing them may join it to something red next to it. So both are tried.
     """
     red = _red(image, wanted)
     return red, np.asarray(cv2.morphologyEx(red, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)

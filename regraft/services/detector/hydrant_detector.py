@@ -135,7 +135,7 @@ class HydrantDetector(Component):
             expiry.cancel()
 
     def _look(self, image: Image, before: Image | None) -> tuple[Detections, bool]:
-        """Look at a picture, once, whoever has asked for it; also tell whether it was of use."""
+        """Look at a picture, once, whoever has asked for it; also return whether it was of use."""
         if self._seen is not None and self._seen[0] is image:
             return self._seen[1], self._seen[2]
         fault = fault_of(image, before)
@@ -151,7 +151,7 @@ class HydrantDetector(Component):
         return found, not fault
 
     def _diagnose(self, finding: Finding | None) -> None:
-        """Tell when something begins to be wrong with the pictures, and when that is over."""
+        """Report when something begins to be wrong with the pictures, and when that is over."""
         fault = finding.fault if finding else ""
         if fault == self._fault:
             return

@@ -14,7 +14,7 @@ from regraft.bus_schema.annotations import PlainValue
 class Performance:
     """A detector's hit rate by darkness, and what it costs.
 
-    ``rates`` are the shares of pictures with a hit, the hydrant being in view at 0.4 to 3 m, in as many equal bins of
+    ``rates`` are the shares of pictures with a hit, the hydrant being in view at 0.4 to 3 m. They are in equal bins of
     darkness (0 is full light, 1 is black). ``cpu`` is seconds of one core for a picture of 320 x 240.
     """
 
@@ -29,9 +29,9 @@ class Performance:
     def estimate(self, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return the qualities of a request under a detector's parameters.
 
-        ``context`` may hold ``darkness`` (default 0), ``in_view`` (the chance that the hydrant is in view, default 1),
-        ``on_board`` (default true; another camera sees full light and takes no energy of the robot's),
-        ``camera_rate`` (Hz, default 5) and ``pictures`` (that the request asks for).
+        ``context`` may hold ``darkness`` (default 0) and ``in_view`` (the chance that the hydrant is in view, default
+        1). ``on_board`` is true by default; another camera sees full light and takes no energy of the robot's.
+        ``camera_rate`` is in Hz (default 5); ``pictures`` is how many the request asks for.
 
         Returns:
             ``detection_rate`` of one picture, ``hits_per_request`` as expected, ``energy_per_request`` (J),

@@ -9,7 +9,7 @@ from regraft.services.sensor_checks import FROZEN, Finding, judge_picture, pictu
 
 
 def fault_of(image: Image, before: Image | None) -> Finding | None:
-    """Say what is wrong with a picture, given the one before it, if there was one; None if it is of use.
+    """Report what is wrong with a picture, given the one before it, if there was one; None if it is of use.
 
     A working sensor's noise makes any two pictures differ, even of nothing in the dark.
     """

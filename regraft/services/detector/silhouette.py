@@ -13,8 +13,8 @@ HEIGHT = 0.361
 FOOT_RADIUS = 0.085
 """m"""
 
-# Height (m) up to which a part reaches, and the half widths (m) that are seen at least and at most: the caps
-# for the hoses stick out to the side, more or less as the hydrant is turned.
+# Height (m) up to which a part reaches, and the half widths (m) seen at least and at most. The caps for the hoses stick
+# out to the side, by how the hydrant is turned.
 PARTS = (
     (0.024, 0.085, 0.085),
     (0.138, 0.062, 0.062),
@@ -38,11 +38,11 @@ def half_widths(heights: Floats) -> tuple[Floats, Floats]:
 
 
 def likeness(mask: Mask, shown_from: int = 0) -> tuple[float, float]:
-    """Tell how much a mask (rows, columns), cut to its outline, looks like a hydrant that stands upright.
+    """Return how much a mask (rows, columns), cut to its outline, looks like a hydrant that stands upright.
 
-    Returns the likeness, from 0 to 1: one minus the share of the hydrant's area that is missing or too much,
-    half a pixel at the edges forgiven; and the column of the hydrant's axis. Rows above ``shown_from`` are outside
-    the picture and not judged.
+    Returns the likeness, from 0 to 1, and the column of the hydrant's axis. The likeness is one minus the share of the
+    hydrant's area that is missing or too much. Half a pixel at the edges is forgiven. Rows above ``shown_from`` are
+    outside the picture and not judged.
     """
     rows, columns = mask.shape
     axis = _axis(mask[shown_from:])
@@ -61,7 +61,7 @@ def likeness(mask: Mask, shown_from: int = 0) -> tuple[float, float]:
 
 
 def narrows(mask: Mask) -> float:
-    """Return how wide the topmost rows of a mask are, as a share of its typical width; 1 for a box."""
+    """Return the width of a mask's topmost rows, as a share of its typical width; 1 for a box."""
     widths = mask.sum(axis=1)
     top = max(1, round((1.0 - TOP) * len(widths)))
     return float(widths[:top].mean() / np.median(widths))

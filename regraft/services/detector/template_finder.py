@@ -42,8 +42,8 @@ class TemplateFinder:
     """Slides the hydrant's silhouette over the floor, wherever it could stand, and correlates it with what is red.
 
     Every depth has one row for the foot and one size, so that only columns are searched. ``least`` is the least
-    correlation (0 to 1), ``contrast`` the least redness above the surroundings
-    (0 to 255) for each metre away, ``farthest`` how far (m) is searched.
+    correlation (0 to 1). ``contrast`` is the least redness above the surroundings (0 to 255) for each metre away.
+    ``farthest`` is how far (m) is searched.
     """
 
     least: float
@@ -119,7 +119,7 @@ def _contrast(window: Picture, template: Picture) -> float:
 
 
 def _evenness(window: Picture, rows: int, template: Picture) -> float:
-    """Return how red the least red third of the silhouette's rows is, as a share of the reddest: 1 if all are alike."""
+    """Return the redness of the least red third of the silhouette's rows, as a share of the reddest."""
     thirds = [slice(rows * n // 3, rows * (n + 1) // 3) for n in range(3)]
     means = [float(window[third][template[third] > INSIDE].mean()) for third in thirds]
     return min(means) / max(*means, 1.0)

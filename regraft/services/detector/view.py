@@ -14,8 +14,8 @@ from regraft.services.detector.silhouette import FOOT_RADIUS, HEIGHT
 class View:
     """A pinhole camera that looks along the floor.
 
-    ``focal`` is the focal length in px, ``centre`` the (column, row) of the optical axis in px,
-    ``above_floor`` the camera's height in m, ``pitch`` how far it looks down in rad.
+    ``focal`` is the focal length in px, ``centre`` the (column, row) of the optical axis in px. ``above_floor`` is the
+    camera's height in m, ``pitch`` how far it looks down in rad.
     """
 
     focal: float

@@ -31,10 +31,10 @@ class _Look:
 
 
 class Explorer(Component):
-    """Says where a robot must go to see more of the room: to the frontiers of known ground.
+    """Reports where a robot must go to see more of the room: to the frontiers of known ground.
 
-    A frontier that does not vanish although the robot has looked at it from several places, or that it did not reach,
-    is not given again until the map around it has changed; so exploring ends in every room that walls close.
+    Some frontiers stay although the robot has looked at them from several places; others it did not reach. Neither is
+    given again until the map around it has changed. So exploring ends in every room that walls close.
     """
 
     state_version = 1
@@ -70,7 +70,7 @@ class Explorer(Component):
 
     @service("next_frontier")
     async def next_frontier(self, request: maps.NextFrontier) -> maps.Frontier:
-        """Say where to look next, or that nothing is left."""
+        """Report where to look next, or that nothing is left."""
         asked_at = self.kit.now()
         await self._get_ready()
         if request.unreached:
@@ -112,7 +112,7 @@ class Explorer(Component):
             await self.kit.sleep(LOOK_INTERVAL)
 
     async def _see_map_of(self, stamp: float) -> None:
-        """Wait for a map at least as new as ``stamp``, which does not come if there is nothing new to map."""
+        """Wait for a map at least as new as ``stamp``; none comes if there is nothing new to map."""
         deadline = stamp + self.map_within
         while self._map_stamp() < stamp and self.kit.now() < deadline:
             await self.kit.sleep(LOOK_INTERVAL)

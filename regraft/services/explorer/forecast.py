@@ -9,8 +9,9 @@ USUAL_AREA = 22.0
 DISTANCES = {"best": (2.6, 0.39), "furthest": (3.4, 0.52)}
 """Way (m) by strategy: for any room, and for each m² of its floor."""
 REQUESTS = {"best": (3.9, 0.054), "furthest": (2.7, 0.053)}
-"""Requests likewise. Both are lines through 68 rooms of 8 to 64 m² with two to eight boxes, a lidar of 3.5 m, and
-the default weights; single rooms lie within a half of them."""
+"""Requests likewise. Both are lines through 68 rooms of 8 to 64 m² with two to eight boxes. The lidar reaches 3.5 m,
+and the weights are the default ones. Single rooms lie within a half of them.
+"""
 
 
 def forecast(strategy: str, context: dict[str, PlainValue]) -> dict[str, float]:

@@ -79,7 +79,7 @@ def find_frontiers(ground: Ground, settings: FrontierSettings, useless: Sequence
 
 
 def _edge(ground: Ground, settings: FrontierSettings) -> tuple[Mask, Mask]:
-    """Return the unknown cells that matter, and the free ones beside them that the robot's ground goes on to.
+    """Return the unknown cells that matter, and the free ones next to them that the robot's ground continues to.
 
     Free streaks behind walls are no part of that ground, as noise lets single beams through a wall's gaps.
     """
@@ -95,7 +95,7 @@ def _edge(ground: Ground, settings: FrontierSettings) -> tuple[Mask, Mask]:
 
 
 def _behind(clusters: Cells, number: int, box: tuple[slice, slice], unknown: Mask) -> Cells:
-    """Return the unknown cells beside a cluster."""
+    """Return the unknown cells next to a cluster."""
     rows = slice(max(box[0].start - 1, 0), box[0].stop + 1)
     columns = slice(max(box[1].start - 1, 0), box[1].stop + 1)
     beside = binary_dilation(clusters[rows, columns] == number) & unknown[rows, columns]

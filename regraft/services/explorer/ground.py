@@ -21,17 +21,17 @@ Cells = NDArray[np.intp]
 
 EIGHT = np.ones((3, 3), bool)
 LEAVE_TIMEOUT = 0.10
-"""m beyond its radius that a robot may be closer to something than it should, and still find the way out."""
+"""m beyond its radius that a robot may be too close to something, and still find a way out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
     """A map as seen by a robot at a place in it; all arrays are (rows, columns).
 
-    `free` and `unknown` are the cells known to hold nothing and those not known; `walls` are the occupied ones
-    with the gaps of one or two cells closed that noise leaves in them. `clearance` (m) is how far a cell's centre
-    is from the nearest occupied cell's edge, `room` from the nearest one that is occupied or unknown. `reachable`
-    is where the robot's centre can get to over known ground.
+    `free` and `unknown` are the cells known to hold nothing and those not known. `walls` are the occupied ones with the
+    gaps of one or two cells closed that noise leaves. `clearance` (m) is how far a cell's centre is from the nearest
+    occupied cell's edge. `room` counts unknown cells as occupied. `reachable` is where the robot's centre can get to
+    over known ground.
     """
 
     grid: OccupancyGrid
@@ -79,7 +79,7 @@ class Ground:
         return lengths
 
     def sees(self, eyes: FloatArray, targets: FloatArray, opaque: Mask | None = None) -> Mask:
-        """Tell for each of K places whether it sees its target, both (K, 2) in (row, column).
+        """Return for each of K places whether it sees its target, both (K, 2) in (row, column).
 
         Nothing is seen behind `opaque`, which is `walls` if left out; what is not known hides nothing.
         """

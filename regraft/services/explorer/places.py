@@ -27,9 +27,9 @@ MAX_REPEATS = 10
 class Place:
     """A frontier that was given: its target and the goals to look at it (m), and how the map was around it then.
 
-    `known` and `occupied` count cells. From the goals of a `seen` one nothing more can be seen; a `closed` one is not
-    given again; both end when the map around it changes. `repeats` counts how often it was given once more before the
-    robot had gone there, as when it had to charge first.
+    `known` and `occupied` count cells. The goals of a `seen` one show nothing more; a `closed` one is not given again.
+    Both end when the map around it changes. `repeats` counts how often it was given again before the robot went there,
+    as when it had to charge first.
     """
 
     target: Point
@@ -49,9 +49,9 @@ class Place:
 class Places:
     """Remembers what was given, so that exploring ends even where a frontier can never be looked behind.
 
-    A frontier that stays is looked at from other places, `MAX_TIMES` in all; one that was not reached is closed at
-    once. It is opened again when more ground has become known around it, which can't go on for ever, or when
-    obstacles have changed there, and then `MAX_TIMES` at the most.
+    A frontier that stays is looked at from other places, `MAX_TIMES` in all. One that was not reached is closed at
+    once. It is opened again when more ground has become known around it, which has an end. It is also opened when
+    obstacles have changed there, `MAX_TIMES` at the most.
     """
 
     def __init__(self, renewal: float) -> None:
@@ -76,7 +76,7 @@ class Places:
         self.last = frontier
 
     def spend(self, ground: Ground, *, unreached: bool = False) -> None:
-        """Note that there is no use in going again where the last one sent the robot, as the map is now."""
+        """Note that the last place need not be visited again while the map is as now."""
         at = None if self.last is None else self._index(self.last)
         if at is None:
             return
@@ -88,12 +88,12 @@ class Places:
         self.last = None
 
     def still_there(self, frontiers: list[Frontier]) -> bool:
-        """Tell whether the last one is still among some frontiers."""
+        """Return whether the last one is still among some frontiers."""
         last = self.last
         return last is not None and any(math.dist(last.target, each.target) < SAME_TARGET for each in frontiers)
 
     def open(self, frontier: Frontier, ground: Ground) -> bool:
-        """Tell whether a frontier may be given."""
+        """Return whether a frontier may be given."""
         closed = [place for place in self._unchanged(ground) if place.closed]
         return not any(math.dist(place.target, frontier.target) < SAME_TARGET for place in closed)
 

@@ -65,7 +65,7 @@ class MappingComponent(Component):
         self._late = False
 
     def on_activate(self) -> None:
-        """Sensors are silent from now on at the earliest; whoever listens gets the map anew."""
+        """Sensors are silent from now on at the earliest; whoever listens gets the map again."""
         self._since = self.kit.now()
         self._published = None
 
@@ -93,7 +93,7 @@ class MappingComponent(Component):
 
     @every(hz=2.0)
     def watch(self) -> None:
-        """Tell whether the sensors are silent, a scan repeats, or the map has become too large."""
+        """Return whether the sensors are silent, a scan repeats, or the map has become too large."""
         now = self.kit.now()
         silence = self._silence(self.mapping.newest_odometry)
         wrong = f"silent for {silence:.1f} s" if silence > SILENT else ""
@@ -144,7 +144,7 @@ class MappingComponent(Component):
 
     @service("load_map")
     def load_map(self, request: LoadMap) -> MapFile:
-        """Go on from a map out of a file; refused, with nothing changed, if it is of no use."""
+        """Continue from a map out of a file; refused, with nothing changed, if it is of no use."""
         try:
             path = self._path(request.file)
             self.mapping.load(map_files.load(path))
@@ -166,9 +166,9 @@ class MappingComponent(Component):
         return {"known_area": grid.known_area if grid else 0.0}
 
     def snapshot(self) -> PlainValue:
-        """Return the map and the robot's place in it; any mapper can go on from it."""
+        """Return the map and the robot's place in it; any mapper can continue from it."""
         return self.mapping.snapshot()
 
     def restore(self, state: PlainValue) -> None:
-        """Go on from another mapper's state; raises ValueError if its cells have another size."""
+        """Continue from another mapper's state; raises ValueError if its cells have another size."""
         self.mapping.restore(state)

@@ -42,7 +42,7 @@ class DriftWatch:
             self._corrections.popleft()
 
     def forget(self) -> None:
-        """Begin anew: the robot was found elsewhere, which is no drift."""
+        """Begin again: the robot was found elsewhere, which is no drift."""
         self._corrections.clear()
 
     @property

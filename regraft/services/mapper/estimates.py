@@ -1,8 +1,8 @@
 """A mapper's qualities, estimated without running it (ReFrESH's ES).
 
-The context may say ``scan_rate`` (Hz), ``travel_noise`` (m: standard deviation of a wheel's measured travel after
-1 m) and ``distance`` (m that is driven). The constants were fitted to simulated drives in FROG's room, see the
-evidence tests of the mapper.
+The context may give ``scan_rate`` (Hz), ``travel_noise`` (m: standard deviation of a wheel's measured travel after 1 m)
+and ``distance`` (m that is driven). The constants were fitted to simulated drives in FROG's room, see the evidence
+tests of the mapper.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from regraft.bus_schema.annotations import PlainValue
 
 SCAN_RATE, TRAVEL_NOISE, DISTANCE = 5.0, 0.01, 50.0
 ODOMETRY_COST = 0.012
-"""Share of a core that 20 odometries a second take in a process of their own, with all that a component does."""
+"""Share of a core that 20 odometries a second take in a process of their own."""
 INSERTING, MATCHING = 0.0009, 0.0012
 """s of a core per scan, its decoding included."""
 TRACK = 0.287
@@ -23,7 +23,7 @@ SMEARED_BY = 0.14
 """m of error that leave a map 1/e of its quality."""
 BEST = 0.98
 FINE_ENOUGH, COARSENED_BY = 0.05, 4.0
-"""m of a cell up to which a map does not lose, and the share that it loses from there on for each metre."""
+"""m of a cell up to which a map loses nothing, and the share lost beyond for each metre."""
 
 
 def of_matching(resolution: float, context: dict[str, PlainValue]) -> dict[str, float]:

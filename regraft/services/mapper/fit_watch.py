@@ -21,7 +21,7 @@ SEARCH_REACH = 5.0
 
 
 class FitWatch:
-    """Tells when the scans do not fit the map any more and when they do again; meanwhile it searches the map."""
+    """Reports when the scans do not fit the map any more and when they do again; meanwhile it searches the map."""
 
     def __init__(self, kit: Kit, mapping: Mapping, troubles: Troubles) -> None:
         """Watch a component's mapping; events are called ``mapper.lost`` and ``mapper.found``."""
@@ -32,7 +32,7 @@ class FitWatch:
         self._searched_at = -math.inf
 
     def start(self) -> None:
-        """Begin anew: a search that was under way has ended with the component's activity."""
+        """Begin again: a search that was under way has ended with the component's activity."""
         self._searching = False
 
     def look(self) -> None:

@@ -26,11 +26,11 @@ MISMATCHED = 1e-6
 
 
 class MapLocalizer(Component):
-    """Tells where in a given map the robot is, by matching each scan with it; the map stays as it is.
+    """Reports where in a given map the robot is, by matching each scan with it; the map stays as it is.
 
-    The last map holds, also when whoever has made it rests; it is repeated on ``kept_map``. Where the robot is to begin
-    with, another component may say on ``start``, which is believed until scans fit the map, and whenever they no
-    longer do; without it, the odometry's frame is taken for the map's. A robot that is lost is searched for on the map.
+    The last map holds, also when its maker rests; it is repeated on ``kept_map``. Another component may give the
+    robot's start on ``start``. That is believed until scans fit the map, and whenever they no longer do. Without it,
+    the odometry's frame is taken for the map's. A robot that is lost is searched for on the map.
     """
 
     state_version = 1
@@ -150,7 +150,7 @@ class MapLocalizer(Component):
 
     @every(hz=2.0)
     def watch(self) -> None:
-        """Tell what is missing."""
+        """Report what is missing."""
         now = self.kit.now()
         for subject, last in (("odometry", self.mapping.newest_odometry), ("scan", self._scan_at)):
             silence = now - (self._since if last is None else max(last, self._since))
@@ -168,7 +168,7 @@ class MapLocalizer(Component):
         return self.mapping.snapshot()
 
     def restore(self, state: PlainValue) -> None:
-        """Go on from the state of a localizer or mapper; raises ValueError if its cells have another size."""
+        """Continue from the state of a localizer or mapper; raises ValueError if its cells have another size."""
         self.mapping.restore(state)
 
 

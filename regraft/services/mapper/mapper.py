@@ -19,7 +19,7 @@ from regraft.services.mapper.matching.localizer import Limits, MatchingLocalizer
 class Mapper(MappingComponent):
     """Maps what the lidar sees, and corrects the odometry by matching each scan with the map.
 
-    A scan that fits the map nowhere near is not written into it. When that goes on, the robot is lost: somebody
+    A scan that fits the map nowhere near is not written into it. When that continues, the robot is lost: somebody
     lifted it away, or its surroundings changed. It then searches the map for the one place where the scan fits.
     """
 
@@ -73,7 +73,7 @@ class Mapper(MappingComponent):
 
     @every(hz=0.5)
     def tell_drift(self) -> None:
-        """Tell how much the odometry drifts, when it is much."""
+        """Return how much the odometry drifts, when it is much."""
         drift = self.mapping.drift.drift
         wrong = Level.WARNING if self.mapping.drift.drifting else None
         loss = f"{drift.distance:.2f} m and {math.degrees(drift.turn):.1f} degrees in the last {WINDOW:g} s"

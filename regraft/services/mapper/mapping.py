@@ -20,7 +20,7 @@ from regraft.services.mapper.matching.matcher import Match
 from regraft.services.mapper.odometry_log import Jump, OdometryLog
 
 MOVED, TURNED = 0.02, 0.02
-"""m and rad since the last scan in the map from which the next one is worth being written into it, ..."""
+"""m and rad since the last scan in the map from which the next one is written into it, ..."""
 AT_LEAST_EVERY = 1.0
 """... and s after which it is in any case, because something else may have moved."""
 RATIOS = 100
@@ -85,7 +85,7 @@ class Mapping:
     def take_odometry(self, stamp: float, pose: Pose2D) -> Jump | None:
         """Take in an odometry (its own frame); returns the jump if it made one.
 
-        No robot jumps: after one, the pose in the map goes on from where it was.
+        No robot jumps: after one, the pose in the map continues from where it was.
         """
         jump = self._odometry.add(stamp, pose)
         if jump:
@@ -132,7 +132,7 @@ class Mapping:
         return True
 
     def _repeats(self, scan: Scan, odometry: Pose2D) -> bool:
-        """Tell whether a scan is the same as the one before: it says nothing, and a lie if the robot moved."""
+        """Return whether a scan is the same as the one before: it says nothing, and a lie if the robot moved."""
         last, self._last_scan = self._last_scan, (scan, odometry)
         if last is None or not np.array_equal(last[0].ranges, scan.ranges):
             self.frozen = False
@@ -172,7 +172,7 @@ class Mapping:
         return FiledMap(grid.per_cent(), grid.resolution, grid.x, grid.y) if grid else None
 
     def load(self, filed: FiledMap) -> None:
-        """Go on from a map out of a file; the robot is taken to be where it is in the old one.
+        """Continue from a map out of a file; the robot is taken to be where it is in the old one.
 
         Raises:
             ValueError: its cells have another size, or it is too large.
@@ -200,7 +200,7 @@ class Mapping:
         }
 
     def restore(self, state: PlainValue) -> None:
-        """Go on from a snapshot of any mapping with cells of the same size.
+        """Continue from a snapshot of any mapping with cells of the same size.
 
         Raises:
             ValueError: the cells are of another size.

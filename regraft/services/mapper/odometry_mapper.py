@@ -10,7 +10,7 @@ from regraft.services.mapper.matching.localizer import Localizer, TrustingLocali
 
 
 class OdometryMapper(MappingComponent):
-    """Maps what the lidar sees from where the odometry says that the robot is.
+    """Maps what the lidar sees from where the odometry states that the robot is.
 
     It takes about half the time of the matching mapper. Its map is as good as the odometry: it smears with the
     drift, which it cannot notice.

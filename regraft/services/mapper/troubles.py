@@ -7,7 +7,7 @@ from typing import Any, Protocol
 from regraft.bus_schema.messages.health import Level
 
 RETRY_INTERVAL = 10.0
-"""s after which what is still wrong is told again."""
+"""s after which what is still wrong is reported again."""
 
 
 class Diagnose(Protocol):
@@ -25,7 +25,7 @@ class Troubles:
         self._told: dict[str, tuple[Level, float]] = {}
 
     def note(self, subject: str, wrong: Level | None, text: str, now: float, **values: Any) -> bool:
-        """Note that a subject is ``wrong``, or well again (None), at a time (s); tells whether that is a change."""
+        """Note that a subject is ``wrong``, or well again (None), at a time (s); returns whether that is a change."""
         before = self._told.get(subject)
         if wrong is None:
             if before is None:

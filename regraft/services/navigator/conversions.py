@@ -28,7 +28,7 @@ def grid_of(message: maps.OccupancyGrid) -> OccupancyGrid:
 
 
 def same_map(one: maps.OccupancyGrid, other: maps.OccupancyGrid) -> bool:
-    """Tell whether two maps differ at most in their stamps."""
+    """Return whether two maps differ at most in their stamps."""
     layout = (one.frame, one.resolution, one.origin) == (other.frame, other.resolution, other.origin)
     return layout and np.array_equal(one.cells, other.cells)
 

@@ -131,8 +131,8 @@ class Follower:
     ) -> Command:
         """Return the command for now.
 
-        `time` (s) is the component's clock, `pose` the robot in the map's frame and `twist` its measured motion,
-        both at `stamp` (s; now if left out), `scan` the latest scan, the same one again until there is another.
+        `time` (s) is the component's clock. `pose` is the robot in the map's frame and `twist` its measured motion,
+        both at `stamp` (s; now if left out). `scan` is the latest scan, the same one again until there is another.
         """
         elapsed = DEFAULT_PERIOD if self._time is None else time - self._time
         period = min(max(elapsed, 0.01), 0.2)
@@ -252,7 +252,7 @@ class Follower:
             self._phase = "recovering" if self._recovery.active else "driving"
 
     def _keep_planned(self, time: float, pose: Pose2D, goal: Pose2D) -> bool:
-        """Plan where that is due; tell whether there is a path to follow."""
+        """Plan where that is due; return whether there is a path to follow."""
         if self._recovery.active:
             return True
         route = self._route
@@ -264,7 +264,7 @@ class Follower:
         return has_path
 
     def _held(self, time: float, now: Situation) -> bool:
-        """Stand for a while when motion is not what it should be, then try again; tell whether to stand."""
+        """Stand for a while when motion is not what it should be, then try again; return whether to stand."""
         if self._motion.check(self._stamp, now.pose, now.twist, self._told):
             self._motion.reset()
             self._held_since = time if self._held_since is None else self._held_since
@@ -299,13 +299,13 @@ class Follower:
         return decision
 
     def _allowed_to_drive(self) -> bool:
-        """Tell whether the robot can make progress at all; standing is no trouble otherwise."""
+        """Return whether the robot can make progress at all; standing is no trouble otherwise."""
         if self.limits.max_velocity == 0.0:
             self._monitor.reset()
         return self.limits.max_velocity > 0.0
 
     def _in_trouble(self, time: float, now: Situation) -> bool:
-        """Start a recovery or give up where the robot is stuck or too slow; tell whether that is so."""
+        """Start a recovery or give up where the robot is stuck or too slow; return whether that is so."""
         self._spent += now.period
         allowed = PATIENCE + SLOWNESS * self._route.first_length / self.limits.max_velocity
         why = self._route.no_path or self._hindrance

@@ -31,10 +31,10 @@ LOOK_INTERVAL = 0.05
 class Navigator(Component):
     """Drives the robot to goal poses on collision-free paths.
 
-    It plans on the map, which may grow under way, follows the path around what the lidar sees, and takes the
-    odometry for the robot's pose in the map: a stack with a mapper connects that port to ``localization``, whose
-    jumps it bears. A new goal replaces the one before. The speed never exceeds ``max_velocity``. When a sense that
-    it needs fails, the robot stops, a diagnostic says why, and after a while the drive is given up.
+    It plans on the map, which may grow under way, and follows the path around what the lidar sees. It takes the
+    odometry for the robot's pose in the map. A stack with a mapper connects that port to ``localization``, whose jumps
+    it bears. A new goal replaces the previous one. The speed never exceeds ``max_velocity``. When a sense that it needs
+    fails, the robot stops, with a diagnostic, and later gives up.
     """
 
     state_version = STATE_VERSION
@@ -74,13 +74,13 @@ class Navigator(Component):
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return the qualities of driving straight on as fast as allowed, and of a whole drive.
 
-        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar, and the
-        ``distance`` (m) of a drive from pose to pose.
+        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar. It may give
+        the ``distance`` (m) of a drive from pose to pose.
 
         Returns:
-            ``speed`` (m/s), ``power`` of the wheels (W), ``energy_per_metre`` (J/m), and ``safety``, the share of the
-            time in which nothing is near or the robot slow; with a ``distance`` also ``drive_time`` (s) and
-            ``drive_energy`` (J) of the wheels, turning at both ends included.
+            ``speed`` (m/s), ``power`` of the wheels (W), and ``energy_per_metre`` (J/m). ``safety`` is the
+            share of the time in which nothing is near or the robot slow. With a ``distance`` also
+            ``drive_time`` (s) and ``drive_energy`` (J) of the wheels, turning at both ends included.
         """
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
         near, distance = context.get("near"), context.get("distance")
@@ -105,7 +105,7 @@ class Navigator(Component):
 
     @action("navigate_to", feedback=NavigationProgress)
     async def navigate_to(self, goal: NavigateTo) -> Arrival:
-        """Drive to a pose in the map, and say whether the robot is there."""
+        """Drive to a pose in the map, and report whether the robot is there."""
         if goal.goal.frame not in FRAMES:
             why = f"must be {' or '.join(FRAMES)}, is {goal.goal.frame!r}"
             raise RequestRefused(why, RefusalCode.INVALID, field="goal.frame")
@@ -138,7 +138,7 @@ class Navigator(Component):
         return " and ".join(missing)
 
     async def _arrive(self) -> Arrival:
-        """Wait for the end of the drive, telling how it goes."""
+        """Wait for the end of the drive, reporting progress."""
         told = self.kit.now()
         while not (self._command.done or self._command.failed):
             await self.kit.sleep(LOOK_INTERVAL)
@@ -170,7 +170,7 @@ class Navigator(Component):
             self._stop()
 
     def _update(self) -> bool:
-        """Take in what has come, and decide what to do now; tell whether that was possible."""
+        """Take in what has come, and decide what to do now; return whether that was possible."""
         self._take_map()
         place = self._place
         if self._follower is None or place is None:
@@ -211,7 +211,7 @@ class Navigator(Component):
         return self._latest_scan[1]
 
     def _take_map(self) -> bool:
-        """Take in the latest map where it is new; tell whether there is one to drive on."""
+        """Take in the latest map where it is new; return whether there is one to drive on."""
         message = self.map.latest
         if message is None or message is self._known_map:
             return self._follower is not None

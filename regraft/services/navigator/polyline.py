@@ -6,7 +6,7 @@ from regraft.planar import FloatArray, Pose2D
 
 
 def stretch_ahead(path: FloatArray, pose: Pose2D, length: float) -> FloatArray:
-    """Return the part of a path (N, 2) that begins beside the robot and is at least `length` (m) long, if it is."""
+    """Return the part of a path (N, 2) from the robot on, at least `length` (m) long where possible."""
     if len(path) < 2:
         return path
     starts, ways = path[:-1], path[1:] - path[:-1]

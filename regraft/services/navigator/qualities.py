@@ -18,8 +18,8 @@ TURNING = 4.5
 class Caution:
     """How a controller drives where obstacles are near.
 
-    ``near`` is the share of the time that one is within `NEAR` in FROG's room. ``full`` is the share of that time
-    in which it drives as fast as it may, the rest of it being spread evenly over the lower speeds down to standing.
+    ``near`` is the share of the time that one is within `NEAR` in FROG's room. ``full`` is the share of that time at
+    full speed. The rest is spread evenly over the lower speeds down to standing.
     """
 
     near: float
@@ -28,8 +28,8 @@ class Caution:
     def safety(self, max_velocity: float, near: float | None = None) -> float:
         """Return the expected share of the time in which nothing is `NEAR` or the speed is below `SLOW`.
 
-        That is 1 - near * P(speed >= SLOW), and P = full + (1 - full) * (1 - SLOW / max_velocity): 1 as long as
-        the robot may not drive that fast, and falling with max_velocity from there.
+        That is 1 - near * P(speed >= SLOW), and P = full + (1 - full) * (1 - SLOW / max_velocity). It is 1 as long as
+        the robot may not drive that fast. From there it falls with max_velocity.
         """
         if max_velocity < SLOW:
             return 1.0
@@ -43,7 +43,7 @@ PURSUIT = Caution(near=0.08, full=0.08)
 
 
 def is_safe(clearance: float, speed: float) -> bool:
-    """Tell whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
+    """Return whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
     return clearance > NEAR or speed < SLOW
 
 

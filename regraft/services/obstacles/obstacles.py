@@ -16,7 +16,7 @@ from regraft.services.obstacles.views import ViewSettings
 
 
 class Obstacles(Component):
-    """Finds what stands in the room on the map, and says from where to look at it, in the order of a short tour.
+    """Finds objects in the room on the map, and viewing poses in the order of a short tour.
 
     Walls are no objects. An object keeps its name, and its goal where that is still good, from one map to the next.
     """
@@ -56,7 +56,7 @@ class Obstacles(Component):
 
     @every(hz=rate)
     def look(self) -> None:
-        """Tell the goals of a new map at once, and those of an unchanged one now and then."""
+        """Publish the goals of a new map at once, and those of an unchanged one now and then."""
         message, odometry = self.map.latest, self.odometry.latest
         if message is None or odometry is None:
             return
@@ -70,7 +70,7 @@ class Obstacles(Component):
         return message is not known and (known is None or not same_map(message, known))
 
     def _take(self, message: maps.OccupancyGrid, odometry: sensors.Odometry) -> bool:
-        """Look at a new map; tell whether it is of use."""
+        """Look at a new map; return whether it is of use."""
         try:
             ground = Ground.of(grid_of(message), planar_pose(odometry.pose).position, self.radius)
         except ValueError as error:
@@ -96,8 +96,8 @@ class Obstacles(Component):
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return how far (m) goals are from what they show, and from everything.
 
-        ``viewing_distance`` is that from the middles of objects of ``context["size"]`` (m) as the mean, ``clearance``
-        the least there is around a goal.
+        ``viewing_distance`` is the mean distance from the middles of objects of ``context["size"]`` (m). ``clearance``
+        is the least around a goal.
         """
         size = float(context.get("size", 0.25))
         standoff = float(parameters.get("standoff", cls.standoff.default))

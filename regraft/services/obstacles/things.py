@@ -27,9 +27,9 @@ class Thing:
 def find_things(ground: Ground, smallest: float, largest: float) -> list[Thing]:
     """Return what stands in the room, in the order of the map's rows.
 
-    Walls are what is connected, over cells not known to be free, to the outside of the room: so pieces of a wall
-    are walls too, and a thing is found once it has been seen from all around. `smallest` and `largest` (m) bound the
-    diagonal of a thing: what is smaller is noise, what is larger a wall that stands in the room.
+    Walls are what is connected to the outside of the room, over cells not known to be free. So pieces of a wall are
+    walls too, and a thing is found once it is seen from all around. `smallest` and `largest` (m) bound the diagonal of
+    a thing: smaller ones are noise, larger ones walls.
     """
     open_ground = ground.free & ~ground.walls
     regions, _ = label(open_ground)

@@ -36,8 +36,8 @@ class ViewSettings:
 def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose2D | None:
     """Return the best pose to look at a thing, facing its middle; None if there is none.
 
-    The robot can stand there, get there, and sees the thing with nothing in between. Of several poses the one with
-    most room is taken, less half of what it is farther away or nearer than liked.
+    The robot can stand there, get there, and sees the thing with nothing in between. Of several poses the one with most
+    room is taken. Half of its deviation from the liked distance is subtracted.
     """
     bearings = np.arange(BEARINGS) * math.tau / BEARINGS
     directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
@@ -56,7 +56,7 @@ def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose2D | 
 
 
 def still_good(ground: Ground, thing: Thing, pose: Pose2D, settings: ViewSettings) -> bool:
-    """Tell whether a pose that was found on an earlier map still shows the thing on this one."""
+    """Return whether a pose that was found on an earlier map still shows the thing on this one."""
     place = np.array([pose.position])
     ahead = math.atan2(thing.centre[1] - pose.y, thing.centre[0] - pose.x)
     turned = abs(math.remainder(ahead - pose.yaw, math.tau)) * math.dist(thing.centre, pose.position)
@@ -90,7 +90,7 @@ def _room(ground: Ground, places: FloatArray) -> FloatArray:
 
 
 def _in_sight(ground: Ground, thing: Thing, places: FloatArray) -> Mask:
-    """Tell which places (N, 2) see a thing's middle, and what is close beside it, past everything else."""
+    """Return which places (N, 2) see a thing's middle, and what is close next to it, past everything else."""
     ways = np.array(thing.centre) - places
     left = np.column_stack([-ways[:, 1], ways[:, 0]]) / np.hypot(*ways.T)[:, None]
     opaque = (ground.walls | ground.unknown) & ~thing.cells

@@ -1,95 +1,72 @@
-"""Sensor failures by the clock: what is to fail when.
-
-A schedule is a text such as ``30 black, 60 none``: from 30 s on the camera's pictures are black, from 60 s on it
-works again. Where a component has several sensors, each entry names one: ``30 scan silent, 45 odometry drift``.
-"""
+"""Failures of sensors by the clock: what is to fail when."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+from typing import Annotated, Final
+
+from regraft.bus_schema.annotations import Bounds, Seconds, Text
 
 NONE, SILENT, FROZEN, BLACK = "none", "silent", "frozen", "black"
 DROPOUT, DRIFT, BIAS, NOISE = "dropout", "drift", "bias", "noise"
 
-CAMERA_FAILURES = (NONE, BLACK, FROZEN, SILENT)
+Since = Annotated[Seconds, Bounds(minimum=0.0)]
+
+
+class CameraFailure(StrEnum):
+    """How a camera fails."""
+
+    NONE = NONE
+    BLACK = BLACK
+    FROZEN = FROZEN
+    SILENT = SILENT
+
+
+CAMERA_FAILURES: Final = tuple(each.value for each in CameraFailure)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFails:
+    """From ``at`` on, in simulated time, a camera fails in this way; it works with ``none``."""
+
+    at: Since
+    failure: CameraFailure
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceFails:
+    """From ``at`` on, in simulated time, a robot's device fails in this way; it works with ``none``.
+
+    A device has its name, led by ``ROBOT/`` where its robot has one.
+    """
+
+    at: Since
+    device: Annotated[str, Text(160)]
+    failure: Annotated[str, Text(64)]
+
+
+Fails = CameraFails | DeviceFails
 
 
 class ScheduleError(ValueError):
-    """A schedule that cannot be read; the message names the parameter, the entry, and what would be right."""
+    """A schedule whose entries are out of order; the message names the parameter and the entries."""
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """From ``time`` (s) on, ``sensor`` fails in this way (``none``: works)."""
-
-    time: float
-    sensor: str
-    failure: str
-
-
-@dataclass(frozen=True, slots=True)
 class Schedule:
-    """The failures of a component's sensors, in the order of their times."""
+    """The failures of a sensor, in the order of their times."""
 
-    entries: tuple[Entry, ...] = ()
+    def __init__(self, entries: Sequence[Fails], parameter: str = "failures") -> None:
+        self._entries = entries
+        for index, (before, entry) in enumerate(pairwise(entries), start=1):
+            if entry.at < before.at:
+                raise ScheduleError(
+                    f"{parameter}.{index}: {entry.at:g} s comes after {before.at:g} s: put the entries in order"
+                )
 
-    def at(self, sensor: str, time: float) -> str:
-        """Return how a sensor fails at a time (s); ``none`` before its first entry."""
-        failure = NONE
-        for entry in self.entries:
-            # Times are sums of ticks, so that a tick can lie a rounding error before the time that is meant.
-            if entry.sensor == sensor and entry.time <= time + 1e-6:
-                failure = entry.failure
-        return failure
-
-
-def parse_schedule(text: str, failures: Mapping[str, Sequence[str]], parameter: str = "failures") -> Schedule:
-    """Return the schedule in a text; ``failures`` lists, by sensor, what can happen to it.
-
-    Entries are separated by commas. With a single sensor its name may be left out.
-
-    Raises:
-        ScheduleError: an entry is malformed, names what there is not, or comes before the entry ahead of it.
-    """
-    entries: list[Entry] = []
-    for part in (part.strip() for part in text.split(",")):
-        if not part:
-            continue
-        entry = _entry(part, failures, parameter)
-        if entries and entry.time < entries[-1].time:
-            raise ScheduleError(f"{parameter}: {part!r} comes after {entries[-1].time:g} s: put the entries in order")
-        entries.append(entry)
-    return Schedule(tuple(entries))
-
-
-def _entry(part: str, failures: Mapping[str, Sequence[str]], parameter: str) -> Entry:
-    words = part.split()
-    if len(words) == 2 and len(failures) == 1:
-        words.insert(1, next(iter(failures)))
-    if len(words) != 3:
-        raise ScheduleError(f"{parameter}: {part!r} must read {_form(failures)}")
-    time = _seconds(words[0])
-    if time is None:
-        raise ScheduleError(f"{parameter}: {part!r} must begin with seconds of simulated time, as in {_form(failures)}")
-    if words[1] not in failures:
-        raise ScheduleError(f"{parameter}: {part!r} names no sensor; there are: {', '.join(failures)}")
-    known = failures[words[1]]
-    if words[2] not in known:
-        raise ScheduleError(f"{parameter}: {part!r} must end with one of: {', '.join(known)}")
-    return Entry(time, words[1], words[2])
-
-
-def _seconds(word: str) -> float | None:
-    try:
-        time = float(word)
-    except ValueError:
-        return None
-    return time if math.isfinite(time) and time >= 0.0 else None
-
-
-def _form(failures: Mapping[str, Sequence[str]]) -> str:
-    sensor, known = next(iter(failures.items()))
-    named = "" if len(failures) == 1 else f"{sensor} "
-    return f"'30 {named}{known[1]}'"
+    def at(self, time: float) -> str:
+        """Return how the sensor fails at a time (s); ``none`` before the first entry."""
+        # Times are sums of ticks, so that a tick can lie a rounding error before the time that is meant.
+        return next((str(entry.failure) for entry in reversed(self._entries) if entry.at <= time + 1e-6), NONE)

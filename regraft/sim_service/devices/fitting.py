@@ -100,16 +100,14 @@ def parameters_of(robots: Sequence[RobotSpec]) -> Iterator[Parameter[Any]]:
     names: set[str] = set()
     for device in fitted(robots):
         for short, parameter in device.declared.parameters.items():
-            named = copy(parameter)
-            named.name = device.parameter(short)
-            if named.name in names:
-                problems.append((f"{device.place}.name", f"another device has a parameter {named.name!r}: rename one"))
-            names.add(named.name)
+            name = device.parameter(short)
+            if name in names:
+                problems.append((f"{device.place}.name", f"another device has a parameter {name!r}: rename one"))
+            names.add(name)
             try:
-                named.default = parameter.checked(device.spec.parameters.get(short, parameter.default))
+                yield parameter.renamed(name, device.spec.parameters.get(short, parameter.default))
             except ParameterError as error:
                 problems += [(f"{device.place}.parameters.{short}", why) for _, why in error.parts]
-            yield named
     if problems:
         raise ParameterError(problems)
 

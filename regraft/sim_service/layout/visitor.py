@@ -15,6 +15,7 @@ from typing import Any
 
 import mujoco
 
+from regraft.bus_schema.annotations import Metres
 from regraft.planar import Pose2D
 from regraft.sim_service.layout.scene import Scene
 
@@ -25,7 +26,15 @@ DEFAULT_SPEED = 0.3
 
 
 class WalkError(ValueError):
-    """A walk that cannot be read; the message names the part and what would be right."""
+    """A walk that leads nowhere; the message says what would be right."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """A place of a walk (map frame)."""
+
+    x: Metres
+    y: Metres
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +43,13 @@ class Walk:
 
     waypoints: tuple[tuple[float, float], ...]
     speed: float = DEFAULT_SPEED
+
+    def __post_init__(self) -> None:
+        """Check the waypoints; raises WalkError."""
+        if len(self.waypoints) < 2 or any(a == b for a, b in pairwise(self.waypoints)):
+            raise WalkError(
+                f"visitor: {list(self.waypoints)} must have two or more waypoints, neighbours at different places"
+            )
 
     @property
     def length(self) -> float:
@@ -53,39 +69,6 @@ class Walk:
         share = min(left / stretch, 1.0)
         way_x, way_y = (to_x - x, to_y - y) if going else (x - to_x, y - to_y)
         return Pose2D(x + share * (to_x - x), y + share * (to_y - y), math.atan2(way_y, way_x))
-
-
-def parse_walk(text: str, parameter: str = "visitor") -> Walk | None:
-    """Return the walk in a text such as ``1.0 0.0; -1.0 0.5 @0.3``: waypoints, then the speed; None if it is empty.
-
-    Raises:
-        WalkError: a part is malformed, there are fewer than two waypoints, or two in a row are the same.
-    """
-    if not text.strip():
-        return None
-    way, _, speed = text.partition("@")
-    numbers = [[_number(word, part, parameter) for word in part.split()] for part in way.split(";")]
-    waypoints = []
-    for part, point in zip(way.split(";"), numbers, strict=True):
-        if len(point) != 2:
-            raise WalkError(f"{parameter}: {part.strip()!r} must be a waypoint x y, as in '1.0 0.0; -1.0 0.5 @0.3'")
-        waypoints.append((point[0], point[1]))
-    if len(waypoints) < 2 or any(a == b for a, b in pairwise(waypoints)):
-        raise WalkError(f"{parameter}: {text!r} must have two or more waypoints, neighbours at different places")
-    pace = _number(speed.strip(), speed, parameter) if speed.strip() else DEFAULT_SPEED
-    if not 0.0 < pace <= 3.0:
-        raise WalkError(f"{parameter}: '@{speed.strip()}' must be a speed above 0 and at most 3 m/s")
-    return Walk(tuple(waypoints), pace)
-
-
-def _number(word: str, part: str, parameter: str) -> float:
-    try:
-        number = float(word)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise WalkError(f"{parameter}: {word!r} in {part.strip()!r} must be a number")
-    return number
 
 
 class Visitor:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Constraint, ConstraintKind
-from regraft.bus_schema.model.constraints import split_parameter
-from regraft.bus_schema.model.expressions import BadExpression, references
+from regraft.bus_schema.model.constraints import constraint_expression, split_parameter
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.section import Section
@@ -67,12 +67,10 @@ def _expression(section: Section, because: str, components: Collection[str]) -> 
     if not expression:
         return None
     try:
-        names = references(expression)
-    except BadExpression as error:
-        section.wrong("require", f"{expression!r}: {error}")
+        names = constraint_expression(expression).names
+    except BadMessage as error:
+        section.wrong("require", str(error))
         return None
-    if not names:
-        section.wrong("require", f"{expression!r} speaks of no 'component.parameter'")
     for name in names:
         _check_component(section, "require", split_parameter(name)[0], components)
     return Constraint(ConstraintKind.REQUIRE, expression=expression, because=because)

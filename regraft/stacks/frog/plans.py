@@ -23,13 +23,13 @@ SLOWEST, FASTEST, STEP = 0.10, 0.26, 0.08
 
 PICTURES_IN_THE_DARK = 3
 SPARE_PICTURES = 2
-"""Pictures that are kept in reserve beside one for each look that is still to come."""
+"""Pictures that are kept in reserve next to one for each look that is still to come."""
 
 
 class AdjustMaxVelocity(AdaptPeriodically):
     """Drives more slowly near obstacles or when driving costs much, and faster again when neither is so.
 
-    The published plan's limits of 40 and 39 are sums of one sample of power every 2 s, so 80 and 78 J here.
+    The published plan's limits of 40 and 39 sum one sample of power every 2 s: here 80 and 78 J.
     """
 
     subject_location = Input[Any](default="navigator", description="what drives")

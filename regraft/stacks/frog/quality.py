@@ -30,7 +30,7 @@ from regraft.services.power_model import IDLE_POWER, LIDAR_POWER, PICTURE_ENERGY
 SAFETY, MOVEMENT_EFFICIENCY, TASK_EFFICIENCY, POWER = "Safety", "MovementEfficiency", "TaskEfficiency", "Power"
 
 TASK_PICTURES = 4 * 5 * 2 * 3
-"""Pictures that the published budget pays for: 4 places, 5 calls at each, and room for 2 x (2 + 1) pictures a call."""
+"""Pictures within the published budget: 4 places, 5 calls at each, and 2 x (2 + 1) more a call."""
 
 
 class MoveSafely(TaskLevelQR):
@@ -87,7 +87,7 @@ class MoveQuickly(TaskLevelQR):
 class MovePowerEfficiently(TaskLevelQR):
     """B1-3: takes as little energy as possible to drive somewhere; the metric is that energy, in J.
 
-    It is the integral of the drive's power since the task began, and told once more when the task is done.
+    It is the integral of the drive's power since the task began, reported again when the task is done.
     """
 
     attribute = POWER
@@ -120,7 +120,7 @@ class MovePowerEfficiently(TaskLevelQR):
 class DetectEffectively(TaskLevelQR):
     """B1-5: sees the object as often as possible; the metric is the share of the pictures in which it was seen.
 
-    Pictures and hits are counted since the mission was loaded, each call of the detector once, when its answer is in.
+    Pictures and hits are counted since the mission was loaded, each call once, when its answer is in.
     """
 
     attribute = TASK_EFFICIENCY
@@ -181,7 +181,7 @@ class DetectPowerEfficiently(TaskLevelQR):
         return ()
 
     def on_start(self) -> None:
-        """Wait for the next answer, and say what is left for it."""
+        """Wait for the next answer, and report what is left for it."""
         self._answers = Writes(self, "looked")
         self._tell_left()
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, Option
-from regraft.adaptation_manager.planners.forecast.expressions import Expression, Unknown, Value
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.expressions import Expression, Unknown
 from regraft.process.main import NoSuchClass, load_class
 
 MAX_ASSUMED: Final = 32
@@ -77,7 +77,7 @@ def outlook(
     context: Mapping[str, float],
 ) -> Forecast:
     """Return what an option is expected to be worth in an architecture, the context being what is known."""
-    known: dict[str, Value] = dict(context)
+    known: dict[str, PlainValue] = dict(context)
     for dimension, value in zip(dimensions, option.values, strict=True):
         if isinstance(value, int | float | str):
             known[dimension.name] = value

@@ -118,7 +118,7 @@ class SlotRequest:
 @message("regraft/ClockMember")
 @dataclass(frozen=True, slots=True)
 class ClockMember:
-    """One run of a component, that the holder of a slot wants to be a member, or no longer to be one."""
+    """A run that the holder of a slot admits as a member, releases, or lets succeed another."""
 
     member: str
     incarnation: Count

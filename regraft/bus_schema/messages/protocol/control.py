@@ -64,7 +64,7 @@ class Peer:
 
 
 class RewireStep(Enum):
-    """Read the connections; open the new topic beside the old; put a marker; wait for markers; switch; give up."""
+    """Read the connections; open the new topic next to the old; put a marker; wait for markers; switch; give up."""
 
     READ = "read"
     OPEN = "open"
@@ -79,8 +79,8 @@ class RewireStep(Enum):
 class Rewire:
     """One step of rewiring a port (docs/protocol.md, "Rewiring").
 
-    ``peers`` are the runs whose marker on ``topic`` is waited for; ``cuts`` says, for an input that switches, up to
-    which sequence each source's data on the former topic is to be handled first.
+    ``peers`` are the runs whose marker on ``topic`` is waited for. ``cuts`` is for an input that switches. It has, for
+    each source, up to which sequence its data on the former topic is handled first.
     """
 
     step: RewireStep

@@ -65,9 +65,7 @@ class Handover:
 class HandoverOffer:
     """The state that an incumbent would hand over: the reply to ``prepare``.
 
-    ``handler_timeout`` is how long it may take to notice a ``pull``, and to let go of what it holds for itself;
-    ``writes`` has the encoding of each key it writes; ``now`` (nanoseconds) and ``tick`` are those of its clock, for a
-    successor in step with it.
+    ``handler_timeout`` is how long it may take to notice a ``pull``, and to release what it holds for itself.
     """
 
     component: str
@@ -100,7 +98,7 @@ class HeldSample:
 class StreamPlace:
     """How far one source on one key was handled; None if nothing was. ``wired`` as in docs/protocol.md, "Sequences".
 
-    ``since`` is the first sequence of this incarnation, if it goes on with the numbering of another, else 0.
+    ``since`` is the first sequence of this incarnation, if it continues with the numbering of another, else 0.
     """
 
     key: str
@@ -131,7 +129,7 @@ class ServedClient:
 @message("regraft/HandedOver")
 @dataclass(frozen=True, slots=True)
 class HandedOver:
-    """All that a successor needs to go on where the incumbent froze: the reply to ``pull``.
+    """All that a successor needs to continue where the incumbent froze: the reply to ``pull``.
 
     ``frozen_at`` is nanoseconds of the component's clock; ``writes`` the last sequence of every key ever written in
     ``epoch``; ``unhandled`` what had come but was not handled, without what the successor holds itself; ``inputs``

@@ -30,8 +30,8 @@ class ProcessState(Enum):
 class HostState(Enum):
     """How a host is for the one that it joined.
 
-    ``absent`` until it joins, ``silent`` while it gives no sign of life, ``lost`` once it has been silent for so long
-    that its components may be started elsewhere, ``left`` after it has ended in good order.
+    ``absent`` until it joins, ``silent`` while it gives no sign of life, ``left`` after it has ended in good order.
+    ``lost`` once it has been silent for so long that its components may be started elsewhere.
     """
 
     ABSENT = "absent"
@@ -44,11 +44,10 @@ class HostState(Enum):
 @message("regraft/ProcessStatus")
 @dataclass(frozen=True, slots=True)
 class ProcessStatus:
-    """One component's process on a host; ``pid`` 0 while there is none, ``exit_reason`` says how the last one ended.
+    """One component's process on a host; ``pid`` 0 while there is none, ``exit_reason`` states how the last one ended.
 
     ``started_as`` is the incarnation as which it was started: it has another since it took the component back.
-    ``max_incarnation`` is the highest one that the host knows of any run of the component, or keeps for a run
-    elsewhere.
+    ``max_incarnation`` is the highest that the host knows of the component's runs, or keeps for a run elsewhere.
     """
 
     component: str
@@ -78,9 +77,9 @@ class OtherHost:
 class HostStatus:
     """A host and its processes: on every change, and every second.
 
-    ``processes`` speak for their components, or would if they ran. ``beside`` are the others: successors that wait for
-    their turn, and incumbents that are frozen. ``others`` is told by the first host alone. ``term`` is the adaptation
-    manager's, as the host knows it.
+    ``processes`` speak for their components, or would if they ran. ``beside`` are the standby runs: successors that
+    wait for their turn, and incumbents that are frozen. Only the first host reports ``others``. ``term`` is the
+    adaptation manager's, as the host knows it.
     """
 
     host: str
@@ -121,7 +120,7 @@ class UpdateSpecs:
 @message("regraft/DescribeComponent")
 @dataclass(frozen=True, slots=True)
 class DescribeComponent:
-    """Say what a component would be that is not there yet: its class is imported, in a process of its own.
+    """Report what a component would be that is not there yet: its class is imported, in a process of its own.
 
     Its qualities are estimated for this ``context``.
     """
@@ -135,7 +134,7 @@ class DescribeComponent:
 class DescribedComponent:
     """A spec with its description and services, and with paths as the host takes them; and what is wrong with it.
 
-    ``estimated`` are the qualities that the class says it would give, empty if it does not say.
+    ``estimated`` are the qualities that the class states it would give, empty if it does not say.
     """
 
     spec: ComponentSpec
@@ -170,7 +169,7 @@ class StopComponent:
     """End a component's process and do not restart it; by force after ``grace`` seconds.
 
     ``started_as`` names the run, by the incarnation as which it was started, whether it speaks for the component or
-    not; None means whoever speaks for it. A run beside it is forgotten then.
+    not; None means whoever speaks for it. A run next to it is forgotten then.
     """
 
     component: str
@@ -182,12 +181,12 @@ class StopComponent:
 @message("regraft/StartSuccessor")
 @dataclass(frozen=True, slots=True)
 class StartSuccessor:
-    """Start a successor beside a component's run ``incumbent``, as ``spec`` says; the host chooses its incarnation.
+    """Start a successor next to a component's run ``incumbent``, as ``spec`` states; the host chooses its incarnation.
 
-    As long as both are there, a run that ends is not restarted at once: whoever asked for this decides who goes on. If
-    the spec is of another host than the incumbent, both are asked. The incumbent's host starts nobody, but keeps an
-    incarnation for the successor, the ``max_incarnation`` of its reply; the other is told it as ``incarnation``, 0
-    otherwise.
+    As long as both are there, a run that ends is not restarted at once: the sender of this decides which continues. If
+    the spec is of another host than the incumbent, both are asked. The incumbent's host starts nothing, but keeps an
+    incarnation for the successor: the ``max_incarnation`` of its reply. The other host gets it as ``incarnation``,
+    which is 0 otherwise.
     """
 
     spec: ComponentSpec
@@ -202,9 +201,9 @@ class StartSuccessor:
 class LetSpeak:
     """The run that was started as ``started_as`` speaks for its component.
 
-    It is the one that is watched over and restarted, by its own spec; another run stands beside it. With ``above`` it
-    will do so as another incarnation, higher than that and than any that the host knows: the host says which.
-    ``host`` is where the run is, empty for the host that is asked: another one's own run then stands beside it.
+    It is the one that is watched over and restarted, by its own spec; another run is its standby. With ``above`` it
+    speaks as another incarnation, higher than that and than any that the host knows. The host chooses it. ``host`` is
+    where the run is, empty for the host that is asked: another one's own run then becomes a standby.
     """
 
     component: str
@@ -237,8 +236,8 @@ class LogLines:
 class JournalEnd:
     """How far the adaptation manager's journal has come: the first host keeps it as a witness.
 
-    ``line`` is the highest number of an adaptation, ``revision`` the one that holds for good, ``told`` the highest one
-    that was told of. ``gave`` is the number of the adaptation that gave ``revision``.
+    ``line`` is the highest number of an adaptation, ``revision`` the final one, ``told`` the highest one that was
+    published. ``gave`` is the number of the adaptation that gave ``revision``.
     """
 
     line: Count = 0
@@ -253,8 +252,8 @@ class JournalEnd:
 class HostView:
     """A host's assignment: the architecture as far as it knows it, the run it belongs to, and its specs in force.
 
-    ``revision`` is the one that it was told of last; that of ``architecture`` stays the start's. ``journal`` is what it
-    keeps as a witness.
+    ``revision`` is the one that it got last; that of ``architecture`` stays the start's. ``journal`` is what it keeps
+    as a witness.
     """
 
     host: str

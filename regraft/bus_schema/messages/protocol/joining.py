@@ -71,7 +71,7 @@ class PastRun:
 class JoinedSystem:
     """The knowledge that a host needs to take part. The folders are those of the first host.
 
-    ``source`` is the component that makes simulated time go on, empty under the real clock. ``lease`` is how long a
+    ``source`` is the component that makes simulated time continue, empty under the real clock. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are.
     """
 

@@ -36,7 +36,7 @@ class Answer(Enum):
 
 
 class RefusalCode(Enum):
-    """Why a request was refused, for programs: the text beside it is for people, and may change."""
+    """Why a request was refused, for programs: the text next to it is for people, and may change."""
 
     REFUSED = "refused"
     """For a reason of the service's own."""
@@ -85,7 +85,7 @@ class Request:
 @message("regraft/Reply")
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """Answer to request ``number``; ``body`` is the typed part, ``error`` says why it was refused or failed.
+    """Answer to request ``number``; ``body`` is the typed part, ``error`` states why it was refused or failed.
 
     A refusal has a ``code``. ``field`` is the path of the request's field at fault, empty if there is none.
     ``retry_after`` is when a refused request may be sent again, under a new number; None if that is of no use.

@@ -1,7 +1,7 @@
 """Adaptation in the tree: decorators that change the running system for the sake of their child.
 
-A plan in Python is a small class, in any package that the executor's parameter ``nodes`` or the entry-point group
-``regraft.tree_nodes`` names:
+A plan in Python is a small class in any package. The executor's parameter ``nodes`` or the entry-point group
+``regraft.tree_nodes`` names it:
 
     class AdjustMaxVelocity(AdaptPeriodically):
         safety = Input(float, description="0: touching, 1: nothing within range")

@@ -18,13 +18,13 @@ from regraft.services.bt_executor.leaves.context import LeafContext
 class AdaptDecorator(AdaptNode):
     """Adapts the running system for the sake of its child (ReBeT, section III-C).
 
-    The changes are decided by rules in the XML (port ``rules``), by the ``plan`` of a subclass, or by a planner
-    (port ``adaptation_strategy``); when, by the variants. Ticks never wait: while an answer is outstanding the
-    decorator is RUNNING. A child that completes meanwhile is not ticked again; its result is returned as soon as the
-    answer is there, or its time is over. A halt gives the request up: what was asked for may still be applied.
+    The changes are decided by rules in the XML (port ``rules``), a subclass's ``plan``, or a planner (port
+    ``adaptation_strategy``). The variants decide when. Ticks never wait: while an answer is outstanding the decorator
+    is RUNNING. A child that completes meanwhile is not ticked again. Its result is returned as soon as the answer is
+    there, or its time is over. A halt gives the request up: its changes may still be applied.
 
-    The ports ``on_...`` decide what follows when an adaptation came to nothing; the decorator then goes on as if
-    nothing had been, tries again, or halts its child and fails.
+    The ports ``on_...`` decide what follows when an adaptation came to nothing; the decorator then continues unchanged,
+    tries again, or halts its child and fails.
     """
 
     def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
@@ -55,7 +55,7 @@ class AdaptDecorator(AdaptNode):
         return False
 
     def on_started(self) -> None:
-        """Begin anew, before the child is ticked for the first time."""
+        """Begin again, before the child is ticked for the first time."""
 
     def on_child_ticked(self, status: Status) -> None:
         """Begin an adaptation, if it is time."""
@@ -71,7 +71,7 @@ class AdaptDecorator(AdaptNode):
         return self._external.attempt() if self.is_external else self._internal.attempt()
 
     def tell(self, result: Result) -> None:
-        """Say how an adaptation ended."""
+        """Report how an adaptation ended."""
         write_if_connected(self, "outcome", result.outcome)
         write_if_connected(self, "reason", result.reason)
         if result.applied:

@@ -1,4 +1,4 @@
-"""Asking in several turns without waiting: a generator yields what has to be answered before it goes on."""
+"""Asking in several turns without waiting: a generator yields what has to be answered before it continues."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class ExternalStrategy:
         return ProposalRequest(task, node.because[:1000], node.path[-200:], True, inputs, context)
 
     def _told(self) -> dict[str, PlainValue]:
-        """Return the entries that the planner is to be told of, those that are not known left out."""
+        """Return the entries for the planner; unknown ones are left out."""
         names = read_names(self._node.read_port("context"))
         found = {name: self._node.blackboard.find(f"@{name}") for name in names}
         values = {name: entry.value for name, entry in found.items() if entry is not None}

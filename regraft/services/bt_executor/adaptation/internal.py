@@ -8,7 +8,7 @@ from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.manager import ArchitectureRequest
-from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change
+from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps, Turns
 from regraft.services.bt_executor.adaptation.journal import decision_context
@@ -31,12 +31,10 @@ from regraft.services.bt_executor.adaptation.rules.desired_changes import (
 from regraft.services.bt_executor.adaptation.rules.rules import Fired, RuleTable
 from regraft.services.bt_executor.adaptation.rules.scripts import known_or_none
 
-ADAPT: Final = "adaptation_manager/adapt"
-ARCHITECTURE: Final = "adaptation_manager/architecture"
 FRESH_FOR: Final = 1.0
 """Seconds for which the architecture counts as known; a plan that wants what is so already asks no more often."""
 MAX_TURNS: Final = 3
-"""How often a decision is made anew because somebody else changed the architecture meanwhile."""
+"""How often a decision is rebuilt because somebody else changed the architecture meanwhile."""
 
 
 class NotKnown(Exception):
@@ -155,5 +153,5 @@ class InternalPlan:
 
 
 def _is_stale(report: AdaptationReport) -> bool:
-    """Tell whether an adaptation was rejected only because the architecture had changed."""
+    """Return whether an adaptation was rejected only because the architecture had changed."""
     return [violation.field for violation in report.violations] == ["revision"]

@@ -29,12 +29,12 @@ POLICY_PORTS: Final = {
     STUCK: "on_stuck",
     NO_ANSWER: "on_no_answer",
 }
-"""The port that says what follows, for each outcome that is none of the good ones."""
+"""The port that decides what follows, for each outcome but the good ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome as one of ``OUTCOMES``, why if it is not a good one, and the report if there is one."""
+    """The outcome as one of ``OUTCOMES``, the reason if it is not a good one, and any report."""
 
     outcome: str
     reason: str = ""

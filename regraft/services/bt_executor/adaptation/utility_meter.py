@@ -16,7 +16,7 @@ class UtilityMeter:
     A sample holds until the next one; spans without data weigh nothing. Times are seconds of the tree's clock.
 
     Attributes:
-        ticket: What the planner calls the choice; empty while there is nothing to measure.
+        ticket: The planner's name of the choice; empty while there is nothing to measure.
         since: When the effect of the choice can be seen.
     """
 

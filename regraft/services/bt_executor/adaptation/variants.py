@@ -46,7 +46,7 @@ class AdaptOnRunning(AdaptDecorator):
         """Note that it is being looked for."""
 
     def tell(self, result: Result) -> None:
-        """Say how an adaptation ended; that there was nothing to change is no news while the child is running."""
+        """Report how an adaptation ended; that there was nothing to change is no news while the child is running."""
         if result.outcome != UNCHANGED:
             super().tell(result)
 

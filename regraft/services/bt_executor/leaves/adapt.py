@@ -20,7 +20,7 @@ class Adapt(Asking):
             {"change": "transition", "component": "detector", "transition": "activate"},
             {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": "{speed}"}}]'/>
 
-    A text ``{key}`` within the JSON stands for the value of a blackboard entry. An adaptation that was rejected or
+    A text ``{key}`` within the JSON represents the value of a blackboard entry. An adaptation that was rejected or
     rolled back has changed nothing: that is a FAILURE with the reason. So is no answer in time, but then it may still
     be applied; a leaf that is halted does not take an adaptation back either.
     """

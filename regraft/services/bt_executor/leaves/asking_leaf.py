@@ -55,7 +55,7 @@ class Asking(StatefulAction):
         raise NotImplementedError(f"{type(self).__name__} does not implement answered()")
 
     def failed(self, reason: str) -> Status:
-        """Say why it failed; returns FAILURE."""
+        """Report why it failed; returns FAILURE."""
         write_if_connected(self, "reason", reason)
         self.context.kit.log.warning("%s failed: %s", self.path, reason)
         return FAILURE

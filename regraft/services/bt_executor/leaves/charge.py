@@ -27,7 +27,7 @@ class ChargeBattery(Asking):
         )
 
     def progress(self, feedback: ChargeProgress) -> None:
-        """Say how it goes."""
+        """Report how it goes."""
         write_if_connected(self, "charge", feedback.charge)
         write_if_connected(self, "phase", feedback.phase)
         write_if_connected(self, "time_left", feedback.time_left)

@@ -68,7 +68,7 @@ class CallService(_Generic):
         <CallService service="detect" request_type="regraft/Detect" reply_type="regraft/Sightings"
                      request='json:{"label": "hydrant"}' field="hits" value="{hits}"/>
 
-    A text ``{key}`` within the JSON stands for the value of a blackboard entry.
+    A text ``{key}`` within the JSON represents the value of a blackboard entry.
     """
 
     required_ports = ("service", "request_type", "reply_type")

@@ -52,7 +52,7 @@ class NavigateToGoal(Asking):
         raise ValueError(f"port 'goal' holds {type(goal).__name__}, must hold a NamedGoal or a FramedPose")
 
     def progress(self, feedback: NavigationProgress) -> None:
-        """Say how far it still is."""
+        """Report how far it still is."""
         write_if_connected(self, "distance_left", feedback.distance_left)
 
     def answered(self, answer: Arrival) -> Status:

@@ -61,7 +61,7 @@ def filled(plain: PlainValue, board: Blackboard) -> PlainValue:
 
 
 def has_references(plain: PlainValue) -> bool:
-    """Tell whether plain data holds texts that stand for blackboard entries."""
+    """Return whether plain data holds texts that stand for blackboard entries."""
     if isinstance(plain, dict):
         return any(has_references(value) for value in plain.values())
     if isinstance(plain, list):
@@ -80,7 +80,7 @@ def as_plain(value: Any) -> PlainValue:
 
 
 def make_message(plain: PlainValue, kind: MessageType) -> object:
-    """Return the message that plain data stands for; raises ValueError saying which field is wrong."""
+    """Return the message that plain data represents; raises ValueError, which states which field is wrong."""
     try:
         return codec.from_plain(plain, kind.cls)
     except BadMessage as error:

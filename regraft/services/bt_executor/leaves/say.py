@@ -14,7 +14,7 @@ _PLACE: Final = re.compile(r"\{(@?\w+)\}")
 
 
 class Say(SyncAction):
-    """Puts an event on the bus; ``{key}`` within its text stands for the value of a blackboard entry."""
+    """Puts an event on the bus; ``{key}`` within its text represents the value of a blackboard entry."""
 
     text = Input(str, description="what to say")
     event = Input(str, default="mission.said", description="the kind of event, dotted")

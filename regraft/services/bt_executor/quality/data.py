@@ -9,7 +9,7 @@ from behavior_tree.nodes.text import board_key
 from regraft.services.bt_executor.quality.measuring import Unknown
 
 AGE, STALE = "_age", "_stale"
-"""The system reflection keeps beside ``KEY`` the seconds since its source's stamp, and whether that is too long."""
+"""The system reflection keeps next to ``KEY`` the seconds since its source's stamp, and whether that is too long."""
 
 
 def age_of(board: Blackboard, key: str, now: float) -> float:
@@ -18,7 +18,7 @@ def age_of(board: Blackboard, key: str, now: float) -> float:
     That is what its age entry says, or the time since it was written where it has none.
 
     Raises:
-        Unknown: there is no value, or its source says that it is stale.
+        Unknown: there is no value, or its source states that it is stale.
     """
     entry = board.find(key)
     if entry is None or entry.value is None:
@@ -31,7 +31,7 @@ def age_of(board: Blackboard, key: str, now: float) -> float:
 
 
 def _beside(board: Blackboard, key: str, entry: Entry, what: str) -> Any:
-    """Return what stands beside an entry, None if nothing does."""
+    """Return the companion of an entry, None if there is none."""
     found = board.find(key + what)
     if found is None and board is not board.root:
         # A sub-tree may have the entry under a name of its own.
@@ -53,6 +53,6 @@ class Writes:
         return entry.sequence if entry else 0
 
     def are_new(self) -> bool:
-        """Tell whether it was written since the last call."""
+        """Return whether it was written since the last call."""
         before, self._sequence = self._sequence, self._now()
         return before != self._sequence

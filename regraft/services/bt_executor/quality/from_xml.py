@@ -28,8 +28,8 @@ MEASURES: Final = ("value", "integral")
 
 
 class RequiredInXml(QualityRequirement):
-    """Says in ports what is required: a bound, two bounds, a fuzzy relation, or ``requirement``, a text with several of
-    those.
+    """Reports in ports what is required: a bound, two bounds, a fuzzy relation, or ``requirement``, a text with several
+    of those.
 
     Each number may be a literal or ``{key}``. Without any of these ports nothing is required: it only measures.
     """
@@ -117,9 +117,9 @@ class PlainTaskQR(RequiredInXml, TaskLevelQR):
         <TaskLevelQR name="MoveQuickly" quality_attribute="MovementEfficiency" value="{@speed}"
                      as_close_as_possible_to="0.26" within="0.08" stale_after="1" metric="{@quickness}"> …
 
-    The metric is ``value``, or with ``measure="integral"`` its integral over the seconds since the child began, which
-    is also the last metric of the run. Without a value, ``as_early_as_possible`` and ``as_late_as_possible`` measure
-    the seconds since the child began.
+    The metric is ``value``, or with ``measure="integral"`` its integral over the seconds since the child began. That is
+    also the last metric of the run. Without a value, ``as_early_as_possible`` and ``as_late_as_possible`` measure the
+    seconds since the child began.
     """
 
     value = Input[Any](description="what is measured, a number")
@@ -170,8 +170,8 @@ class PlainSystemQR(RequiredInXml, SystemLevelQR):
 
         <SystemLevelQR name="Endurance" quality_attribute="Power" combine="sum" value="{@idle_power}" at_most="8"> …
 
-    ``combine`` makes one number of the metrics of the task-level requirements that are active below and the system's
-    own ``value``, if there is one, which weighs 1. Without ``combine`` the value is the metric.
+    ``combine`` makes one number of the metrics of the task-level requirements that are active below. The system's own
+    ``value``, if there is one, weighs 1. Without ``combine`` the value is the metric.
     """
 
     value = Input[Any](description="the system's own share, a number")

@@ -29,10 +29,10 @@ class LatestQualities:
         self._latest[quality.requirement] = quality
 
     def current(self) -> tuple[Quality, ...]:
-        """Return the latest of each requirement that has been told of, in the tree's order."""
+        """Return the latest report of each requirement that has one, in the tree's order."""
         last = len(self._places)
         return tuple(sorted(self._latest.values(), key=lambda quality: self._places.get(quality.requirement, last)))
 
     def latest(self, requirement: str) -> Quality | None:
-        """Return the latest of a requirement by its name on the bus, None if nothing has been told of it."""
+        """Return the latest report of a requirement by its name on the bus, None if there is none."""
         return self._latest.get(requirement)

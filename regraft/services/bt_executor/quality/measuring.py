@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class Unknown(Exception):
-    """Nothing can be said of a quality; the text says why. Authors may raise it in `measure`."""
+    """Nothing can be said of a quality; the text states why. Authors may raise it in `measure`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,8 @@ class Metric:
 class MeanOverTime:
     """The mean of a value over the seconds for which it was known.
 
-    A value holds until the next one. So a mean does not depend on how often the tree was ticked, and what was measured
-    for a second weighs ten times what was measured for a tenth. While the value is unknown nothing is counted.
+    A value holds until the next one. So a mean is independent of the rate of ticks: a second's measure weighs ten times
+    that of a tenth. While the value is unknown nothing is counted.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class MeanOverTime:
 
     @property
     def value(self) -> float | None:
-        """The mean up to the last call; a value that has not yet held for any time stands for itself."""
+        """The mean up to the last call; before the first value has held for any time, that value."""
         mean = self._sum / self._seconds if self._seconds > 0.0 else self._latest
         return mean if mean is None or math.isfinite(mean) else None
 

@@ -13,7 +13,7 @@ _LONGEST: Final = 64
 
 
 def key_safe(name: str) -> str:
-    """Return a name with every run of characters that a key does not take replaced by ``_``, at most 64 long."""
+    """Return a name, at most 64 long, with ``_`` for every run of characters that a key does not take."""
     safe = _FORBIDDEN.sub("_", name) or "_"
     if safe.startswith("-"):
         safe = "_" + safe[1:]
@@ -23,9 +23,9 @@ def key_safe(name: str) -> str:
 def bus_names(named: Sequence[tuple[str, str]]) -> list[str]:
     """Return a name for each requirement of a tree, given as (name, path) in the tree's order.
 
-    A name that only one requirement has stays as it is: ``MoveSafely``. Those that share one are told apart by their
-    paths: ``Drive-MoveSafely``; and where even these are equal, by a number. So a name depends on the tree's XML alone,
-    and does not change unless another requirement of the same name comes or goes.
+    A name that only one requirement has stays as it is: ``MoveSafely``. Those that share one are distinguished by their
+    paths, as ``Drive-MoveSafely``, and where even these are equal, by a number. So a name depends on the tree's XML
+    alone. It changes only when another requirement of the same name comes or goes.
     """
     often = Counter(key_safe(name) for name, _ in named)
     taken = {name for name, count in often.items() if count == 1}

@@ -1,7 +1,7 @@
 """How far a number satisfies a bound or a fuzzy relation: a degree in [0, 1].
 
-A degree of one half is where "satisfied" begins. The fuzzy relations are those of RELAX (Whittle et al., RE 2009),
-whose requirements hold to a degree rather than yes or no.
+A degree of one half is where "satisfied" begins. The fuzzy relations are those of RELAX (Whittle et al., RE 2009). Its
+requirements hold to a degree instead of yes or no.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def _clamped(degree: float) -> float:
 class Relation:
     """The relation that a number may be required to have.
 
-    ``within_bound`` says that the tolerance is the bound itself unless another is given, which a fuzzy relation
-    without any bound needs as its scale; ``needs_within`` that one has to be given.
+    ``within_bound``: the tolerance is the bound itself unless another is given. A fuzzy relation without any bound
+    needs one as its scale; ``needs_within``: one has to be given.
     """
 
     words: str

@@ -38,23 +38,22 @@ class QualityRequirement(Decorator):
 
     A requirement never changes what its child does or returns: it ticks the child once and returns its status. While
     the child is RUNNING the requirement is measured, after the child's tick; when the child completes, `on_end` may
-    give a last metric. A failure while measuring is no error of the tree: the quality is then unknown, and says
-    why.
+    give a last metric. A failure while measuring is no error of the tree: the quality is then unknown, and reports why.
 
     The mean is over time, see `MeanOverTime`: from the loading of the tree on, over the seconds in which the child was
-    running and the metric known. While the metric is unknown the entry that its port is connected to is empty, so that
-    nobody decides on an old one; a requirement whose child is done keeps its last.
+    running and the metric known. While the metric is unknown, the entry of its port is empty, so no decision uses an
+    old one. A requirement whose child is done keeps its last.
 
     Unlike other decorators it does not reset a child that completed before it is reset itself: a leaf that repeats its
     result under a reactive parent does so under a requirement too.
 
     Attributes:
-        context: Who is told.
+        context: Where reports go.
         bus_name: Its name on the bus, unique once the tree has been taken into a `LatestQualities`.
-        verdict: What is known of it.
+        verdict: The present knowledge of it.
         is_active: Whether the child is running.
         told_weight: How important it is, as last read.
-        told_attribute: What it is about, as last read.
+        told_attribute: Its attribute, as last read.
     """
 
     attribute: ClassVar[str] = ""
@@ -228,7 +227,7 @@ class QualityRequirement(Decorator):
             self._tell()
 
     def _observed(self, hook: Callable[[], float | None], kept: Metric | None = None) -> Metric:
-        """Return what a hook measures, or why it measures nothing; ``kept`` stands for its None."""
+        """Return what a hook measures, or why it measures nothing; ``kept`` replaces its None."""
         now = self.now()
         try:
             if self._start_failed:
@@ -245,7 +244,7 @@ class QualityRequirement(Decorator):
             return Metric(float(value), now - age)
         except Unknown as error:
             return Metric(None, now, str(error))
-        # An author's method may raise anything; the task goes on.
+        # An author's method may raise anything; the task continues.
         except Exception as error:
             return Metric(None, now, explained(error))
 

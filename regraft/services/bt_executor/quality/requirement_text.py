@@ -40,7 +40,7 @@ Values = Callable[[Key | None], float]
 
 
 def operand(text: str) -> Operand:
-    """Return what a text such as ``0.18`` or ``{@limit}`` stands for; raises ValueError if it is neither."""
+    """Return what a text such as ``0.18`` or ``{@limit}`` represents; raises ValueError if it is neither."""
     key = board_key(text, "")
     if key:
         return Key(key)
@@ -133,7 +133,7 @@ Requirement = Comparison | AllOf | AnyOf | Not
 
 
 def parse_requirement(text: str) -> Requirement:
-    """Read a requirement; raises ValueError that says what is wrong where."""
+    """Read a requirement; raises ValueError, which states what is wrong where."""
     return _Parser(text).whole()
 
 

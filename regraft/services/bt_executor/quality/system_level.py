@@ -28,7 +28,7 @@ class SystemLevelQR(QualityRequirement):
     """A quality requirement of the whole system, which may take in those of the tasks that are running below it.
 
     `gathered` gives the task-level requirements of the same quality attribute in its whole sub-tree, through SubTree
-    nodes, that are active: their child is running. A system-level requirement below is left out, because it stands for
+    nodes, that are active: their child is running. A system-level requirement below is left out, because it represents
     the same tasks.
     """
 

@@ -19,7 +19,7 @@ Echoes = NDArray[np.uint16]
 FloatArray = NDArray[np.float64]
 
 UNIT = 0.05
-"""Natural logarithm of the odds that one step of a cell stands for: whole numbers make states repeatable."""
+"""Natural logarithm of the odds that one step of a cell represents: whole numbers make states repeatable."""
 SUREST = 70
 """Steps to either side that a cell goes at the most (97 %): what has moved away must fade within seconds."""
 UNKNOWN = 0
@@ -56,7 +56,7 @@ class Window:
     resolution: float
 
     def copy(self) -> Window:
-        """Return a copy, for work beside the grid that changes on."""
+        """Return a copy, for work next to the grid that changes on."""
         return replace(self, cells=self.cells.copy(), echoes=self.echoes.copy())
 
     def surface(self) -> FloatArray:
@@ -74,8 +74,8 @@ class Grid:
 
     Attributes:
         cells: (rows along y, columns along x) int8.
-        echoes: (rows, columns, 3) uint16: sum of x, sum of y, and number of the first echoes in each cell, x and y
-            from the cell's corner, in parts of a cell.
+        echoes: (rows, columns, 3) uint16: sum of x, sum of y, and number of the first echoes in each cell.
+            x and y are from the cell's corner, in parts of a cell.
         x, y: outer corner (m) of cell (0, 0).
     """
 
@@ -115,7 +115,7 @@ class Grid:
         )
 
     def cover(self, low: tuple[float, float], high: tuple[float, float]) -> bool:
-        """Grow, a metre at a time, until a rectangle (m) lies on the grid; tell whether it now does."""
+        """Grow, a metre at a time, until a rectangle (m) lies on the grid; return whether it now does."""
         rows, columns = self.cells.shape
         left, right, fits_x = self._missing(self.x, columns, low[0], high[0])
         below, above, fits_y = self._missing(self.y, rows, low[1], high[1])
@@ -170,7 +170,7 @@ class Grid:
         """Become what a snapshot holds.
 
         Raises:
-            ValueError: its cells are of another size, or not as many as it says.
+            ValueError: its cells are of another size or number than stated.
         """
         if not math.isclose(state["resolution"], self.resolution):
             raise ValueError(f"the state has cells of {state['resolution']} m, must be {self.resolution} m")

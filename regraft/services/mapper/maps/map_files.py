@@ -1,4 +1,4 @@
-"""Maps as files: a picture and a YAML file beside it, as ROS's map_server writes and reads them.
+"""Maps as files: a picture and a YAML file next to it, as ROS's map_server writes and reads them.
 
 https://wiki.ros.org/map_server, "Map format".
 """
@@ -26,7 +26,7 @@ LARGEST = 64 * 1024 * 1024
 
 
 class BadMapFile(ValueError):
-    """A map file cannot be read or written; the text says what is wrong with it."""
+    """A map file cannot be read or written; the text states what is wrong with it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +94,7 @@ def load(path: Path) -> FiledMap:
     """Read a map.
 
     Raises:
-        BadMapFile: a file is missing or broken, or says what no map can be.
+        BadMapFile: a file is missing or broken, or holds what no map can be.
     """
     facts = _facts(path)
     resolution = _number(path, facts, "resolution")

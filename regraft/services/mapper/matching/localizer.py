@@ -25,7 +25,7 @@ SURFACE_FOR = 5
 YOUNG = 20
 """... but for the first so many scans, in which the map becomes dense."""
 SURFACE_BEYOND = 0.5
-"""m beyond the lidar's reach in which surfaces are looked for: the robot goes on while they are used."""
+"""m beyond the lidar's reach in which surfaces are looked for: the robot continues while they are used."""
 LOST_TIMEOUT = 5
 """Misfits in a row after which the robot is lost."""
 
@@ -52,7 +52,7 @@ class Fix:
 
 
 class Localizer(Protocol):
-    """Says where the robot was."""
+    """Reports where the robot was."""
 
     limits: Limits
 
@@ -64,7 +64,7 @@ class Localizer(Protocol):
         """Return where the robot was at a scan, by the odometry at ``guess`` (map frame)."""
 
     def forget(self) -> None:
-        """Begin anew: the map is another one."""
+        """Begin again: the map is another one."""
 
 
 class TrustingLocalizer:
@@ -94,7 +94,7 @@ class MatchingLocalizer:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: the map is another one."""
+        """Begin again: the map is another one."""
         self._surface: Surface | None = None
         self._age = 0
         self._scans = 0

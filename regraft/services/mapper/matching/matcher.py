@@ -1,7 +1,7 @@
 """Scan matching: the pose at which a scan fits the map best, found step by step from a good guess.
 
-A. Censi: An ICP variant using a point-to-line metric. ICRA 2008; here against the surfaces of the map, with weights
-that let far misses count less, and with a prior, so that a bare corridor leaves the odometry its say.
+A. Censi: An ICP variant using a point-to-line metric. ICRA 2008. Here it is against the surfaces of the map, with
+weights that let far misses count less. A prior keeps the odometry's weight in a bare corridor.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Match:
 
 
 def fit(surface: Surface, echoes: FloatArray, pose: Pose2D) -> Match:
-    """Tell how well echoes (n, 2; m, base frame) fit the map at a pose."""
+    """Return how well echoes (n, 2; m, base frame) fit the map at a pose."""
     placed = pose.outward(echoes)
     distances, _ = surface.tree.query(placed, distance_upper_bound=FITS)
     matched = np.isfinite(distances)

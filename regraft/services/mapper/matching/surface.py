@@ -22,7 +22,7 @@ STRAIGHT = 0.02
 class Surface:
     """FloatArray (n, 2; m) of a map's surfaces.
 
-    ``weights`` (n, 3) are the entries xx, xy, yy of the matrix by which a miss of each point counts: 1 across the
+    ``weights`` (n, 3) are the entries xx, xy, yy of the matrix by which a miss of each point counts. It is 1 across the
     surface, and along it the less, the straighter it is.
     """
 
@@ -39,7 +39,7 @@ class Surface:
         return cls(points, _weights(points, tree, NEIGHBOURHOOD * window.resolution), tree, window)
 
     def knows(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Tell of places (n, 2; m) whether something was learnt of their cells."""
+        """Return for places (n, 2; m) whether something was learnt of their cells."""
         window = self.window
         rows, columns = window.cells.shape
         column = np.floor((points[:, 0] - window.x) / window.resolution).astype(np.intp)

@@ -23,8 +23,8 @@ TURN_CHECK_STEP = 0.1
 class Situation:
     """The inputs of a decision besides the task: where the robot is, what is around, what it can do.
 
-    `pose` is in a fixed frame, `obstacles` (N, 2) are points (m) in the same frame, `twist` is the robot's
-    motion now, `period` (s) the time until the next decision.
+    `pose` is in a fixed frame, and `obstacles` (N, 2) are points (m) in it. `twist` is the robot's motion now, `period`
+    (s) the time until the next decision.
     """
 
     pose: Pose2D
@@ -52,7 +52,7 @@ class Decision:
 
 
 class Controller(Protocol):
-    """Chooses twists at about 20 Hz, keeps no state, and lets the outline touch nothing that it is told of."""
+    """Chooses twists at about 20 Hz, keeps no state, and keeps the outline off all given obstacles."""
 
     @property
     def manoeuvres(self) -> "Manoeuvres":
@@ -102,7 +102,7 @@ class Manoeuvres:
         return Decision(now.reachable(target))
 
     def can_turn(self, now: Situation, angle: float) -> bool:
-        """Tell whether the robot can turn in place by `angle` (rad) without coming too close to anything."""
+        """Return whether the robot can turn in place by `angle` (rad) without coming too close to anything."""
         points = self.near(now, 0.0)
         if not len(points):
             return True
@@ -110,7 +110,7 @@ class Manoeuvres:
         return self._admissible(in_place(np.linspace(0.0, angle, count)[1:]), points)
 
     def can_back_up(self, now: Situation, distance: float) -> bool:
-        """Tell whether the robot can drive straight back by `distance` (m)."""
+        """Return whether the robot can drive straight back by `distance` (m)."""
         x = -np.linspace(0.0, distance, max(2, math.ceil(distance / 0.05) + 1))[None, 1:]
         back = Rollouts(np.zeros(1), np.zeros(1), x, np.zeros_like(x), np.zeros_like(x))
         return self._admissible(back, self.near(now, distance))

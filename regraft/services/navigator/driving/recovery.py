@@ -27,11 +27,11 @@ class ProgressMonitor:
         self._from = Pose2D(0.0, 0.0, 0.0)
 
     def reset(self) -> None:
-        """Start watching anew: the robot did not try."""
+        """Start watching again: the robot did not try."""
         self._since = None
 
     def stuck(self, time: float, pose: Pose2D, max_velocity: float) -> bool:
-        """Tell whether the robot, at `pose` and `time` (s), is stuck.
+        """Return whether the robot, at `pose` and `time` (s), is stuck.
 
         A robot that is only allowed to creep needs to cover no more than a tenth of what it could.
         """

@@ -58,8 +58,8 @@ class Footprint:
 class Limits:
     """The limits of the differential drive.
 
-    Velocities in m/s and rad/s, accelerations in m/s² and rad/s², the speed of each wheel's rim in m/s,
-    the distance between the wheels in m. `max_velocity` may be 0: the robot then only turns.
+    Velocities are in m/s and rad/s, accelerations in m/s² and rad/s². The speed of each wheel's rim is in m/s, the
+    distance between the wheels in m. `max_velocity` may be 0: the robot then only turns.
     """
 
     max_velocity: float = 0.26

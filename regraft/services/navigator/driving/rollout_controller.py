@@ -17,8 +17,7 @@ from regraft.services.navigator.polyline import points_along, stretch_ahead
 
 AIM = 0.35  # m along the path: where to look when deciding whether to turn in place first
 SHORTEST = 0.005  # m: the length of a forecast for a robot that is hardly allowed to drive
-# A slow robot, whose forecasts are short, still looks this far ahead (m), or it would put being on the path
-# before getting on.
+# A slow robot has short forecasts, and still looks this far ahead (m): else staying on the path outweighs progress.
 NEAREST_TARGET = 0.2
 SIDEWAYS = 0.4
 ROOMY = 0.10  # m beyond the margin to drive at full speed
@@ -77,8 +76,8 @@ class RolloutController:
         distances = np.append(np.linspace(0.0, 1.25 * aim, 26), [aim, aim + AIM])
         line = points_along(ahead, distances)
         target, beyond = line[-2], line[-1]
-        # Being beside the target matters less than being short of it, or the robot would rather stop before
-        # an obstacle than steer around it.
+        # Being next to the target matters less than being short of it. Otherwise the robot prefers a stop before an
+        # obstacle to a way around it.
         direction = target / max(float(np.hypot(target[0], target[1])), 1e-9)
         miss_x, miss_y = tried.x[:, -1] - target[0], tried.y[:, -1] - target[1]
         along = miss_x * direction[0] + miss_y * direction[1]

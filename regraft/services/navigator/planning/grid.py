@@ -37,7 +37,7 @@ class OccupancyGrid:
         return mask
 
     def contains(self, point: Point) -> bool:
-        """Tell whether a point (m) lies on the map."""
+        """Return whether a point (m) lies on the map."""
         row, column = self.cell_of(point)
         rows, columns = self.cells.shape
         inside: bool = 0 <= row < rows and 0 <= column < columns
@@ -55,7 +55,7 @@ class OccupancyGrid:
         return rows, columns
 
     def covers(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Tell which of (N, 2) points lie on the map."""
+        """Return which of (N, 2) points lie on the map."""
         rows, columns = self.cells_of(points)
         inside: NDArray[np.bool_] = (
             (rows >= 0) & (rows < self.cells.shape[0]) & (columns >= 0) & (columns < self.cells.shape[1])
@@ -77,7 +77,7 @@ class OccupancyGrid:
         )
 
     def extent(self) -> str:
-        """Say in words what the map spans, for error messages."""
+        """Describe in words what the map spans, for error messages."""
         rows, columns = self.cells.shape
         return (
             f"x {self.origin_x:.2f} to {self.origin_x + columns * self.resolution:.2f} m, "

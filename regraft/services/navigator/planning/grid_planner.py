@@ -27,7 +27,7 @@ class NoPath(Exception):
     """There is no path from `start` to `goal`; `reason` says why."""
 
     def __init__(self, start: Point, goal: Point, reason: str) -> None:
-        """Keep the ends (m) and the reason for programs; the message says them all."""
+        """Keep the ends (m) and the reason for programs; the message states them all."""
         super().__init__(f"no path from ({start[0]:.3f}, {start[1]:.3f}) to ({goal[0]:.3f}, {goal[1]:.3f}): {reason}")
         self.start, self.goal, self.reason = start, goal, reason
 
@@ -45,8 +45,8 @@ class _Layer:
 class GridPlanner:
     """Plans on one map. Building it does what depends on the map alone; a changed map needs a new one.
 
-    Paths keep `inflation.lethal` (m) from obstacles, except close to a start or a goal that lies nearer,
-    and keep further away where that costs little. `cross_unknown` allows ways through unknown cells.
+    Paths keep `inflation.lethal` (m) from obstacles, except close to a start or a goal that lies nearer. They keep
+    further away where that costs little. `cross_unknown` allows ways through unknown cells.
     """
 
     def __init__(
@@ -122,9 +122,9 @@ class GridPlanner:
     def approach(self, start: Point, goal: Point, tolerance: float) -> Point:
         """Return where to drive for `goal`: the goal itself if the robot can turn there.
 
-        Otherwise the nearest point within `tolerance` (m) that can be reached from `start` and leaves room
-        to turn, or that can at least be reached; the goal again if there is none. Goals taken from a map of
-        objects often lie inside the object (NavFn's planner has the same tolerance). Raises NoPath.
+        Otherwise the nearest point within `tolerance` (m) that can be reached from `start` and leaves room to turn.
+        Otherwise one that can at least be reached; the goal again if there is none. Goals taken from a map of objects
+        often lie inside the object (NavFn's planner has the same tolerance). Raises NoPath.
         """
         self._check(start, goal)
         terrain, cell = self._static.terrain, self.grid.cell_of(goal)

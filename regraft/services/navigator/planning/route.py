@@ -9,24 +9,24 @@ from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, TURNING_CLEARANCE, GridPlanner, NoPath, Path
 from regraft.services.navigator.polyline import lengths_along, polyline_length
 
-# The path ahead is watched for obstacles this far and this much to each side (half a Waffle and a margin).
+# The path ahead is watched this far and this much to each side (half a Waffle and a margin).
 WATCHED_AHEAD = 1.5
 WATCHED_ASIDE = 0.18
-# A new path is taken only if it costs this much less, lest the robot dither between two equally good ones.
+# A new path is taken only if it costs this much less, lest the robot dither between two.
 CHEAPER = 0.95
 OFF_PATH = 0.15  # m
 WORSE = 1.05  # times what the path cost before, on a new map: reason to look for another at once,
 LEISURE = 3.0  # and otherwise only after so many periods
 SOON = 0.3  # s between plans around something that is in the way
-# A robot can't stand in an obstacle: if the map says so, it is off by no more than this (m).
+# A robot can't stand in an obstacle: a map that has it there is off by at most this (m).
 MAP_ERROR = 0.25
 
 
 class Route:
     """The path to one goal: planned when there is a reason to, kept as long as it is about as good as any.
 
-    `period` is the time (s) between plans, `reach` how far (m) from a goal at which the robot can't stand it
-    may be sent instead.
+    `period` is the time (s) between plans. `reach` is how far (m) from an impossible goal the robot may be sent
+    instead.
     """
 
     def __init__(self, period: float, reach: float) -> None:
@@ -69,7 +69,7 @@ class Route:
         self._stale = True
 
     def keep(self, time: float, pose: Pose2D, goal: Pose2D, planner: GridPlanner, unmapped: FloatArray) -> bool:
-        """Plan where that is due; tell whether there is a path to follow.
+        """Plan where that is due; return whether there is a path to follow.
 
         `unmapped` (N, 2) are the obstacles seen that the map lacks.
         """
@@ -132,7 +132,7 @@ class Route:
         return int(np.einsum("ij,ij->i", offsets, offsets).argmin())
 
     def _due(self, since: float, pose: Pose2D, unmapped: FloatArray) -> bool:
-        """Tell whether it is time to plan, so long (s) after the last plan."""
+        """Return whether it is time to plan, so long (s) after the last plan."""
         if since < self._period:
             return False
         if self._stale or not len(self._path) or self._off(pose):
@@ -179,7 +179,7 @@ class Route:
         return path
 
     def _blocked(self, pose: Pose2D, unmapped: FloatArray) -> bool:
-        """Tell whether something that the map lacks stands on the path ahead."""
+        """Return whether something that the map lacks stands on the path ahead."""
         if not len(unmapped) or not len(self.path):
             return False
         ahead = self.remaining(pose)[::2]

@@ -18,7 +18,7 @@ NO_CELL = -9999  # csgraph's word for "no predecessor"
 class CellGraph:
     """The allowed cells of a terrain, linked to their eight neighbours.
 
-    A diagonal step is possible only where both cells beside it are allowed, so that no corner is cut.
+    A diagonal step is possible only where both cells next to it are allowed, so that no corner is cut.
     """
 
     def __init__(self, terrain: Terrain, allowed: NDArray[np.bool_]) -> None:

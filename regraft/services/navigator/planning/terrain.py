@@ -11,8 +11,8 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped,
 from regraft.planar import FloatArray
 from regraft.services.navigator.planning.grid import OccupancyGrid
 
-# Driving at the lethal radius counts as this many times the length of driving in the open, and less and
-# less towards the inflation radius: 0.3 m of detour are worth 0.1 m more of clearance.
+# Driving at the lethal radius counts as this many times the length of driving in the open. It counts less towards the
+# inflation radius: 0.3 m of detour are worth 0.1 m more of clearance.
 NEAR_OBSTACLE = 8.0
 # Prefer known ground, but take a short cut through the unknown where the known way is much longer.
 UNKNOWN = 1.0
@@ -73,7 +73,7 @@ class Terrain:
         return mask
 
     def is_explored(self, cell: tuple[int, int]) -> bool:
-        """Tell whether a cell lies within what is explored."""
+        """Return whether a cell lies within what is explored."""
         return all(part.start <= index < part.stop for part, index in zip(self.explored, cell, strict=True))
 
     def around(self, centre: tuple[int, int], radius: float) -> NDArray[np.bool_]:
@@ -127,7 +127,7 @@ class Ground:
         return float((lengths * (1.0 + self._costs(middles))).sum())
 
     def crossable(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Tell for each of the N-1 segments of a polyline (N, 2) whether every cell it crosses is allowed."""
+        """Return for each of the N-1 segments of a polyline (N, 2) whether every cell it crosses is allowed."""
         grid = self.terrain.grid
         cells = (points - np.array([grid.origin_x, grid.origin_y])) / grid.resolution
         starts, ways = cells[:-1], np.diff(cells, axis=0)

@@ -38,7 +38,7 @@ class Scan:
     range_max: float = 3.5
 
     def echoes(self) -> NDArray[np.bool_]:
-        """Tell which beams (N,) came back."""
+        """Return which beams (N,) came back."""
         with np.errstate(invalid="ignore"):
             echo: NDArray[np.bool_] = (self.ranges >= self.range_min) & (self.ranges < self.range_max)
         return echo
@@ -50,7 +50,7 @@ class Scan:
     def towards(self, points: FloatArray) -> FloatArray:
         """Return the range (m) measured towards each of (M, 2) points in the sensor's frame.
 
-        It is inf where the beam did not come back, and 0 where there is no beam or it says nothing.
+        It is inf where the beam did not come back, and 0 where there is no beam or no information.
         """
         bearing = np.arctan2(points[:, 1], points[:, 0]) - self.angle_min
         beam = np.rint(np.mod(bearing, math.tau) / self.angle_increment).astype(int)

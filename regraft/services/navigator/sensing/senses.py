@@ -1,4 +1,4 @@
-"""Whether what the robot is told about itself and its surroundings can be true."""
+"""Whether the inputs about the robot and its surroundings can be true."""
 
 import math
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ CERTAIN = 0.5  # m nearer than the lidar's range: what must be seen from where t
 REPEATS = 3  # equal scans in a row, although the robot moved this much between the first and the last:
 MOVED, TURNED = 0.04, 0.08  # m, rad
 
-# Motion is measured by how far a point beside the axle gets, so that driving and turning add up.
+# Motion is measured by how far a point next to the axle gets, so that driving and turning add up.
 ASIDE = 0.25  # m
 MEMORY = 0.5  # s: what is longer ago counts less and less
 ENOUGH = 0.01  # m of expected motion to judge by
@@ -70,7 +70,7 @@ class ScanWatch:
         return SCAN_TEXTS[self.fault] if self.fault else ""
 
     def is_new(self, scan: Scan | None) -> bool:
-        """Tell whether a scan has not been looked at yet."""
+        """Return whether a scan has not been looked at yet."""
         return scan is not None and scan.stamp != self._stamp
 
     def look(self, pose: Pose2D, scan: Scan, clearance: float) -> None:
@@ -143,7 +143,7 @@ def _fault(code: str | None) -> ScanFault | None:
 
 
 class MotionWatch:
-    """Notices commands that move nothing, and a pose that stands still while the odometry's twist moves."""
+    """Notices commands that move nothing, and a pose that is still while the odometry's twist moves."""
 
     def __init__(self) -> None:
         self.fault: Fault | None = None
@@ -153,12 +153,12 @@ class MotionWatch:
         self._last: tuple[float, Pose2D] | None = None
 
     def reset(self) -> None:
-        """Judge anew; what is wrong stays until it is seen to be right."""
+        """Judge again; what is wrong stays until it is seen to be right."""
         self._told = self._turned = self._got = self._doubtful = 0.0
         self._last = None
 
     def check(self, stamp: float, pose: Pose2D, twist: Twist2D, told: Twist2D) -> bool:
-        """Take in pose and twist at `stamp` (s) and the twist commanded since; tell whether to stop now."""
+        """Take in pose and twist at `stamp` (s) and the twist commanded since; return whether to stop now."""
         last = self._last
         if last is not None and stamp == last[0]:
             return False

@@ -26,9 +26,9 @@ POSES_KEPT = 1.0  # s
 class Sight:
     """Turns scans into obstacle points in the map's frame.
 
-    A scan may be older than the pose that comes with it, so poses are kept for a second and the one at the
-    scan's stamp is used. Unmapped obstacles are remembered until scans look through where they were. Both follow
-    when the robot's pose in the map jumps, because they are where they are as seen from the robot.
+    A scan may be older than the pose that comes with it. So poses are kept for a second, and the one at the scan's
+    stamp is used. Unmapped obstacles are remembered until scans look through where they were. Both follow when the
+    robot's pose in the map jumps: they are kept as seen from the robot.
     """
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class Sight:
         self._marks: dict[tuple[int, int], tuple[float, int]] = {}
 
     def absorb(self, stamp: float, pose: Pose2D, twist: Twist2D, scan: Scan | None, planner: GridPlanner) -> None:
-        """Take in where the robot is at `stamp` (s), how it moves, and the latest scan, which may be an old one."""
+        """Take in the robot's place at `stamp` (s), its motion, and the latest scan, perhaps an old one."""
         jumps = self.track.jumps
         self.pose = self.track.follow(stamp, pose, twist)
         if self._poses and stamp < self._poses[-1][0]:
@@ -138,6 +138,6 @@ class Sight:
 
 
 def _explained(points: FloatArray, planner: GridPlanner) -> NDArray[np.bool_]:
-    """Tell which points (N, 2), in the map's frame, need no mark: the map has them, or does not reach there."""
+    """Return which points (N, 2), in the map's frame, need no mark: the map has them, or does not reach there."""
     explained: NDArray[np.bool_] = ~planner.grid.covers(points) | (planner.clearance(points) <= EXPLAINED)
     return explained

@@ -12,11 +12,11 @@ SILENCE = 0.5  # s: after a longer one the motion in between is unknown
 
 
 class Track:
-    """Tells jumps of a pose from motion.
+    """Distinguishes jumps of a pose from motion.
 
-    A pose in the map jumps when whoever finds it corrects himself, but what the robot has seen around it did not
-    move with that. So that is remembered in the frame of the track, in which the robot's pose never jumps, and
-    `correction`, the track's frame as seen from the map, takes the jumps.
+    A pose in the map jumps when its source corrects itself, but the robot's surroundings did not move with it. So they
+    are remembered in the frame of the track, in which the robot's pose never jumps. `correction`, the track's frame as
+    seen from the map, takes the jumps.
     """
 
     def __init__(self) -> None:

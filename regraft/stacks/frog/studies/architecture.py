@@ -19,7 +19,7 @@ from regraft.stacks.frog.studies.blocking import SECONDS, blocked
 FOLDER = Path(__file__).parents[1]
 OPEN, BLOCKED = "open", "blocked"
 PHASE, PHASE_SPREAD = 51.8, 0.7
-"""s: where the light is when a mission begins, and how much that varied from run to run in the published ones."""
+"""s: where the light is when a mission begins, and its standard deviation in the published runs."""
 MAPPING = [
     {"topic": "odometry", "field": "twist.linear", "reduce": "norm", "entry": "speed", "rate": 10, "stale_after": 1},
     {

@@ -81,7 +81,9 @@ def _satisfaction(arms: Arms, keys: Sequence[str], plot: Any) -> Any:
 
 
 def satisfied_over_time(runs: Sequence[Rows], requirement: str) -> tuple[list[float], list[float]]:
-    """Return the times (s), and the share of the runs that satisfied a requirement, of those for which it was known.
+    """Return the times (s), and the share of the runs with a satisfied requirement among those with a known one.
+
+
 
     The share is a mean over the seconds around; it is NaN where nothing was known.
     """

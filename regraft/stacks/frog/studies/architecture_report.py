@@ -1,4 +1,4 @@
-"""The report of evaluation B: the published table and tests beside ours, or those of the corrected definitions."""
+"""The report of evaluation B: the published table and tests next to ours, or those of the corrected definitions."""
 
 from __future__ import annotations
 

@@ -5,22 +5,26 @@ from __future__ import annotations
 from random import Random
 from typing import Final
 
+from regraft.bus_schema.annotations import PlainValue
+
 SECONDS: Final = 300.0
 SHARE: Final = 0.30
 SPELLS: Final = 6
 
 
-def blocked(seed: int) -> str:
+def blocked(seed: int) -> list[dict[str, PlainValue]]:
     """Return the corner camera's failures: black for 30 % of 300 s in all, in six spells, drawn from the seed."""
     random = Random(f"corner camera {seed}")
     dark = _parts(random, SECONDS * SHARE, SPELLS)
     light = _parts(random, SECONDS * (1.0 - SHARE), SPELLS + 1)
-    entries, time = [], 0.0
+    entries: list[dict[str, PlainValue]] = []
+    time = 0.0
     for before, spell in zip(light[:-1], dark, strict=True):
         time += before
-        entries += [f"{time:.1f} black", f"{time + spell:.1f} none"]
+        entries.append({"at": round(time, 1), "failure": "black"})
+        entries.append({"at": round(time + spell, 1), "failure": "none"})
         time += spell
-    return ", ".join(entries)
+    return entries
 
 
 def _parts(random: Random, total: float, count: int) -> list[float]:

@@ -52,7 +52,7 @@ def violations(rows: Rows) -> list[Violation]:
 
 
 def is_kept(rows: Rows, at_least: int = 2) -> bool:
-    """Tell whether there were so many violations, and each was answered."""
+    """Return whether there were so many violations, and each was answered."""
     found = violations(rows)
     return len(found) >= at_least and all(violation.is_answered for violation in found)
 

@@ -30,7 +30,7 @@ NOT_MEASURED = -10.0
 SAMPLE_INTERVAL = 2.0
 """s between two looks at the power: the published leg "power" is a sum of such samples, half the energy in J."""
 EVER_LOOKS = 4 * 5
-"""Looks that the plan reckons with, however long the mission goes on."""
+"""Looks that the plan reckons with, however long the mission continues."""
 
 
 class PublishedMaxVelocity(AdaptPeriodically):
@@ -87,7 +87,7 @@ class PublishedMovePower(TaskLevelQR):
         return self._told
 
     def on_end(self, status: Status) -> float | None:
-        """Tell the sum of a drive that has succeeded."""
+        """Report the sum of a drive that has succeeded."""
         if status == SUCCESS:
             self._told, self._sum = self._sum, 0.0
         return self._told

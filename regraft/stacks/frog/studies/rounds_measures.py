@@ -34,7 +34,7 @@ def share_of_range(nearest: float) -> float:
 
 
 def is_near(nearest: float) -> bool:
-    """Tell whether something is within the first tenth of the lidar's range: 0.458 m."""
+    """Return whether something is within the first tenth of the lidar's range: 0.458 m."""
     return share_of_range(nearest) < NEAR
 
 
@@ -76,7 +76,7 @@ def legs_of(drives: Sequence[Drive]) -> dict[int, list[Drive]]:
 
 
 def moves_safely(drive: Drive, slow: Callable[[float], bool] = lambda speed: speed < SLOW) -> bool:
-    """Tell whether MoveSafely is satisfied: nothing is near, or the commanded maximum is below 0.18 m/s."""
+    """Return whether MoveSafely is satisfied: nothing is near, or the commanded maximum is below 0.18 m/s."""
     return not is_near(drive.nearest) or slow(drive.max_velocity)
 
 
@@ -127,7 +127,7 @@ class PublishedRow:
 def published_rows(rows: Rows) -> list[PublishedRow]:
     """Return the rows from which on everything has been measured once.
 
-    Metrics are written every 2 s and only while driving, keep their last value otherwise, and a leg's "power" is the
+    Metrics are written every 2 s and only while driving, and keep their last value otherwise. A leg's "power" is the
     sum of a sample every 2 s, known when the leg is over.
     """
     found = []

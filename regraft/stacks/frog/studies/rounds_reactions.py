@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.evaluation.rows import TIME, Rows
 from regraft.stacks.frog.studies.rounds_measures import OWN_TOPIC, SLOW, is_near
 
@@ -77,17 +78,16 @@ def to_blocking(rows: Rows, is_blocked: Callable[[float], bool]) -> Reactions:
     return reactions(times, [is_blocked(time) for time in times], answered)
 
 
-def blocked_by(schedule: str) -> Callable[[float], bool]:
+def blocked_by(schedule: Sequence[Mapping[str, PlainValue]]) -> Callable[[float], bool]:
     """Return whether a camera with such a schedule of failures is blocked at a time (s).
 
-    >>> is_blocked = blocked_by("30.0 black, 60.0 none")
+    >>> is_blocked = blocked_by([{"at": 30.0, "failure": "black"}, {"at": 60.0, "failure": "none"}])
     >>> is_blocked(29.9), is_blocked(30.0), is_blocked(60.0)
     (False, True, False)
     """
-    entries = [(float(time), kind != "none") for time, kind in (entry.split() for entry in schedule.split(","))]
 
     def is_blocked(now: float) -> bool:
-        states = [state for time, state in entries if time <= now]
+        states = [entry["failure"] != "none" for entry in schedule if entry["at"] <= now]
         return bool(states) and states[-1]
 
     return is_blocked

@@ -1,7 +1,7 @@
 """Evaluation A of ReBeT: a requirement decides on the task (E. G. Alberts et al., ACSOS 2024, section IV-A).
 
-FROG explores a room under MinBatterySystem: below 90 % it goes charging, then goes on. The original had no battery and
-one run; here each room has its own.
+FROG explores a room under MinBatterySystem: below 90 % it goes charging, then continues. The original had no battery
+and one run; here each room has its own.
 """
 
 from __future__ import annotations

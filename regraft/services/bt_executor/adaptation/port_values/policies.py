@@ -13,14 +13,14 @@ RETRIES: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How often to try again, and whether the decorator fails after that; else it goes on as if nothing was."""
+    """How often to try again, and whether the decorator fails after that; else it continues unchanged."""
 
     retries: int = 0
     fails: bool = False
 
 
 def read_policy(text: str) -> Policy:
-    """Return the policy that ``ignore``, ``fail``, ``retry``, ``retry 5`` or ``retry 5 then fail`` stands for.
+    """Return the policy that ``ignore``, ``fail``, ``retry``, ``retry 5`` or ``retry 5 then fail`` represents.
 
     Raises:
         ValueError: the text is something else.

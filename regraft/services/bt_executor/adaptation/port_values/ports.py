@@ -22,7 +22,7 @@ FOR_STRATEGIES: Final = (
     "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
     "task",
 )  # fmt: skip
-"""Ports that mean something only beside ``adaptation_strategy``."""
+"""Ports that mean something only next to ``adaptation_strategy``."""
 
 
 def locations_of(node: Node) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ def _check_strategy(node: Node) -> None:
 
 
 def is_known(node: Node, port: str) -> bool:
-    """Tell whether a port's value is known at load, given or by default."""
+    """Return whether a port's value is known at load, given or by default."""
     text = node.setup.attributes.get(port, node.setup.manifest.ports[port].default)
     return text is not None and not (isinstance(text, str) and board_key(text, port))
 

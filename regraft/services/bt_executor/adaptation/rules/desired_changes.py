@@ -22,7 +22,7 @@ class Impossible(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Change a number by so much from what it is when the adaptation is asked for, kept within ``low`` and ``high``."""
+    """Change a number by so much from its value at the request, kept within ``low`` and ``high``."""
 
     component: str
     parameter: str
@@ -121,7 +121,7 @@ def _is(architecture: Architecture, component: str, name: str, value: PlainValue
 
 
 def _holds(change: Change, architecture: Architecture) -> bool:
-    """Tell whether a change would change nothing."""
+    """Return whether a change would change nothing."""
     spec = architecture.components.get(change.component)
     if isinstance(change, SetParameters):
         return not change.parameters and spec is not None

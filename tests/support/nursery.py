@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import struct
 import subprocess
 import sys
-from pathlib import Path
 from typing import IO
 
 from regraft.bus_schema.encoding import codec
 from regraft.process.forked import die_with_parent
 from regraft.process.main import run_component
 from regraft.runtime.core.assignment import Assignment
-from tests.handover import parts
+from tests.support.paths import ROOT
 
 LENGTH = struct.Struct("<I")
-ROOT = Path(__file__).parents[2]
 
 
 class Nursery:
     """The test's end."""
 
-    def __init__(self) -> None:
+    def __init__(self, *modules: str) -> None:
+        """Begin it; it imports ``modules``, where the components' classes are, once for all."""
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.handover.nursery"],
+            [sys.executable, "-m", "tests.support.nursery", *modules],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=ROOT,
@@ -72,5 +72,6 @@ def serve(orders: IO[bytes], pids: IO[bytes]) -> None:
 
 
 if __name__ == "__main__":
-    assert parts.__name__  # imported here, once for all
+    for module in sys.argv[1:]:
+        importlib.import_module(module)
     serve(sys.stdin.buffer, sys.stdout.buffer)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from regraft.bus_schema.model.description import ANY_TYPE, PortDescription, ServiceDescription
+from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
 from regraft.bus_schema.model.hosts import LOCAL
-from regraft.bus_schema.suggestions import instead_of
+from regraft.bus_schema.model.offers import offered_services
+from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput
-from regraft.cli.running_system import Reached
-from regraft.client import NoAnswer, NoSuchComponent
+from regraft.client import Client, NoAnswer, NoSuchComponent
+
+A = TypeVar("A")
 
 AT_ONCE = 0.0
 """Components are known at once; only their descriptions take time to arrive."""
@@ -19,7 +22,7 @@ AT_ONCE = 0.0
 
 @dataclass(slots=True)
 class TopicUse:
-    """A topic: its type, who writes and who reads it as (component, port), and what the stack says of it."""
+    """A topic: its type, who writes and who reads it as (component, port), and what the stack states of it."""
 
     name: str
     type: str
@@ -34,8 +37,8 @@ class TopicUse:
             "type": self.type,
             "reliable": self.spec.reliable if self.spec else None,
             "rate": self.spec.rate if self.spec else None,
-            "writers": [ends(*end) for end in self.writers],
-            "readers": [ends(*end) for end in self.readers],
+            "writers": [".".join(end) for end in self.writers],
+            "readers": [".".join(end) for end in self.readers],
         }
 
 
@@ -78,38 +81,26 @@ class Topology:
 
     def component(self, name: str) -> ComponentSpec:
         """Return a component; raises BadInput for an unknown one."""
-        found = self.components.get(name)
-        if found is None:
-            raise BadInput(no_component(name, self.components))
-        return found
+        return named("component", name, self.components)
 
     def uses(self) -> dict[str, TopicUse]:
         """Return all topics by name."""
         uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
         # A port that takes any type cannot say which one the topic has.
-        for component, port, topic in sorted(self._ports(), key=lambda end: end[1].type == ANY_TYPE):
+        ends = [(name, port, topic) for name, spec in self.components.items() for port, topic in spec.connected_ports()]
+        for component, port, topic in sorted(ends, key=lambda end: end[1].type == ANY_TYPE):
             use = uses.setdefault(topic, TopicUse(topic, port.type))
             (use.writers if port.direction == "output" else use.readers).append((component, port.name))
         return dict(sorted(uses.items()))
 
     def use(self, topic: str) -> TopicUse:
         """Return one topic; raises BadInput for an unknown one."""
-        uses = self.uses()
-        if topic not in uses:
-            raise BadInput(f"there is no topic {topic!r}; {instead_of(topic, uses)}")
-        return uses[topic]
-
-    def _ports(self) -> Iterator[tuple[str, PortDescription, str]]:
-        for name, spec in self.components.items():
-            for port in spec.description.ports if spec.description else ():
-                topic = spec.connections.get(port.name)
-                if topic:
-                    yield name, port, topic
+        return named("topic", topic, self.uses())
 
     def offers(self, kind: str | None = None) -> dict[str, Offer]:
         """Return what is offered, by name: all, or only each ``service`` or ``action``."""
         offers = (
-            Offer(spec.services.get(said.name, said.name), name, said)
+            Offer(offered_services(spec)[said.name], name, said)
             for name, spec in self.components.items()
             for said in (spec.description.services if spec.description else ())
             if kind in (None, said.kind)
@@ -118,25 +109,18 @@ class Topology:
 
     def offer(self, name: str, kind: str) -> Offer:
         """Return one service or action; raises BadInput for an unknown one."""
-        offers = self.offers(kind)
-        if name not in offers:
-            raise BadInput(f"there is no {kind} {name!r}; {instead_of(name, offers)}")
-        return offers[name]
+        return named(kind, name, self.offers(kind))
 
 
-def no_component(name: str, known: Iterable[str]) -> str:
-    """Say that a component is not there, and which may be meant."""
-    return f"there is no component {name!r}; {instead_of(name, known)}"
+def named(kind: str, name: str, known: Mapping[str, A]) -> A:
+    """Return what has a name; raises BadInput, which says what there is, for an unknown one."""
+    if name not in known:
+        raise BadInput(no_such(kind, name, known))
+    return known[name]
 
 
-def ends(component: str, port: str) -> str:
-    """Return a port as it is shown: ``component.port``."""
-    return f"{component}.{port}"
-
-
-def topology(there: Reached) -> Topology:
+def topology(client: Client) -> Topology:
     """Ask who is connected to what; raises ClientError."""
-    client = there.client
     seen = client.components(AT_ONCE)
     hosted: dict[str, ComponentSpec] = {}
     topics: dict[str, TopicSpec] = {}
@@ -162,27 +146,25 @@ def topology(there: Reached) -> Topology:
     hosted = elsewhere | hosted
     unhosted = {}
     for name in seen.keys() - hosted.keys():
-        spec = _spec_of(there, name)
+        spec = _spec_of(client, name)
         if spec is not None:
             unhosted[name] = spec
     return Topology(hosted, unhosted, topics, frozenset(hosts), modes)
 
 
-def _spec_of(there: Reached, name: str) -> ComponentSpec | None:
+def _spec_of(client: Client, name: str) -> ComponentSpec | None:
     """Ask a component that no host runs what it is; None if it has just ended."""
     try:
-        description = there.client.describe(name)
-        view = there.client.view(name)
+        description = client.describe(name)
+        view = client.view(name)
     except NoSuchComponent:
         return None
     connections = {port: topic for port, topic in view.connections.items() if topic}
-    services = {offered.name: offered.name for offered in description.services}
     return ComponentSpec(
         name,
         description.cls,
         parameters=view.parameters,
         connections=connections,
-        services=services,
         description=description,
         state=view.state,
     )

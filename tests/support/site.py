@@ -6,9 +6,6 @@ import threading
 from typing import Any, TypeVar
 
 from regraft.bus.interface import Bus
-from regraft.bus.memory_bus import MemoryBus, MemoryHub
-from regraft.bus.zenoh_bus import ZenohBus, open_bus
-from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus_schema.encoding.registry import type_of
@@ -17,14 +14,14 @@ from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.control import ComponentView, ParameterValues
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
-from regraft.component.component import Component
-from regraft.runtime import loop
+from regraft.component.component import Component, class_path
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.core.clock import RealClock
 from regraft.runtime.data.writers import Identity, Writer, Writers
 from regraft.runtime.runtime import Runtime
-from tests.ports import free_endpoint
-from tests.waiting import PATIENCE, wait_until
+from tests.support.buses import Buses
+from tests.support.threads import ComponentThread
+from tests.support.waiting import PATIENCE, wait_until
 
 C = TypeVar("C", bound=Component)
 M = TypeVar("M")
@@ -38,53 +35,28 @@ class Site:
 
     def __init__(self, kind: str) -> None:
         self.keys = Keys("site")
-        self._hub: MemoryHub | None = MemoryHub() if kind == "memory" else None
-        self._router: ZenohBus | None = None
-        if kind == "zenoh":
-            self._endpoint = free_endpoint()
-            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True))
+        self._buses = Buses(kind)
         self.runtimes: dict[str, Runtime] = {}
-        self._threads: list[threading.Thread] = []
-        self._buses: list[Bus] = []
-        self._failures: list[BaseException] = []
+        self._threads: dict[str, ComponentThread] = {}
         self.bus = self.session()
         self.client = Client(self.session(), "site", "tester")
 
     def session(self) -> Bus:
         """Open another session."""
-        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)))
-        self._buses.append(bus)
-        return bus
+        return self._buses.session()
 
     def start(self, cls: type[C], name: str, **assigned: Any) -> C:
         """Run a component on a thread of its own; returns it once it has gone to its state."""
-        assignment = Assignment("site", name, f"{cls.__module__}:{cls.__qualname__}", **assigned)
-        started = threading.Event()
-        failure = self._failures
-
-        def run() -> None:
-            try:
-                runtime = Runtime(cls, assignment, self.session(), RealClock())
-                self.runtimes[name] = runtime
-                runtime.post(started.set)
-                loop.run(runtime)
-                runtime.leave()
-            except BaseException as error:
-                failure.append(error)
-                started.set()
-
-        thread = threading.Thread(target=run, name=name, daemon=True)
-        thread.start()
-        self._threads.append(thread)
-        assert started.wait(PATIENCE)
-        if failure:
-            raise failure.pop()
+        assignment = Assignment("site", name, class_path(cls), **assigned)
+        thread = ComponentThread(cls, assignment, self.session())
+        thread.wait_started()
+        self._threads[name] = thread
+        self.runtimes[name] = thread.runtime
         token = self.keys.alive(name, assignment.incarnation)
-        if self.runtimes[name].state is not State.FINALIZED:
+        if thread.runtime.state is not State.FINALIZED:
             wait_until(lambda: self.bus.present(token, PATIENCE), f"{name}'s token")
-        component = self.runtimes[name].component
-        assert isinstance(component, cls)
-        return component
+        assert isinstance(thread.component, cls)
+        return thread.component
 
     def status(self, name: str) -> ComponentStatus:
         """Return what a component last said of itself."""
@@ -102,6 +74,14 @@ class Site:
         """Shut a component down."""
         runtime = self.runtimes[name]
         runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
+
+    def cut_off(self, name: str) -> None:
+        """Cut a component off from the bus, as a process is that is killed."""
+        thread = self._threads.pop(name)
+        thread.bus.close()
+        del self.runtimes[name]
+        thread.shut_down()
+        thread.join()
 
     def writer(self, topic: str, message: type, source: str = "source", incarnation: int = 1) -> Writer:
         """Return a writer that puts under any name and incarnation."""
@@ -133,13 +113,9 @@ class Site:
         """End everything."""
         for name in self.runtimes:
             self.stop(name)
-        if self._failures:
-            raise self._failures[0]
-        for thread in self._threads:
-            thread.join(PATIENCE)
-            assert not thread.is_alive(), f"{thread.name} did not end"
+        for thread in self._threads.values():
+            thread.join()
+            if thread.failure:
+                raise thread.failure
         self.client.close()
-        for bus in self._buses:
-            bus.close()
-        if self._router:
-            self._router.close()
+        self._buses.close()

@@ -3,53 +3,41 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import pytest
 
 from regraft import CallFailed, run_directory
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.client import Client
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import Command
+from tests.support.waiting import PATIENCE, wait_until
 
-ROOT = Path(__file__).parents[2]
 ATTEMPTS = 5
 
 
-class System:
-    """``regraft up`` in a process of its own."""
+class System(Command):
+    """``regraft up`` in a process of its own, and a client of what it runs."""
 
     def __init__(self, stack: Path, *options: str, log: Path | None = None) -> None:
-        self.log = log or stack.parent / "up.log"
-        with self.log.open("wb") as output:
-            self.process = subprocess.Popen(
-                [sys.executable, "-m", "regraft.cli", "up", str(stack), "--headless", *options],
-                stdout=output,
-                stderr=output,
-                stdin=subprocess.DEVNULL,
-                cwd=ROOT,
-            )
+        super().__init__("up", str(stack), "--headless", *options, log=log or stack.parent / "up.log")
         self.events: list[Event] = []
         self.info: run_directory.RunInfo
         try:
             wait_until(self._is_up, "the system to be up")
         except AssertionError:
-            self.process.kill()
-            self.process.wait()
+            self.kill()
             raise
         self.info = run_directory.find("tests")
         self.client = Client.connect(self.info)
         self.client.events(self.events.append)
 
     def _is_up(self) -> bool:
-        if self.process.poll() is not None:
-            raise AssertionError(self.log.read_text())
+        self.must_run()
         return bool(run_directory.running())
 
     def processes(self) -> dict[str, ProcessStatus]:
@@ -98,41 +86,26 @@ class System:
     def end(self) -> int:
         """End it as Ctrl-C does; returns the exit code."""
         self.client.close()
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        return self.process.wait(PATIENCE)
+        return super().end()
 
 
-def exists(pid: int) -> bool:
-    """Tell whether a process is there and no zombie."""
+S = TypeVar("S", bound=System)
+
+
+@contextmanager
+def all_ended(end: Callable[[S], object] = System.end) -> Iterator[list[S]]:
+    """Give a list of systems, each of which is ended when the block is."""
+    started: list[S] = []
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
+        yield started
+    finally:
+        for system in started:
+            end(system)
 
 
-def wait_gone(pids: list[int]) -> None:
-    """Wait until processes have ended."""
-    wait_until(lambda: not any(exists(pid) for pid in pids), "all processes to end")
-
-
-def children_of(pid: int) -> list[int]:
-    """Return all descendants of a process."""
-    parents: dict[int, int] = {}
-    for entry in os.listdir("/proc"):
-        if entry.isdigit():
-            try:
-                fields = Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue
-            parents[int(entry)] = int(fields[1])
-    found, before = {pid}, 0
-    while len(found) != before:
-        before = len(found)
-        found |= {child for child, parent in parents.items() if parent in found}
-    return sorted(found - {pid})
-
-
-def now() -> float:
-    """Return monotonic seconds."""
-    return time.monotonic()
+@contextmanager
+def home(folder: Path) -> Iterator[None]:
+    """Have systems be found below ``folder`` in the block, and no other systems."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("REGRAFT_HOME", str(folder))
+        yield

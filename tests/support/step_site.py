@@ -2,68 +2,43 @@
 
 from __future__ import annotations
 
-import contextlib
-import threading
 from collections.abc import Callable
 from typing import Any
 
-from regraft.bus.interface import Bus, Sample
-from regraft.bus.memory_bus import MemoryBus, MemoryHub
-from regraft.bus.zenoh_bus import ZenohBus, open_bus
-from regraft.bus.zenoh_config import Endpoints
+from regraft.bus.interface import Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.messages.protocol.clock import ClockTime
-from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client
-from regraft.component.component import Component
-from regraft.lockstep.member import Member
-from regraft.lockstep.source import SourceLoop, TimeSource
+from regraft.component.component import Component, class_path
+from regraft.lockstep.source import TimeSource
 from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.core.clock import SteppedClock
 from regraft.runtime.data.writers import Identity, Writers
 from regraft.runtime.runtime import Runtime
-from tests.ports import free_endpoint
-from tests.waiting import PATIENCE, wait_until
+from tests.support.buses import Buses
+from tests.support.threads import ComponentThread
+from tests.support.waiting import PATIENCE, wait_until
 
 
 class StepSite:
     """Components in step on a memory or Zenoh bus."""
 
     def __init__(self, kind: str) -> None:
-        self._hub = MemoryHub() if kind == "memory" else None
-        self._router: ZenohBus | None = None
-        if kind == "zenoh":
-            self._endpoint = free_endpoint()
-            self._router = open_bus(Endpoints(listen=(self._endpoint,), router=True), lockstep=True)
+        self._buses = Buses(kind, lockstep=True)
         self.runtimes: dict[str, Runtime] = {}
-        self.threads: dict[str, threading.Thread] = {}
-        self._buses: list[Bus] = []
-        self.client = Client(self._session(), "steps", "tester")
-
-    def _session(self) -> Bus:
-        bus: Bus = MemoryBus(self._hub) if self._hub else open_bus(Endpoints(connect=(self._endpoint,)), lockstep=True)
-        self._buses.append(bus)
-        return bus
+        self.threads: dict[str, ComponentThread] = {}
+        self.client = Client(self._buses.session(), "steps", "tester")
 
     def start(self, cls: type[Component], name: str, **assigned: Any) -> None:
         """Run a component on a thread of its own."""
         assigned = {"incarnation": 1, "heartbeat": 0.05, **assigned}
-        assignment = Assignment("steps", name, f"{cls.__module__}:{cls.__qualname__}", simulated=True, **assigned)
+        assignment = Assignment("steps", name, class_path(cls), simulated=True, **assigned)
 
-        def run() -> None:
-            clock = SteppedClock()
-            runtime = Runtime(cls, assignment, self._session(), clock)
+        def built(runtime: Runtime) -> None:
             self.runtimes[name] = runtime
-            with contextlib.suppress(SystemExit):  # it is killed
-                if isinstance(runtime.component, TimeSource):
-                    SourceLoop(runtime, clock, runtime.component).run()
-                else:
-                    Member(runtime, clock).run()
-            runtime.leave()
 
-        self.threads[name] = threading.Thread(target=run, name=name, daemon=True)
-        self.threads[name].start()
+        self.threads[name] = ComponentThread(cls, assignment, self._buses.session(), built=built)
 
     def start_world(self, cls: type[TimeSource], members: tuple[str, ...], duration: float) -> None:
         """Run the time source at full speed, waiting for ``members``."""
@@ -86,14 +61,14 @@ class StepSite:
 
     def publish(self, topic: str, message: object, source: str) -> None:
         """Put one message at a topic, as somebody who is no member."""
-        writers = Writers(self._session(), SteppedClock(), Identity(source, 1, 1))
+        writers = Writers(self._buses.session(), SteppedClock(), Identity(source, 1, 1))
         writer = writers.open(f"steps/topic/{topic}", type_of(type(message)).encoding)
         assert writer.wait_for_reader(PATIENCE)
         writer.put(codec.encode(message))
 
     def listen(self, keys: str, heard: Callable[[Sample], object]) -> None:
         """Hand everything at ``keys`` on, in the order in which it comes."""
-        bus = self._session()
+        bus = self._buses.session()
 
         def open_and_hand_on(item: Any) -> None:
             sample = bus.open_sample(item)
@@ -108,32 +83,25 @@ class StepSite:
 
     def kill(self, name: str) -> None:
         """End a component at once, as its process does that is killed."""
-        runtime = self.runtimes.pop(name)
-        runtime.post(_die)
-        self.threads[name].join(PATIENCE)
-        runtime.bus.close()
+        del self.runtimes[name]
+        self.threads[name].kill()
+
+    def cut_off(self, name: str) -> None:
+        """Cut a component off from the bus for good."""
+        del self.runtimes[name]
+        self.threads[name].bus.close()
 
     def another_client(self, name: str) -> Client:
         """Return a tool of its own session."""
-        return Client(self._session(), "steps", name)
+        return Client(self._buses.session(), "steps", name)
 
     def end(self, name: str) -> None:
         """Shut a component down and wait until it has left."""
-        runtime = self.runtimes[name]
-        runtime.post(lambda: runtime.lifecycle.reach(State.FINALIZED))
-        self.threads[name].join(PATIENCE)
-        assert not self.threads[name].is_alive()
+        self.threads[name].end()
 
     def close(self) -> None:
         """End everything, the world first."""
         for name in sorted(self.runtimes, key=lambda name: name != "world"):
             self.end(name)
         self.client.close()
-        for bus in self._buses:
-            bus.close()
-        if self._router:
-            self._router.close()
-
-
-def _die() -> None:
-    raise SystemExit
+        self._buses.close()

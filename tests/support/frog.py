@@ -17,13 +17,13 @@ from typing import Any, TypeVar
 import httpx
 
 from regraft.bus_schema.messages.protocol.clock import ClockTime
-from tests.host.system import ROOT, System
-from tests.ports import free_port
-from tests.waiting import PATIENCE, wait_until
+from tests.support.commands import run
+from tests.support.paths import FROG
+from tests.support.ports import free_port
+from tests.support.systems import System
+from tests.support.waiting import PATIENCE, wait_until
 
 M = TypeVar("M")
-
-STACK = ROOT / "regraft" / "stacks" / "frog"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,23 +35,14 @@ class Run:
     errors: str
 
 
-def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stack: Path = STACK) -> Run:
+def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stack: Path = FROG) -> Run:
     """Run FROG (or another stack of its folder) for simulated ``seconds`` and return what it says in the end."""
     environment = {**os.environ, "REGRAFT_HOME": str(home)}
     if renderer:
         environment["REGRAFT_RENDERER"] = renderer
     port = ["--set", f"gateway.port={free_port()}"]
-    command = [sys.executable, "-m", "regraft.cli", "up", str(stack), "--for", f"{seconds:g}", "--json", "--headless"]
-    ended = subprocess.run(
-        [*command, *port, *options],
-        env=environment,
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        timeout=max(900.0, 3 * seconds),
-        check=False,
-    )
+    words = ("up", str(stack), "--for", f"{seconds:g}", "--json", "--headless", *port, *options)
+    ended = run(*words, environment=environment, within=max(900.0, 3 * seconds))
     summary = json.loads(ended.stdout) if ended.stdout.strip() else {}
     return Run(ended.returncode, summary, ended.stderr)
 
@@ -59,7 +50,7 @@ def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stac
 class Frog(System):
     """A running FROG."""
 
-    def __init__(self, folder: Path, *options: str, stack: Path = STACK) -> None:
+    def __init__(self, folder: Path, *options: str, stack: Path = FROG) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}/api/v1"
         super().__init__(

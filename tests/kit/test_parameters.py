@@ -1,0 +1,63 @@
+"""A parameter takes what its description says, in the type of its default."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from regraft import Parameter, ParameterError, Records
+from regraft.bus_schema.model.parameter_values import parameter_problem
+
+
+def declared(default: Any, **more: Any) -> Parameter[Any]:
+    parameter: Parameter[Any] = Parameter(default, **more)
+    parameter.__set_name__(Parameter, "knob")
+    return parameter
+
+
+@pytest.mark.parametrize(
+    ("default", "given", "taken"),
+    [(1.0, 2, 2.0), ((1.0,), [2.5], (2.5,)), ((), ["a", 1], ("a", 1)), (True, False, False), ("a", "b", "b")],
+)
+def test_a_value_is_taken_in_the_type_of_the_default(default: Any, given: Any, taken: Any) -> None:
+    found = declared(default).checked(given)
+    assert (found, type(found)) == (taken, type(taken))
+
+
+@pytest.mark.parametrize(
+    ("parameter", "given", "told"),
+    [
+        (declared(0.1, maximum=0.26, unit="m/s"), 0.3, "knob: 0.3: must be at most 0.26 m/s"),
+        (declared(1), 2.0, "knob: 2.0: must be an integer"),
+        (declared(1), True, "knob: True: must be an integer"),
+        (declared(1.0), float("nan"), "knob: nan: must be finite and fit into 64 bits"),
+        (declared((1.0,)), [float("inf")], "knob: [inf]: must be finite and fit into 64 bits"),
+        (declared((1.0,), minimum=0.0), [1.0, -1.0], "knob: [1.0, -1.0]: must be at least 0.0"),
+        (declared(()), [{}], "knob: [{}]: must be an array of numbers and strings"),
+        (declared("a", choices=("a", "b")), "c", "knob: 'c': must be one of: a, b"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_refused_and_shown(parameter: Parameter[Any], given: Any, told: str) -> None:
+    with pytest.raises(ParameterError) as failure:
+        parameter.checked(given)
+    assert str(failure.value) == told
+
+
+def test_a_default_of_another_type_is_refused() -> None:
+    with pytest.raises(TypeError, match="default is of type NoneType, must be of bool, int, float, str, tuple"):
+        declared(None)
+
+
+@dataclass(frozen=True, slots=True)
+class Beacon:
+    """Flashes."""
+
+    at: float
+    colour: str = "red"
+
+
+def test_records_that_are_written_as_a_text_are_refused_with_their_form() -> None:
+    told = parameter_problem(Records(Beacon).describe(), "30 red, 60 green")
+    assert told == "'30 red, 60 green': must be an array such as [{at: ..., colour: ...}]"

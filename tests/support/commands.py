@@ -1,0 +1,112 @@
+"""The project's command line, as processes of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tests.support.paths import ROOT
+from tests.support.waiting import PATIENCE, wait_for
+
+REGRAFT = (sys.executable, "-m", "regraft.cli")
+
+
+def in_home(home: Path) -> dict[str, str]:
+    """Return the environment of a command that knows the systems of ``home`` alone, and runs in any folder."""
+    kept = {name: value for name, value in os.environ.items() if name != "REGRAFT_SYSTEM"}
+    return {**kept, "REGRAFT_HOME": str(home), "PYTHONPATH": str(ROOT)}
+
+
+def run(
+    *words: str,
+    cwd: Path = ROOT,
+    environment: Mapping[str, str] | None = None,
+    program: tuple[str, ...] = REGRAFT,
+    text: str | None = None,
+    within: float = 2 * PATIENCE,
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    return subprocess.run(
+        [*program, *words],
+        cwd=cwd,
+        env=environment,
+        input=text or "",
+        capture_output=True,
+        text=True,
+        timeout=within,
+        check=False,
+    )
+
+
+class Command:
+    """A command that runs until it is ended; what it prints goes to a log."""
+
+    def __init__(
+        self,
+        *words: str,
+        log: Path,
+        cwd: Path = ROOT,
+        environment: Mapping[str, str] | None = None,
+        prepare: Callable[[], object] | None = None,
+    ) -> None:
+        """Start it; ``prepare`` is called in its process first."""
+        self.log = log
+        with log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [*REGRAFT, *words],
+                cwd=cwd,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                preexec_fn=prepare,
+            )
+
+    @property
+    def lines(self) -> list[str]:
+        """What it has printed."""
+        return self.log.read_text().splitlines()
+
+    def must_run(self) -> None:
+        """Fail the test with what it has printed if it has ended."""
+        if self.process.poll() is not None:
+            raise AssertionError(self.log.read_text())
+
+    def wait_line(self, start: str) -> str:
+        """Return the first line that begins so, as soon as it is printed."""
+
+        def found() -> str | None:
+            over = self.process.poll() is not None
+            line = next((line for line in self.lines if line.startswith(start)), None)
+            assert line or not over, self.log.read_text()
+            return line
+
+        return wait_for(found, f"a line that begins with {start!r}")
+
+    def interrupt(self) -> None:
+        """Do what Ctrl-C does."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+
+    def end(self) -> int:
+        """Interrupt it, also where it is stopped; returns the exit code. It is killed if that takes too long."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+        self.interrupt()
+        return self.ended()
+
+    def ended(self) -> int:
+        """Wait for its end; returns the exit code. It is killed if that takes too long."""
+        try:
+            return self.process.wait(2 * PATIENCE)
+        finally:
+            self.kill()
+
+    def kill(self) -> None:
+        """Kill it."""
+        self.process.kill()
+        self.process.wait()

@@ -1,0 +1,60 @@
+"""A network link that tests can cut."""
+
+from __future__ import annotations
+
+import socket
+import threading
+
+from tests.support.ports import free_port
+
+
+class Link:
+    """A TCP link that passes everything on, until it is cut: what is then sent is neither delivered nor refused."""
+
+    def __init__(self, target: str) -> None:
+        self._target = int(target.rpartition(":")[2])
+        self._listening = socket.create_server(("127.0.0.1", free_port()))
+        self.endpoint = f"tcp/127.0.0.1:{self._listening.getsockname()[1]}"
+        self._whole = threading.Event()
+        self._whole.set()
+        self._sockets: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def cut(self) -> None:
+        """Deliver nothing any more; neither end is told."""
+        self._whole.clear()
+
+    def heal(self) -> None:
+        """Deliver again, also what was sent meanwhile."""
+        self._whole.set()
+
+    def close(self) -> None:
+        """End it."""
+        self._whole.set()
+        for one in (self._listening, *self._sockets):
+            one.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                near, _ = self._listening.accept()
+            except OSError:
+                return
+            try:
+                far = socket.create_connection(("127.0.0.1", self._target))
+            except OSError:
+                near.close()
+                continue
+            self._sockets += [near, far]
+            for source, sink in ((near, far), (far, near)):
+                threading.Thread(target=self._pass_on, args=(source, sink), daemon=True).start()
+
+    def _pass_on(self, source: socket.socket, sink: socket.socket) -> None:
+        try:
+            while data := source.recv(65536):
+                self._whole.wait()
+                sink.sendall(data)
+        except OSError:
+            pass
+        for one in (source, sink):
+            one.close()
