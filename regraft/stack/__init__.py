@@ -1,5 +1,6 @@
 """Stack files: what a robot system consists of, on one screen, checked before anything runs."""
 
+from regraft.stack.assembly.assemble import plain_document
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
 from regraft.stack.places import with_places
@@ -12,6 +13,7 @@ __all__ = [
     "StackError",
     "apply_overrides",
     "load",
+    "plain_document",
     "time_source",
     "with_places",
     "with_seed",

@@ -33,9 +33,25 @@ class BadExpression(ValueError):
 
 def references(expression: str) -> tuple[str, ...]:
     """Return the dotted names that an expression speaks of, each once, in their order; raises BadExpression."""
-    found: list[str] = []
+    found: list[ast.expr] = []
     _walk(_parsed(expression), found)
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(_name(node) or "" for node in found))
+
+
+def renamed(expression: str, rename: Callable[[str], str]) -> str:
+    """Return an expression with each dotted name as ``rename`` has it; raises BadExpression.
+
+    >>> renamed("a.rate * 2 <= b.rate", lambda name: f"left.{name}")
+    'left.a.rate * 2 <= left.b.rate'
+    """
+    found: list[ast.expr] = []
+    _walk(_parsed(expression), found)
+    lines = [line.encode() for line in expression.strip().splitlines(keepends=True)]
+    for node in sorted(found, key=lambda node: (node.lineno, node.col_offset), reverse=True):
+        before, behind = lines[node.lineno - 1][: node.col_offset], lines[(node.end_lineno or 0) - 1]
+        new = rename(_name(node) or "").encode()
+        lines[node.lineno - 1 : node.end_lineno] = [before + new + behind[node.end_col_offset or 0 :]]
+    return b"".join(lines).decode()
 
 
 def value_of(expression: str, lookup: Callable[[str], object]) -> object:
@@ -64,10 +80,9 @@ def _name(node: ast.expr) -> str | None:
     return ".".join(reversed([*parts, node.id])) if isinstance(node, ast.Name) and parts else None
 
 
-def _walk(node: ast.expr, found: list[str]) -> None:
-    name = _name(node)
-    if name is not None:
-        found.append(name)
+def _walk(node: ast.expr, found: list[ast.expr]) -> None:
+    if _name(node) is not None:
+        found.append(node)
         return
     for part in _parts(node):
         _walk(part, found)
