@@ -3,6 +3,7 @@
 from regraft.stack.assembly.assemble import plain_document
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
+from regraft.stack.parameter_files import apply_parameter_files
 from regraft.stack.places import with_places
 from regraft.stack.stack import Stack, time_source
 from regraft.stack.yaml.problems import Problem, StackError
@@ -12,6 +13,7 @@ __all__ = [
     "Stack",
     "StackError",
     "apply_overrides",
+    "apply_parameter_files",
     "load",
     "plain_document",
     "time_source",

@@ -28,12 +28,11 @@ def read_document(file: Path) -> tuple[Node, Report]:
     return document, Report(str(file), locations_of(document))
 
 
-def read_map(file: Path) -> Node:
-    """Return the map that a file holds; raises StackError."""
+def read_map(file: Path, fields: str = "fields such as 'system' and 'components'") -> Node:
+    """Return the map of ``fields`` that a file holds; raises StackError."""
     document = parse(_text(file), str(file))
     if not isinstance(document.value, dict):
-        problem = f"must be a map of fields such as 'system' and 'components', is {document.kind}"
-        fail(*document.location, problem)
+        fail(*document.location, f"must be a map of {fields}, is {document.kind}")
     return document
 
 
