@@ -35,6 +35,11 @@ def host_name(name: str) -> str:
     return _matched(SYSTEM_NAME, name, "host", f"a word of {OF_A_WORD}")
 
 
+def robot_name(name: str) -> str:
+    """Return ``name`` if it can name a robot; raises BadKey."""
+    return _matched(SYSTEM_NAME, name, "robot", f"a word of {OF_A_WORD}")
+
+
 def component_name(name: str) -> str:
     """Return ``name`` if it can name a component; raises BadKey."""
     return _matched(COMPONENT_NAME, name, "component", f"'word' or 'robot.word', each of {OF_A_WORD}")

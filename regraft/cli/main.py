@@ -25,6 +25,7 @@ from regraft.cli.bus.types import types
 from regraft.cli.extensions import add_extensions
 from regraft.cli.group import Commands
 from regraft.cli.outcomes import BAD_INPUT, EXIT_CODES, FAILED
+from regraft.cli.stack.commands import stack
 from regraft.cli.system.doctor import doctor
 from regraft.cli.system.host import host
 from regraft.cli.system.logs import events, logs
@@ -50,6 +51,7 @@ GROUPS = {
     "goal": goal,
     "planner": planner,
     "token": token,
+    "stack": stack,
 }
 
 

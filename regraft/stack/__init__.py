@@ -1,7 +1,9 @@
 """Stack files: what a robot system consists of, on one screen, checked before anything runs."""
 
+from regraft.stack.assembly.assemble import plain_document
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
+from regraft.stack.parameter_files import apply_parameter_files
 from regraft.stack.places import with_places
 from regraft.stack.stack import Stack, time_source
 from regraft.stack.yaml.problems import Problem, StackError
@@ -11,7 +13,9 @@ __all__ = [
     "Stack",
     "StackError",
     "apply_overrides",
+    "apply_parameter_files",
     "load",
+    "plain_document",
     "time_source",
     "with_places",
     "with_seed",

@@ -9,17 +9,17 @@ from pathlib import Path
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.component.handlers import LONGEST
 from regraft.process.trial.trial_import import Notice
+from regraft.stack.assembly.assemble import ASSEMBLED, assemble
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in
 from regraft.stack.imports import try_modules
-from regraft.stack.sections.components import read_component, read_connections
+from regraft.stack.sections.components import read_component, read_connections, read_services
 from regraft.stack.sections.constraints import read_constraints
 from regraft.stack.sections.hosts import read_hosts
 from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.modes import read_modes
 from regraft.stack.sections.topics import read_topics
 from regraft.stack.stack import Stack, time_sources
-from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.section import Section
 
 FIELDS = (
@@ -59,13 +59,15 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         KeyboardInterrupt: a signal that asks for an end came while modules were tried.
     """
     path = Path(file)
-    document, report = read_document(path)
-    root = Section(document, "", report)
-    root.only(*FIELDS)
-    look_in(path.resolve().parent)
+    assembly = assemble(path)
+    report = assembly.report
+    root = Section(assembly.document, "", report)
+    root.only(*FIELDS, *ASSEMBLED)
+    for folder in assembly.folders:
+        look_in(folder)
     refused = try_modules(root, notice)
     imports = _imports(root, refused)
-    architecture = _with_speed(root, _architecture(root, path.resolve().parent, refused))
+    architecture = _with_speed(root, _architecture(root, refused))
     for place, problem in stack_problems(architecture):
         report.add(place, problem)
     stack = Stack(
@@ -74,7 +76,8 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         seed=root.integer("seed", 0, 0, MAX_SEED),
         duration=root.number("duration", minimum=0.001, maximum=LONGEST),
         imports=imports,
-        lines=report.lines,
+        document=assembly.document,
+        folders=assembly.folders,
     )
     report.raise_if_any()
     return stack
@@ -89,9 +92,9 @@ def _imports(root: Section, refused: frozenset[str]) -> tuple[str, ...]:
     return modules
 
 
-def _architecture(root: Section, folder: Path, refused: frozenset[str]) -> Architecture:
+def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     table = root.section("components")
-    specs = {name: read_component(table, name, folder, refused) for name in table.names()}
+    specs = {name: read_component(table, name, refused) for name in table.names()}
     # Topics come after the components: importing a class may make new message types known.
     topics = read_topics(root.section("topics"))
     hosts, rules = read_hosts(root)
@@ -107,13 +110,18 @@ def _architecture(root: Section, folder: Path, refused: frozenset[str]) -> Archi
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
-    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs, folder))
+    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs))
 
 
 def _connected(
     table: Section, specs: dict[str, ComponentSpec], topics: dict[str, TopicSpec]
 ) -> dict[str, ComponentSpec]:
-    return {name: replace(spec, connections=read_connections(table, spec, topics)) for name, spec in specs.items()}
+    return {
+        name: replace(
+            spec, connections=read_connections(table, spec, topics), services=read_services(table, spec, topics)
+        )
+        for name, spec in specs.items()
+    }
 
 
 def _system(root: Section) -> str:

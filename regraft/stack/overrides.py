@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from regraft.bus_schema import keys
-from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import split_parameter
@@ -17,20 +16,23 @@ from regraft.stack.classes import describe_class
 from regraft.stack.sections.components import connections, with_absolute_paths
 from regraft.stack.stack import Stack, time_source
 from regraft.stack.yaml.document import parse
-from regraft.stack.yaml.nodes import NumberTooLarge, plain, scalar
+from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, moved, plain, scalar
 from regraft.stack.yaml.problems import Problem, StackError, fail
 
 
 @dataclass(frozen=True, slots=True)
-class _Override:
-    text: str
+class Setting:
+    """A parameter's new value, with where it is given; a relative path is looked for from ``folder``."""
+
     component: str
     parameter: str
-    value: PlainValue
+    value: Node
+    folder: Path
 
     @property
-    def field(self) -> str:
-        return f"components.{self.component}.parameters.{self.parameter}"
+    def keys(self) -> tuple[str, ...]:
+        """The keys of the field in the stack's document."""
+        return ("components", self.component, "parameters", self.parameter)
 
 
 def apply_overrides(stack: Stack, overrides: Sequence[str]) -> Stack:
@@ -43,20 +45,30 @@ def apply_overrides(stack: Stack, overrides: Sequence[str]) -> Stack:
         StackError: with everything that is wrong, each naming the override.
     """
     problems: list[Problem] = []
-    read: list[_Override] = []
+    read: list[Setting] = []
     for text in overrides:
         try:
             read.append(_read(stack, text))
         except StackError as error:
             problems += error.problems
-    architecture = stack.architecture
-    for override in read:
-        architecture = _set(architecture, override)
-    for name in dict.fromkeys(override.component for override in read):
+    return apply_settings(stack, read, problems)
+
+
+def apply_settings(stack: Stack, settings: Sequence[Setting], problems: Sequence[Problem] = ()) -> Stack:
+    """Return the stack with parameters set, the last of several for one; ``problems`` are of those not among them.
+
+    Raises:
+        StackError: with everything that is wrong, each naming where the value is given.
+    """
+    architecture, problems = stack.architecture, list(problems)
+    for setting in settings:
+        stack = stack.with_field(setting.keys, setting.value)
+        architecture = _set(architecture, setting)
+    for name in dict.fromkeys(setting.component for setting in settings):
         spec, wrong = _described_anew(architecture, architecture.components[name])
         architecture = architecture.with_component(spec)
-        problems += [_placed(stack, read, f"components.{name}.parameters.{place}", why) for place, why in wrong]
-    problems += _problems(stack, architecture, read)
+        problems += [stack.problem(f"components.{name}.parameters.{place}", why) for place, why in wrong]
+    problems += [stack.problem(place, problem) for place, problem in stack_problems(architecture)]
     if problems:
         raise StackError(problems)
     return replace(stack, architecture=architecture)
@@ -90,7 +102,7 @@ def _shown(text: str) -> str:
     return f"override {text[:200]}"
 
 
-def _read(stack: Stack, text: str) -> _Override:
+def _read(stack: Stack, text: str) -> Setting:
     path, equals, value = text.partition("=")
     component, parameter = split_parameter(path.strip())
     if not equals or not component or not parameter:
@@ -98,21 +110,24 @@ def _read(stack: Stack, text: str) -> _Override:
     components = stack.architecture.components
     if component not in components:
         fail(_shown(text), None, f"there is no component {component!r}; {instead_of(component, components)}")
-    return _Override(text, component, parameter, _value(text, value.strip()))
+    return Setting(component, parameter, _value(text, value.strip()), Path.cwd())
 
 
-def _value(text: str, value: str) -> PlainValue:
+def _value(text: str, value: str) -> Node:
+    location = Location(_shown(text))
     try:
-        return plain(parse(value, _shown(text))) if value[:1] in ("[", "'", '"') else scalar(value)
+        if value[:1] not in ("[", "'", '"'):
+            return Node(scalar(value), location)
+        return moved(parse(value, _shown(text)), location)
     except NumberTooLarge as error:
         fail(_shown(text), None, str(error))
 
 
-def _set(architecture: Architecture, override: _Override) -> Architecture:
-    spec = architecture.components[override.component]
-    value = {override.parameter: override.value}
+def _set(architecture: Architecture, setting: Setting) -> Architecture:
+    spec = architecture.components[setting.component]
+    value = {setting.parameter: plain(setting.value)}
     if spec.description:
-        value = with_absolute_paths(spec.description, value, Path.cwd())
+        value = with_absolute_paths(spec.description, value, setting.folder)
     return architecture.with_component(replace(spec, parameters={**spec.parameters, **value}))
 
 
@@ -125,27 +140,11 @@ def _described_anew(
     description, wrong = describe_class(spec.cls, spec.parameters)
     if description == spec.description:
         return spec, wrong
-    before = {port.name: port.topic for port in spec.description.ports}
+    before = connections(spec, architecture.topics, {})
     given = {
         port.name: spec.connections[port.name]
         for port in description.ports
-        if port.name in spec.connections and spec.connections[port.name] != before[port.name]
+        if port.name in spec.connections and spec.connections[port.name] != before.get(port.name)
     }
-    found = connections(description, architecture.topics, given)
-    return replace(spec, description=description, connections=found), wrong
-
-
-def _problems(stack: Stack, architecture: Architecture, overrides: list[_Override]) -> Iterator[Problem]:
-    for place, problem in stack_problems(architecture):
-        yield _placed(stack, overrides, place, problem)
-
-
-def _placed(stack: Stack, overrides: list[_Override], place: str, problem: str) -> Problem:
-    """Return a problem with the override that it comes from, which may be one around it, or its line in the file."""
-    named = {override.field: override for override in overrides}
-    around = place
-    while around and around not in named:
-        around = around.rpartition(".")[0]
-    if around:
-        return Problem(_shown(named[around].text), None, place, problem)
-    return Problem(str(stack.file), stack.lines.get(place), place, problem)
+    spec = replace(spec, description=description)
+    return replace(spec, connections=connections(spec, architecture.topics, given)), wrong

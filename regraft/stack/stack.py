@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
+from regraft.stack.yaml.nodes import Location, Node, locations_of
+from regraft.stack.yaml.problems import Problem, nearest
 
 
 @dataclass(frozen=True, slots=True)
 class Stack:
     """A checked stack. ``duration`` (seconds of the system's time) None runs until it is ended.
 
-    ``file`` is the stack file as it was named; ``lines`` has the line of each of its fields by dotted path.
-    ``imports`` are modules to import for the message types that they define.
+    ``file`` is the stack file as it was named, ``folders`` are those of all files that were read. ``document`` is what
+    these say together, and where. ``imports`` are modules to import for the message types that they define.
     """
 
     file: Path
@@ -23,7 +26,8 @@ class Stack:
     seed: int = 0
     duration: float | None = None
     imports: tuple[str, ...] = ()
-    lines: dict[str, int] = field(default_factory=dict, repr=False, compare=False)
+    document: Node = field(default=Node({}), repr=False, compare=False)
+    folders: tuple[Path, ...] = ()
 
     @property
     def name(self) -> str:
@@ -52,7 +56,20 @@ class Stack:
     @property
     def python_path(self) -> tuple[str, ...]:
         """The folders that the components' processes need in ``sys.path`` beyond what is installed."""
-        return (str(self.folder),)
+        return tuple(dict.fromkeys(map(str, (self.folder, *self.folders))))
+
+    @property
+    def locations(self) -> dict[str, Location]:
+        """Where each field stands, by dotted path."""
+        return locations_of(self.document)
+
+    def problem(self, path: str, problem: str) -> Problem:
+        """Return a problem of the field at the dotted ``path``."""
+        return Problem(*(nearest(self.locations, path) or Location(str(self.file))), path, problem)
+
+    def with_field(self, keys: Sequence[str], value: Node) -> Stack:
+        """Return the stack with another field in its document; what the architecture says stays."""
+        return replace(self, document=_with_field(self.document, keys, value))
 
 
 def time_sources(architecture: Architecture) -> tuple[str, ...]:
@@ -74,3 +91,11 @@ def _is_time_source(path: str) -> bool:
         return bool(path) and issubclass(load_class(path), TimeSource)
     except NoSuchClass:
         return False
+
+
+def _with_field(node: Node, keys: Sequence[str], value: Node) -> Node:
+    if not keys:
+        return value
+    parts = node.value if isinstance(node.value, dict) else {}
+    below = parts.get(keys[0], Node({}, value.location))
+    return Node({**parts, keys[0]: _with_field(below, keys[1:], value)}, node.location)

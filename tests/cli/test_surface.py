@@ -69,6 +69,9 @@ ABOUT_NO_SYSTEM = {
     "regraft doctor",
     "regraft evaluate STUDY",
     "regraft mission check FILE",
+    "regraft stack check STACK",
+    "regraft stack show STACK",
+    "regraft stack graph STACK",
 }
 
 

@@ -19,6 +19,8 @@ from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
 from regraft.bus_schema.model.adaptation import AdaptationRequest
+from regraft.cli.stack.resolved import resolved
+from regraft.cli.stack.yaml_text import yaml_text
 from regraft.client import Client
 from regraft.dashboard_api import app
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
@@ -26,7 +28,7 @@ from regraft.dashboard_api.backend.manager import Services
 from regraft.dashboard_api.http.callers import Callers
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens
-from regraft.stack import StackError, load
+from regraft.stack import StackError, apply_parameter_files, load
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
 from tests.support.paths import ROOT
@@ -115,6 +117,25 @@ def test_errors_shown_are_those_that_come(tmp_path: Path) -> None:
     assert broken
     for text, expected in zip(broken, shown, strict=True):
         assert stack_problems(text, tmp_path) == expected.splitlines()
+
+
+def test_the_examples_of_several_files_load_and_show_what_they_say(tmp_path: Path) -> None:
+    page = ROOT / "docs" / "stacks.md"
+    files = {mark: body for language, mark, body in FENCE.findall(page.read_text()) if mark.endswith(".yaml")}
+    assert files.keys() == {"base.yaml", "slow.yaml", "rover/robot.yaml", "fleet.yaml", "outdoors.yaml"}
+    (tmp_path / "rover").mkdir()
+    for model in ("room.xml", "rover/rover.xml"):
+        (tmp_path / model).touch()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    assert set(load(tmp_path / "slow.yaml").architecture.components) == {"wheels", "pilot", "horn"}
+    fleet = apply_parameter_files(load(tmp_path / "fleet.yaml"), [tmp_path / "outdoors.yaml"]).architecture
+    assert fleet.components["rescuer.wheels"].parameters["radius"] == 0.06
+    assert fleet.components["rescuer.wheels"].connections["wind"] == "wind"
+    shown = yaml_text(resolved(load(tmp_path / "slow.yaml"))).replace(f"{tmp_path}/", "").splitlines()
+    (console,) = [body for body in blocks(page, "console") if "stack show" in body]
+    said = [line for line in console.splitlines() if "#" in line or line.endswith(":")]
+    assert said == shown[: len(said)]
 
 
 def test_adaptations_in_the_docs_are_well_formed() -> None:

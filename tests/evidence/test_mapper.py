@@ -11,6 +11,7 @@ from time import process_time
 
 import numpy as np
 import pytest
+from regraft.sim_service.robot.odometry import OdometrySettings
 
 from regraft.evaluation.map_quality import map_quality
 from regraft.planar import Pose2D, Twist2D
@@ -26,7 +27,6 @@ from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing import scan
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.robot.odometry import OdometrySettings
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.support.paths import ROOT
 

@@ -29,8 +29,8 @@ def with_changer(folder: Path, stack: str, script: list[Any]) -> Path:
         if part.suffix != ".yaml":
             (folder / part.name).symlink_to(part)
     (folder / "script.json").write_text(json.dumps(script))
-    changer = "  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
-    (folder / "stack.yaml").write_text((FROG / stack).read_text() + changer)
+    changer = "components:\n  changer: {class: 'tests.frog.changer:Changer', parameters: {script: script.json}}\n"
+    (folder / "stack.yaml").write_text(f"include: [{FROG / stack}]\n{changer}")
     return folder / "stack.yaml"
 
 

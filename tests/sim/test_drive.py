@@ -5,9 +5,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from regraft.sim_service.robot.drive import DifferentialDrive, DriveSettings
 from regraft.sim_service.robot.odometry import OdometrySettings
+
 from regraft.sim_service.simulation import SimulationSettings
 
 from .worlds import drive, frog, frog_with_robot_at

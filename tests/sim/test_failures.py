@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from regraft.sim_service.robot.failures import (
     CameraFails,
     CameraFailure,
@@ -19,6 +18,7 @@ from regraft.sim_service.robot.failures import (
     drop_rays,
 )
 from regraft.sim_service.robot.odometry import Drift, OdometrySettings
+
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 
 from .worlds import drive, frog_with_robot_at

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-
 from regraft.sim_service.robot.lidar import LidarSettings
+
 from regraft.sim_service.simulation import SimulationSettings
 
 from .worlds import drive, frog_with_robot_at

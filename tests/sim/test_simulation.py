@@ -5,8 +5,8 @@ import math
 import msgpack
 import numpy as np
 import pytest
-
 from regraft.sim_service.robot.odometry import OdometrySettings
+
 from regraft.sim_service.simulation import Simulation, SimulationSettings, SnapshotError
 
 from .worlds import drive, frog, frog_with_robot_at

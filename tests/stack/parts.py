@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from regraft import Component, Input, Output, Parameter, action
+from regraft import Component, Input, Output, Parameter, Records, action, service
+from regraft.bus_schema.annotations import ClassPath, PlainValue
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
@@ -33,6 +35,68 @@ class World(TimeSource):
 
     def advance(self, tick: int, seconds: float) -> None:
         """Go on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """A device of a robot, as a world takes it."""
+
+    name: str
+    cls: ClassPath
+    settings: dict[str, PlainValue] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse beams that no lidar has."""
+        beams = self.settings.get("beams", 1)
+        if not isinstance(beams, int) or beams < 1:
+            raise BadMessage(f"{beams!r}: must be at least 1", ("settings", "beams"))
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a robot begins."""
+
+    x: float = 0.0
+    y: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A robot, as a world takes it."""
+
+    name: str
+    model: str
+    devices: tuple[Device, ...]
+    place: Place | None = None
+
+
+class Fleet(TimeSource):
+    """A world of several robots."""
+
+    file = Parameter("", "the world's model", unit="path", read_only=True)
+    robots = Records(Robot, "the robots in it")
+
+    def advance(self, tick: int, seconds: float) -> None:
+        """Go on."""
+
+
+class Eyes(Component):
+    """Sees where it is."""
+
+    odometry = Output(Odometry)
+    scan = Output(LaserScan)
+
+
+class Signals(Component):
+    """Hears what all do."""
+
+    clock_like = Input(Twist, topic="/clock_like", required=False)
+    horn = Parameter("", "a sound", unit="path")
+
+    @service("honk")
+    def honk(self, request: NavigateTo) -> Arrival:
+        """Honk."""
+        raise NotImplementedError
 
 
 class Navigator(Component):

@@ -105,7 +105,7 @@ def test_architecture_is_consistent_and_can_travel(tmp_path: Path) -> None:
 def test_lines_of_all_fields_are_known(tmp_path: Path) -> None:
     stack = good(tmp_path)
     for field, piece in (("seed", "seed: 1"), ("components.world.class", "class: tests.stack.parts:World")):
-        assert piece in GOOD.splitlines()[stack.lines[field] - 1]
+        assert piece in GOOD.splitlines()[(stack.locations[field].line or 0) - 1]
 
 
 def test_hosts_are_the_local_one_and_those_named(tmp_path: Path) -> None:

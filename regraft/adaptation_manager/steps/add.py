@@ -10,7 +10,7 @@ from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import Add
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.stack.sections.components import connections
+from regraft.stack.sections.components import connections, services
 
 
 def plan(draft: Draft, change: Add) -> None:
@@ -30,7 +30,12 @@ def plan(draft: Draft, change: Add) -> None:
         draft.unclear.add(name)
         return
     spec = replace(described.spec, name=name)
-    spec = replace(spec, connections=connections(spec.description, draft.architecture.topics, spec.connections))
+    topics = draft.architecture.topics
+    spec = replace(
+        spec,
+        connections=connections(spec, topics, spec.connections),
+        services=services(spec, topics, change.spec.services),
+    )
     draft.update(spec)
     draft.added.add(name)
     if spec.managed:

@@ -27,7 +27,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.consistency import violations
 from regraft.bus_schema.model.description import Description, ParameterDescription, PortDescription
 from regraft.bus_schema.model.lifecycle import State
-from regraft.stack.sections.components import connections
+from regraft.stack.sections.components import connections, services
 
 
 def plan(draft: Draft, change: Swap) -> None:
@@ -103,15 +103,20 @@ def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft
     values = {
         name: value for name, value in old.parameters.items() if _same_parameter(old.description, description, name)
     }
-    services = {offered.name: old.services.get(offered.name, offered.name) for offered in description.services}
-    return replace(
+    offered = {offered.name for offered in description.services}
+    named = {name: service for name, service in old.services.items() if name in offered}
+    new = replace(
         old,
         cls=described.cls,
         host=described.host,
         parameters=values | {name: described.parameters[name] for name in change.parameters},
-        connections=connections(description, draft.architecture.topics, kept | change.connections),
-        services=services | change.services,
         description=description,
+    )
+    topics = draft.architecture.topics
+    return replace(
+        new,
+        connections=connections(new, topics, kept | change.connections),
+        services=services(new, topics, named | change.services),
     )
 
 

@@ -77,10 +77,24 @@ class Expression:
             self._root = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise BadMessage(f"{text!r} is no expression: {getattr(error, 'msg', error)}") from None
-        parts = list(_walk(self._root))
+        self._parts = parts = list(_walk(self._root))
         if len(parts) > MAX_PARTS:
             raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
+
+    def renamed(self, rename: Callable[[str], str]) -> str:
+        """Return the text with each dotted name as ``rename`` has it.
+
+        >>> Expression("a.rate * 2 <= b.rate").renamed(lambda name: f"left.{name}")
+        'left.a.rate * 2 <= left.b.rate'
+        """
+        lines = [line.encode() for line in self.text.strip().splitlines(keepends=True)]
+        named = [part for part in self._parts if isinstance(part, ast.Attribute)]
+        for node in sorted(named, key=lambda node: (node.lineno, node.col_offset), reverse=True):
+            first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
+            new = rename(_name(node) or "").encode()
+            lines[first : last + 1] = [lines[first][: node.col_offset] + new + lines[last][node.end_col_offset or 0 :]]
+        return b"".join(lines).decode()
 
     def value(self, names: Mapping[str, Any]) -> Any:
         """Return the value where names have these values; raises Unknown, and BadMessage if the mapping does."""

@@ -13,6 +13,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec, Writers
 from regraft.bus_schema.model.description import ANY_TYPE, PortDescription
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scopes import in_scope, scope_of
 from regraft.bus_schema.suggestions import LISTED, instead_of
 
 
@@ -32,12 +33,13 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
             yield Violation(None, name, f"connect.{port}", problem)
         for described in spec.description.ports:
             for problem in _port_problems(architecture, writers, spec, described):
-                yield Violation(None, name, _field(spec, described), problem)
+                yield Violation(None, name, _field(architecture, spec, described), problem)
 
 
-def _field(spec: ComponentSpec, port: PortDescription) -> str:
+def _field(architecture: Architecture, spec: ComponentSpec, port: PortDescription) -> str:
     """Return the field that connects a port: for one that a parameter asks for this is the parameter, at first."""
-    if port.origin and spec.connections.get(port.name) == port.topic:
+    own = in_scope(scope_of(spec.name, architecture.topics), port.topic)
+    if port.origin and spec.connections.get(port.name) == own:
         return f"parameters.{port.origin}"
     return f"connect.{port.name}"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from enum import Enum
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,12 +17,31 @@ from regraft.cli.system.ports_free import check_ports
 from regraft.cli.system.running import Run
 from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.one_of import one_of
-from regraft.cli.terminal.options import InsecureOption, JsonOption, SecretOption, TlsOption, chosen_system
+from regraft.cli.terminal.options import (
+    InsecureOption,
+    JsonOption,
+    OverridesOption,
+    ParametersOption,
+    PlacesOption,
+    SecretOption,
+    StackArgument,
+    TlsOption,
+    chosen_system,
+)
 from regraft.cli.terminal.output import complain, say, show_json
 from regraft.process.descendants import nothing_left_behind
 from regraft.security import system_secret
 from regraft.security.access import Guard
-from regraft.stack import Stack, apply_overrides, load, with_places, with_seed, with_speed, with_system
+from regraft.stack import (
+    Stack,
+    apply_overrides,
+    apply_parameter_files,
+    load,
+    with_places,
+    with_seed,
+    with_speed,
+    with_system,
+)
 from regraft.stack.installed import stack_file
 from regraft.system.launch import run_system
 
@@ -38,20 +56,10 @@ class Speed(Enum):
 @nothing_left_behind()
 def up(
     ctx: typer.Context,
-    stack: Annotated[
-        Path,
-        typer.Argument(
-            metavar="STACK", help="A stack file, a folder with a stack.yaml, or an installed stack such as frog."
-        ),
-    ],
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
-    ] = None,
-    places: Annotated[
-        list[str] | None,
-        typer.Option("--place", metavar="COMPONENT=HOST", help="Have a component run on a host; may be repeated."),
-    ] = None,
+    stack: StackArgument,
+    overrides: OverridesOption = None,
+    params: ParametersOption = None,
+    places: PlacesOption = None,
     speed: Annotated[
         Speed | None, typer.Option("--speed", help="The pace of simulated time.", parser=one_of(Speed, "speed"))
     ] = None,
@@ -93,9 +101,9 @@ def up(
     if listen is not None:
         guard.check(listen)
         guard.tls(LOCAL)
-    wanted = with_places(
-        _wanted(stack, overrides or [], speed, seed, chosen_system(ctx, system), silent=quiet), places or []
-    )
+    wanted = load(stack_file(stack)) if quiet else load(stack_file(stack), complain)
+    wanted = _as_asked(wanted, speed, seed, chosen_system(ctx, system))
+    wanted = with_places(apply_overrides(apply_parameter_files(wanted, params or []), overrides or []), places or [])
     # That it runs already is the better reason than that its gateway's port is in use.
     run_directory.lock(wanted.name).close()
     check_ports(wanted.architecture)
@@ -117,16 +125,10 @@ def up(
         raise typer.Exit(FAILED)
 
 
-def _wanted(
-    path: Path, overrides: list[str], speed: Speed | None, seed: int | None, system: str | None, *, silent: bool
-) -> Stack:
-    """Return the stack as file and options want it; raises StackError."""
-    file = stack_file(path)
-    wanted = load(file) if silent else load(file, complain)
+def _as_asked(stack: Stack, speed: Speed | None, seed: int | None, system: str | None) -> Stack:
+    """Return the stack as options want it; raises StackError."""
     if system is not None:
-        wanted = with_system(wanted, system)
+        stack = with_system(stack, system)
     if speed is not None:
-        wanted = with_speed(wanted, speed.value)
-    if seed is not None:
-        wanted = with_seed(wanted, seed)
-    return apply_overrides(wanted, overrides)
+        stack = with_speed(stack, speed.value)
+    return with_seed(stack, seed) if seed is not None else stack

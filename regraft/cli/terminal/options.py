@@ -41,6 +41,24 @@ SecretOption = Annotated[
         help="The secret that all hosts of the system share; by default bus.secret of the --tls folder.",
     ),
 ]
+StackArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="STACK", help="A stack file, a folder with a stack.yaml, or an installed stack such as frog."
+    ),
+]
+OverridesOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="Set a parameter; may be repeated."),
+]
+ParametersOption = Annotated[
+    list[Path] | None,
+    typer.Option("--params", metavar="FILE", help="Set the parameters in a file, before --set; may be repeated."),
+]
+PlacesOption = Annotated[
+    list[str] | None,
+    typer.Option("--place", metavar="COMPONENT=HOST", help="Have a component run on a host; may be repeated."),
+]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
 TimeoutOption = Annotated[

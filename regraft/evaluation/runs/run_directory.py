@@ -26,6 +26,7 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.evaluation.rows import TIME, read_rows, written
 from regraft.evaluation.study import Changes, Configuration, RunRecord, Timing
+from regraft.stack import plain_document
 
 AS_RUN: Final = "as_run.yaml"
 STACK, ROWS, ADAPTATIONS, TIMING, RUN = "stack", "rows.csv", "adaptations.csv", "timing.csv", "run.json"
@@ -58,15 +59,18 @@ class Plan:
         return f"{self.configuration.key}/{self.number:03d}"
 
     def document(self) -> dict[str, Any]:
-        """Return the stack file with all that is different."""
-        document: dict[str, Any] = yaml.safe_load(self.stack.read_text())
+        """Return the stack file with all that is different; what it includes stays in files of its own."""
+        return self._changed(yaml.safe_load(self.stack.read_text()))
+
+    def _changed(self, document: dict[str, Any]) -> dict[str, Any]:
         for changes in self.changes:
             document = merged(document, changes)
         return deepcopy(document)
 
     def fingerprint(self) -> str:
         """Return a hash over what is run: the stack with its changes, the files next to it, the seed and the time."""
-        digest = hashlib.sha256(json.dumps([self.document(), self.seed, self.seconds], sort_keys=True).encode())
+        document = self._changed(plain_document(self.stack))
+        digest = hashlib.sha256(json.dumps([document, self.seed, self.seconds], sort_keys=True).encode())
         for path in sorted(self.stack.parent.rglob("*.xml")):
             digest.update(path.relative_to(self.stack.parent).as_posix().encode() + b"\0" + path.read_bytes())
         return digest.hexdigest()

@@ -10,6 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scopes import in_scope, scope_of
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.sections.limits import read_limits
@@ -39,13 +40,15 @@ RUN_FOLDER = "$RUN"
 """In a path parameter: the folder of the running system (``regraft.run_directory``)."""
 
 
-def read_component(table: Section, name: str, folder: Path, refused: Collection[str] = ()) -> ComponentSpec:
-    """Return one component, without its connections; where its class cannot be had, without description.
+def read_component(table: Section, name: str, refused: Collection[str] = ()) -> ComponentSpec:
+    """Return one component, without its connections and services; without description where it has no class.
 
     Modules that are ``refused`` are not imported; why is noted already.
     """
     section = table.section(name)
+    given = section.section("parameters")
     parameters = section.plain_map("parameters")
+    folders = {parameter: given.location(parameter).folder for parameter in given.names()}
     description: Description | None
     if "command" in section:
         section.only(*OF_PROGRAMS)
@@ -58,8 +61,7 @@ def read_component(table: Section, name: str, folder: Path, refused: Collection[
         cls=section.text("class") if "command" not in section else "",
         command=section.texts("command"),
         host=section.text("host", "local"),
-        parameters=with_absolute_paths(description, parameters, folder) if description else parameters,
-        services=_services(section, description),
+        parameters=with_absolute_paths(description, parameters, folders) if description else parameters,
         state=section.choice("state", WANTED_STATES, State.ACTIVE),
         restart=read_restart(section),
         managed=section.flag("managed", True) if "command" in section else True,
@@ -74,19 +76,30 @@ def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, T
     An input that needs not be fed, and an output that needs no reader, stays unconnected where the stack has no
     topic of its name.
     """
-    return connections(spec.description, topics, table.section(spec.name).text_map("connect"))
+    return connections(spec, topics, table.section(spec.name).text_map("connect"))
 
 
-def connections(
-    description: Description | None, topics: Mapping[str, TopicSpec], given: Mapping[str, str]
-) -> dict[str, str]:
+def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Mapping[str, str]) -> dict[str, str]:
     """Return the topic of every port: the given one, or its own if it has to have one or the stack has that topic.
 
-    A port that a parameter asks for has to have one: it was meant.
+    A port that a parameter asks for has to have one: it was meant. Its own topic is one of the component's scope.
     """
-    ports = description.ports if description else ()
-    own = {port.name: port.topic for port in ports if port.required or port.origin or port.topic in topics}
-    return {**own, **given}
+    scope = scope_of(spec.name, topics)
+    ports = spec.description.ports if spec.description else ()
+    own = {port.name: (in_scope(scope, port.topic), port.required or bool(port.origin)) for port in ports}
+    return {port: topic for port, (topic, needed) in own.items() if needed or topic in topics} | dict(given)
+
+
+def read_services(table: Section, spec: ComponentSpec, topics: Collection[str]) -> dict[str, str]:
+    """Return the name under which every service is offered: the one that ``services`` has, or its own."""
+    return services(spec, topics, table.section(spec.name).text_map("services"))
+
+
+def services(spec: ComponentSpec, topics: Collection[str], given: Mapping[str, str]) -> dict[str, str]:
+    """Return the name under which every service is offered: the given one, or its own in the component's scope."""
+    scope = scope_of(spec.name, topics)
+    offered = spec.description.services if spec.description else ()
+    return {service.name: in_scope(scope, service.name) for service in offered} | dict(given)
 
 
 def _is_relative(value: PlainValue) -> bool:
@@ -94,15 +107,17 @@ def _is_relative(value: PlainValue) -> bool:
 
 
 def with_absolute_paths(
-    description: Description, parameters: dict[str, PlainValue], folder: Path
+    description: Description, parameters: dict[str, PlainValue], folders: Path | Mapping[str, Path]
 ) -> dict[str, PlainValue]:
-    """Return the parameters, those whose unit is ``path`` made absolute from ``folder``.
+    """Return the parameters, those whose unit is ``path`` made absolute from a folder, or from one for each.
 
     Empty ones stay, and so do those that begin with ``$RUN``: the folder of the running system is not known yet.
     """
     paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
     return {
-        name: str(folder / value) if name in paths and _is_relative(value) else value
+        name: str((folders if isinstance(folders, Path) else folders[name]) / value)
+        if name in paths and _is_relative(value)
+        else value
         for name, value in parameters.items()
     }
 
@@ -132,8 +147,3 @@ def _class_description(
     except NoSuchClass as error:
         section.wrong("class", str(error))
         return None
-
-
-def _services(section: Section, description: Description | None) -> dict[str, str]:
-    offered = description.services if description else ()
-    return {service.name: service.name for service in offered} | section.text_map("services")

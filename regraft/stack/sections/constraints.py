@@ -24,7 +24,7 @@ def read_constraints(root: Section, components: Collection[str]) -> tuple[Constr
     if not isinstance(node.value, tuple):
         root.wrong("constraints", f"must be a list, is {node.kind}")
         return ()
-    items = Section(Node(dict(_numbered(node.value)), node.line), root.at("constraints"), root.report)
+    items = Section(Node(dict(_numbered(node.value)), node.location), root.at("constraints"), root.report)
     return tuple(_constraint(items.section(item), components) or NOTHING for item in items.names())
 
 

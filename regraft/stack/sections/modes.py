@@ -18,13 +18,15 @@ from regraft.stack.yaml.problems import StackError
 from regraft.stack.yaml.section import Section
 
 
-def read_modes(root: Section, components: Mapping[str, ComponentSpec], folder: Path) -> dict[str, PlainValue]:
+def read_modes(root: Section, components: Mapping[str, ComponentSpec]) -> dict[str, PlainValue]:
     """Return the changes of each mode of ``modes`` as plain data; they speak of ``components``.
 
-    ``modes`` may name a file of ROS 2's system_modes. That is looked for from ``folder``, and so is what they set.
+    ``modes`` may name a file of ROS 2's system_modes. That is looked for from the folder of the file that names it, and
+    so is what its modes set.
     """
     given = root.node("modes")
     if given is not None and isinstance(given.value, str):
+        folder = given.location.folder
         try:
             modes = read_system_modes(folder / given.value, components)
         except StackError as error:
@@ -40,7 +42,7 @@ def read_modes(root: Section, components: Mapping[str, ComponentSpec], folder: P
         if problem:
             section.wrong(name, problem)
         else:
-            found[name] = _with_absolute_paths(changes, components, folder)
+            found[name] = _with_absolute_paths(changes, components, section.location(name).folder)
     return found
 
 

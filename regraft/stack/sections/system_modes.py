@@ -15,7 +15,7 @@ from pathlib import Path
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.document import read_document
-from regraft.stack.yaml.nodes import Node, plain
+from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
 
 DEFAULT = "__DEFAULT__"
@@ -25,10 +25,10 @@ TRANSITIONS = {"active": "activate", "inactive": "deactivate", "unconfigured": "
 
 @dataclass(slots=True)
 class _Part:
-    """A node or a system: the settings of each mode, a parameter's value or a part's state, with its line."""
+    """A node or a system: the settings of each mode, a parameter's value or a part's state."""
 
     name: str
-    line: int
+    location: Location
     is_node: bool
     modes: dict[str, dict[str, Node]] = field(default_factory=dict)
 
@@ -57,34 +57,36 @@ class _Reader:
         self._report = report
         self._components = components
 
-    def _wrong(self, line: int, where: str, problem: str) -> None:
-        self._report.add_at(line, where, problem)
+    def _wrong(self, location: Location, where: str, problem: str) -> None:
+        self._report.add_at(location, where, problem)
 
     def _map(self, node: Node, where: str) -> dict[str, Node]:
         if isinstance(node.value, dict):
             return node.value
-        self._wrong(node.line, where, f"must be a map, is {node.kind}")
+        self._wrong(node.location, where, f"must be a map, is {node.kind}")
         return {}
 
     def _parameters(self, node: Node, where: str) -> dict[str, Node]:
         found = self._map(node, where)
         if found and PARAMETERS not in found:
             hint = " (two underscores)" if "ros_parameters" in found else ""
-            self._wrong(node.line, where, f"must have {PARAMETERS!r}{hint}")
+            self._wrong(node.location, where, f"must have {PARAMETERS!r}{hint}")
         return self._map(found[PARAMETERS], f"{where}.{PARAMETERS}") if PARAMETERS in found else {}
 
     def read_part(self, name: str, node: Node) -> None:
         """Read one node or system."""
         body = self._parameters(node, name)
         kind = body.get("type")
-        part = self.parts[name] = _Part(name, node.line, kind is not None and kind.value == "node")
+        part = self.parts[name] = _Part(name, node.location, kind is not None and kind.value == "node")
         modes = self._map(body["modes"], f"{name}.modes") if "modes" in body else {}
         if modes and next(iter(modes)) != DEFAULT:
-            self._wrong(body["modes"].line, f"{name}.modes", f"must begin with {DEFAULT}, which others fall back on")
+            self._wrong(
+                body["modes"].location, f"{name}.modes", f"must begin with {DEFAULT}, which others fall back on"
+            )
         for mode, wanted in modes.items():
             where = f"{name}.modes.{mode}"
             if "." in mode:
-                self._wrong(wanted.line, where, "a mode's name may not have a '.'")
+                self._wrong(wanted.location, where, "a mode's name may not have a '.'")
             settings = self._parameters(wanted, where) if part.is_node else self._map(wanted, where)
             part.modes[mode] = dict(_flat(settings)) if part.is_node else settings
 
@@ -93,12 +95,12 @@ class _Reader:
         for part in self.parts.values():
             if part.is_node and component_of(part.name) not in self._components:
                 known = instead_of(component_of(part.name), self._components)
-                self._wrong(part.line, part.name, f"there is no component {component_of(part.name)!r}; {known}")
+                self._wrong(part.location, part.name, f"there is no component {component_of(part.name)!r}; {known}")
             for mode, settings in part.modes.items():
                 for name, node in settings.items():
                     where = f"{part.name}.modes.{mode}.{name}"
                     if DEFAULT in part.modes and name not in part.modes[DEFAULT]:
-                        self._wrong(node.line, where, f"{DEFAULT} does not name it, so no other mode can")
+                        self._wrong(node.location, where, f"{DEFAULT} does not name it, so no other mode can")
                     if not part.is_node:
                         self._check_state(name, node, where)
         for part in self.parts.values():
@@ -107,19 +109,21 @@ class _Reader:
     def _check_state(self, name: str, node: Node, where: str) -> None:
         state, _, mode = str(node.value).partition(".")
         if state not in TRANSITIONS:
-            self._wrong(node.line, where, f"{node.value!r}: must be one of: {', '.join(TRANSITIONS)}, or active.MODE")
+            self._wrong(
+                node.location, where, f"{node.value!r}: must be one of: {', '.join(TRANSITIONS)}, or active.MODE"
+            )
         known = self.parts.get(name)
         if known is None and component_of(name) not in self._components:
             both = [*self.parts, *self._components]
-            self._wrong(node.line, where, f"there is no part {name!r}; {instead_of(name, both)}")
+            self._wrong(node.location, where, f"there is no part {name!r}; {instead_of(name, both)}")
         elif mode and (known is None or mode not in known.modes):
             modes = known.modes if known else ()
-            self._wrong(node.line, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
+            self._wrong(node.location, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
 
     def _check_circles(self, part: _Part, above: tuple[str, ...]) -> None:
         if part.name in above:
             if part.name == above[0]:
-                self._wrong(part.line, part.name, f"is a part of itself: {' > '.join((*above, part.name))}")
+                self._wrong(part.location, part.name, f"is a part of itself: {' > '.join((*above, part.name))}")
             return
         if not part.is_node:
             for name in {name for settings in part.modes.values() for name in settings}:

@@ -8,9 +8,9 @@ from pathlib import Path
 import yaml
 
 from regraft.stack.installed import instead_of_stack
-from regraft.stack.yaml.nodes import Node, NumberTooLarge, Scalar, lines_of, scalar
+from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, Scalar, locations_of, scalar
 from regraft.stack.yaml.path_hints import instead_of_path
-from regraft.stack.yaml.problems import Problem, Report, fail
+from regraft.stack.yaml.problems import Report, fail
 
 MAX_FILE_SIZE = 256 * 1024
 MAX_NODES = 20_000
@@ -23,16 +23,17 @@ PLAIN_TAGS = frozenset(f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "m
 
 
 def read_document(file: Path) -> tuple[Node, Report]:
-    """Return the map that a file holds, and a report that knows its lines; raises StackError."""
-    shown = str(file)
-    document = parse(_text(file), shown)
+    """Return the map that a file holds, and a report that knows where its fields stand; raises StackError."""
+    document = read_map(file)
+    return document, Report(str(file), locations_of(document))
+
+
+def read_map(file: Path, fields: str = "fields such as 'system' and 'components'") -> Node:
+    """Return the map of ``fields`` that a file holds; raises StackError."""
+    document = parse(_text(file), str(file))
     if not isinstance(document.value, dict):
-        fail(
-            shown,
-            document.line,
-            f"must be a map of fields such as 'system' and 'components', is {document.kind}",
-        )
-    return document, Report(shown, lines_of(document))
+        fail(*document.location, f"must be a map of {fields}, is {document.kind}")
+    return document
 
 
 def parse(text: str, file: str) -> Node:
@@ -116,43 +117,41 @@ class _Conversion:
         self.report = Report(self.file)
 
     def node(self, raw: yaml.Node, path: str, depth: int) -> Node:
-        line = raw.start_mark.line + 1
+        location = Location(self.file, raw.start_mark.line + 1)
         self.count += 1
         if self.count > MAX_NODES:
-            fail(self.file, line, f"holds more than {MAX_NODES} values, counting what aliases stand for")
+            fail(*location, f"holds more than {MAX_NODES} values, counting what aliases stand for")
         if depth > DEEPEST:
-            fail(self.file, line, f"is nested too deeply: must have at most {DEEPEST} levels")
+            fail(*location, f"is nested too deeply: must have at most {DEEPEST} levels")
         if raw.tag not in PLAIN_TAGS:
-            self._note(line, path, f"the tag {raw.tag!r} is not known here: leave it out")
+            self.report.add_at(location, path, f"the tag {raw.tag!r} is not known here: leave it out")
         if isinstance(raw, yaml.MappingNode):
-            return Node(self._map(raw, path, depth), line)
+            return Node(self._map(raw, path, depth), location)
         if isinstance(raw, yaml.SequenceNode):
             parts = (self.node(part, f"{path}.{index}", depth + 1) for index, part in enumerate(raw.value))
-            return Node(tuple(parts), line)
+            return Node(tuple(parts), location)
         quoted = isinstance(raw, yaml.ScalarNode) and raw.style
-        return Node(raw.value if quoted else self._scalar(raw.value, path, line), line)
+        return Node(raw.value if quoted else self._scalar(raw.value, path, location), location)
 
-    def _scalar(self, text: str, path: str, line: int) -> Scalar:
+    def _scalar(self, text: str, path: str, location: Location) -> Scalar:
         try:
             return scalar(text)
         except NumberTooLarge as error:
-            self._note(line, path, str(error))
+            self.report.add_at(location, path, str(error))
             return None
 
     def _map(self, raw: yaml.MappingNode, path: str, depth: int) -> dict[str, Node]:
         found: dict[str, Node] = {}
         for key, value in raw.value:
-            line = key.start_mark.line + 1
+            location = Location(self.file, key.start_mark.line + 1)
             if not isinstance(key, yaml.ScalarNode):
-                self._note(line, path, "a key must be a name, not a list or a map")
+                self.report.add_at(location, path, "a key must be a name, not a list or a map")
                 continue
             here = f"{path}.{key.value}" if path else key.value
             if key.value in found:
-                self._note(line, here, f"is given twice, first in line {found[key.value].line}: leave one out")
+                first = found[key.value].location.line
+                self.report.add_at(location, here, f"is given twice, first in line {first}: leave one out")
                 continue
             # A field is looked for where its key stands, not where its value begins.
-            found[key.value] = Node(self.node(value, here, depth + 1).value, line)
+            found[key.value] = Node(self.node(value, here, depth + 1).value, location)
         return found
-
-    def _note(self, line: int, path: str, problem: str) -> None:
-        self.report.problems.append(Problem(self.file, line, path, problem))

@@ -1,4 +1,4 @@
-"""Values of a YAML file that still know their lines.
+"""Values of YAML files that still know where they stand.
 
 Unquoted scalars mean what YAML 1.2's core schema says: ``yes``, ``on`` and ``12:30`` are texts, ``1e-3`` is a
 number.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TypeAlias
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 from regraft.bus_schema.annotations import PlainValue
 
@@ -37,12 +38,31 @@ class NumberTooLarge(ValueError):
         super().__init__(f"{shown} is too large for a number: it goes to about 1.8e308; a text stands in quotes")
 
 
+class Location(NamedTuple):
+    """A file, or what stands for one, and a line of it (from 1); None for the whole of it."""
+
+    file: str
+    line: int | None = None
+
+    def __str__(self) -> str:
+        """Return ``frog/base.yaml:12``."""
+        return self.file if self.line is None else f"{self.file}:{self.line}"
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the file, from which the relative paths in it are looked for."""
+        return Path(self.file).resolve().parent
+
+
+NOWHERE = Location("")
+
+
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A scalar, a list or a map, and the line (from 1) where it, or its key, stands."""
+    """A scalar, a list or a map, and where it, or its key, stands."""
 
     value: Scalar | tuple[Node, ...] | dict[str, Node]
-    line: int
+    location: Location = NOWHERE
 
     @property
     def kind(self) -> str:
@@ -90,20 +110,35 @@ def plain(node: Node) -> PlainValue:
     return node.value
 
 
-def lines_of(node: Node) -> dict[str, int]:
-    """Return the line of every field by its dotted path; list items count from 0."""
-    lines: dict[str, int] = {}
-    _note_lines(node, "", lines)
-    return lines
-
-
-def _note_lines(node: Node, path: str, lines: dict[str, int]) -> None:
-    if path:
-        lines.setdefault(path, node.line)
-    parts: dict[str, Node] = {}
+def moved(node: Node, location: Location) -> Node:
+    """Return the value with all of it at one location."""
     if isinstance(node.value, dict):
-        parts = node.value
-    elif isinstance(node.value, tuple):
-        parts = {str(index): part for index, part in enumerate(node.value)}
-    for key, part in parts.items():
-        _note_lines(part, f"{path}.{key}" if path else key, lines)
+        return Node({key: moved(part, location) for key, part in node.value.items()}, location)
+    if isinstance(node.value, tuple):
+        return Node(tuple(moved(part, location) for part in node.value), location)
+    return Node(node.value, location)
+
+
+def size_of(node: Node) -> int:
+    """Return of how many values a value consists, itself included."""
+    return 1 + sum(map(size_of, _parts(node).values()))
+
+
+def locations_of(node: Node) -> dict[str, Location]:
+    """Return where every field stands, by its dotted path; list items count from 0."""
+    locations: dict[str, Location] = {}
+    _note_locations(node, "", locations)
+    return locations
+
+
+def _note_locations(node: Node, path: str, locations: dict[str, Location]) -> None:
+    if path:
+        locations.setdefault(path, node.location)
+    for key, part in _parts(node).items():
+        _note_locations(part, f"{path}.{key}" if path else key, locations)
+
+
+def _parts(node: Node) -> dict[str, Node]:
+    if isinstance(node.value, tuple):
+        return {str(index): part for index, part in enumerate(node.value)}
+    return node.value if isinstance(node.value, dict) else {}

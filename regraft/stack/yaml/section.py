@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.yaml.nodes import Node, plain
+from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
 
 E = TypeVar("E", bound=Enum)
@@ -53,6 +53,11 @@ class Section:
     def node(self, key: str) -> Node | None:
         """Return a field as it is."""
         return self._parts.get(key)
+
+    def location(self, key: str) -> Location:
+        """Return where a field stands."""
+        node = self._parts.get(key)
+        return node.location if node else self.report.location_of(self.at(key))
 
     def text(self, key: str, default: str = "") -> str:
         """Return a text, which must not be empty."""
@@ -122,7 +127,7 @@ class Section:
 
     def section(self, key: str) -> Section:
         """Return a map, empty by default."""
-        return Section(self._parts.get(key) or Node({}, 0), self.at(key), self.report)
+        return Section(self._parts.get(key) or Node({}), self.at(key), self.report)
 
     def texts(self, key: str) -> tuple[str, ...]:
         """Return a list of texts, empty by default."""
@@ -132,7 +137,7 @@ class Section:
         if not isinstance(node.value, tuple):
             self.wrong(key, f"must be a list, is {node.kind}")
             return ()
-        items = Section(Node({str(i): part for i, part in enumerate(node.value)}, 0), self.at(key), self.report)
+        items = Section(Node({str(i): part for i, part in enumerate(node.value)}), self.at(key), self.report)
         return tuple(filter(None, (items.text(item) for item in items.names())))
 
     def distinct(self, key: str) -> tuple[str, ...]:

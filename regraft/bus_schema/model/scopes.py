@@ -1,0 +1,48 @@
+"""Scopes: one robot's names among those of several in one system.
+
+The component ``rescuer.navigator`` is in the scope ``rescuer``. Its topics and services begin with ``rescuer/``, unless
+they are named as shared by all robots: with a leading ``/``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+SHARED = "/"
+"""What a name begins with that means the same in every scope."""
+
+
+def scope_of(component: str, topics: Iterable[str]) -> str:
+    """Return the scope of a component, empty for none.
+
+    The part of its name before the dot is one if the system has topics of it.
+
+    >>> scope_of("rescuer.navigator", ["map", "rescuer/scan"])
+    'rescuer'
+    >>> scope_of("rescuer.navigator", ["map", "scan"])
+    ''
+    """
+    scope = component.rpartition(".")[0]
+    return scope if scope and any(topic.startswith(f"{scope}/") for topic in topics) else ""
+
+
+def in_scope(scope: str, name: str) -> str:
+    """Return what the name of a topic, service or mode means in a scope.
+
+    >>> in_scope("rescuer", "scan"), in_scope("rescuer", "/map"), in_scope("", "scan")
+    ('rescuer/scan', 'map', 'scan')
+    """
+    if name.startswith(SHARED):
+        return name.removeprefix(SHARED)
+    return f"{scope}/{name}" if scope else name
+
+
+def component_in_scope(scope: str, name: str) -> str:
+    """Return what the name of a component means in a scope.
+
+    >>> component_in_scope("rescuer", "camera"), component_in_scope("rescuer", "/world")
+    ('rescuer.camera', 'world')
+    """
+    if name.startswith(SHARED):
+        return name.removeprefix(SHARED)
+    return f"{scope}.{name}" if scope else name

@@ -1,0 +1,1 @@
+"""Commands about stack files, without running them."""

@@ -1,0 +1,88 @@
+"""``regraft stack``: checks, shows and draws a stack without running it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from regraft.cli.outcomes import BadInput
+from regraft.cli.stack.drawing import Missing, svg
+from regraft.cli.stack.graph import dot
+from regraft.cli.stack.resolved import resolved, with_origins
+from regraft.cli.stack.yaml_text import yaml_text
+from regraft.cli.terminal.options import JsonOption, OverridesOption, ParametersOption, PlacesOption, StackArgument
+from regraft.cli.terminal.output import complain, say, show_json
+from regraft.stack import Stack as StackFile
+from regraft.stack import apply_overrides, apply_parameter_files, load, with_places
+from regraft.stack.installed import stack_file
+
+stack = typer.Typer(
+    help="Check, show and draw stacks without running them.", no_args_is_help=True, rich_markup_mode=None
+)
+
+SVG, DOT = ".svg", ".dot"
+
+
+@stack.command("check")
+def check(
+    file: StackArgument,
+    overrides: OverridesOption = None,
+    params: ParametersOption = None,
+    places: PlacesOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Check a stack with all that it includes; tell everything that is wrong."""
+    found = _loaded(file, overrides, params, places)
+    parts = {name: len(getattr(found.architecture, name)) for name in ("components", "topics", "constraints", "modes")}
+    if as_json:
+        show_json({"system": found.name, **parts})
+    else:
+        say(f"{found.file}: {', '.join(f'{count} {name}' for name, count in parts.items() if count)}: all right")
+
+
+@stack.command("show")
+def show(
+    file: StackArgument,
+    overrides: OverridesOption = None,
+    params: ParametersOption = None,
+    places: PlacesOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print a stack as one file, with what it includes and where each value comes from."""
+    document = resolved(_loaded(file, overrides, params, places))
+    if as_json:
+        show_json(with_origins(document))
+    else:
+        say(yaml_text(document))
+
+
+@stack.command("graph")
+def graph(
+    file: StackArgument,
+    overrides: OverridesOption = None,
+    params: ParametersOption = None,
+    places: PlacesOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE.dot|.svg", help="Write it to a file; .svg needs the program 'dot'."),
+    ] = None,
+) -> None:
+    """Draw components and topics as a graph, in Graphviz's language or as a picture."""
+    if out is not None and out.suffix not in (SVG, DOT):
+        raise BadInput(f"--out {out}: must end in {DOT} or {SVG}")
+    text = dot(_loaded(file, overrides, params, places).architecture)
+    if out is None:
+        say(text)
+        return
+    try:
+        out.write_bytes(svg(text) if out.suffix == SVG else f"{text}\n".encode())
+    except (Missing, OSError) as error:
+        raise BadInput(f"--out {out}: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _loaded(file: Path, overrides: list[str] | None, params: list[Path] | None, places: list[str] | None) -> StackFile:
+    """Return the stack as ``regraft up`` would run it; raises StackError."""
+    found = apply_parameter_files(load(stack_file(file), complain), params or [])
+    return with_places(apply_overrides(found, overrides or []), places or [])

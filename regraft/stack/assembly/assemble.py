@@ -1,0 +1,141 @@
+"""Makes one document of a stack's files: includes are merged, robots expanded, references replaced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.scopes import SHARED
+from regraft.stack.assembly.expansion import Robot, robot_of
+from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
+from regraft.stack.assembly.merge import merge
+from regraft.stack.assembly.references import WORLD, References
+from regraft.stack.assembly.robots import ROBOT, ROBOTS, Robots
+from regraft.stack.assembly.scoping import Entry, scoped_constraints, scoped_entries
+from regraft.stack.yaml.document import MAX_NODES
+from regraft.stack.yaml.nodes import NOWHERE, Node, locations_of, plain, size_of
+from regraft.stack.yaml.problems import Report, fail
+
+ASSEMBLED = (INCLUDE, WORLD, ROBOT, ROBOTS)
+"""The fields of a stack file that the assembled document has no more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """A stack's document with a report that knows where its fields stand, and the folders of its files."""
+
+    document: Node
+    report: Report
+    folders: tuple[Path, ...]
+
+
+def assemble(file: Path) -> Assembly:
+    """Return what a stack file and all that it names say together.
+
+    Raises:
+        StackError: with everything that is wrong so far, each with file, line and field.
+    """
+    report = Report(str(file))
+    files = IncludedFiles(report)
+    robots = Robots(files, report)
+    document = _merged(files.patches(file), robots, report)
+    fields = _expanded(document, robots, files, report)
+    report.raise_if_any()
+    document = Node(fields, document.location)
+    if size_of(document) > MAX_NODES:
+        fail(str(file), None, f"holds more than {MAX_NODES} values with all its robots")
+    report.locations = locations_of(document)
+    return Assembly(document, report, tuple(files.folders))
+
+
+def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
+    """Return the files of a stack, each over those before it, without their robots, which ``robots`` collect."""
+    document: Node | None = None
+    for patch in patches:
+        assert isinstance(patch.value, dict)
+        fields = dict(patch.value)
+        robots.apply(fields)
+        patch = Node(fields, patch.location)
+        document = patch if document is None else merge(document, patch, report)
+    assert document is not None
+    # Fields stand where the stack file begins, if nowhere else: it is the last of its files.
+    return Node(document.value, patches[-1].location)
+
+
+def _expanded(document: Node, robots: Robots, files: IncludedFiles, report: Report) -> dict[str, Node]:
+    assert isinstance(document.value, dict)
+    fields = dict(document.value)
+    known: dict[str, Node] = {}
+    world = fields.pop(WORLD, None)
+    if world is not None:
+        path = files.target(world, WORLD)
+        known[WORLD] = Node(str(path.absolute()) if path else "", world.location)
+    found = [robot_of(use, known, report) for use in robots]
+    known[ROBOTS] = Node(tuple(robot.for_worlds(files) for robot in found), NOWHERE)
+    references = References(report, known)
+    fields = {key: references.resolved(node, key) for key, node in fields.items()}
+    return _Combination(fields, report).with_robots(found, known[ROBOTS])
+
+
+class _Combination:
+    """The fields of a stack with those of its robots."""
+
+    def __init__(self, fields: dict[str, Node], report: Report) -> None:
+        self._fields = fields
+        self._report = report
+
+    def with_robots(self, robots: list[Robot], listed: Node) -> dict[str, Node]:
+        """Return the fields; names that are given twice are noted."""
+        for robot in robots:
+            robot.references.known[ROBOTS] = listed
+            fields = robot.for_stack()
+            for entry in scoped_entries(robot.use.name, fields):
+                self._enter(robot, entry)
+            self._append(robot, scoped_constraints(robot.use.name, fields))
+        for robot in robots:
+            component = self._entries("components").get(robot.use.name)
+            if component is not None:
+                problem = f"a component has this name too, at {component.location}: name the robot otherwise"
+                self._report.add_at(robot.use.location, robot.use.path, problem)
+        return self._fields
+
+    def _entries(self, section: str) -> dict[str, Node]:
+        node = self._fields.get(section)
+        return node.value if node is not None and isinstance(node.value, dict) else {}
+
+    def _enter(self, robot: Robot, entry: Entry) -> None:
+        entries = self._entries(entry.section)
+        there = entries.get(entry.name)
+        if there is not None and entry.written.startswith(SHARED) and plain(there) == plain(entry.node):
+            return
+        if there is not None:
+            path = f"{robot.use.path}.{entry.section}.{entry.written}"
+            self._report.add_at(there.location, f"{entry.section}.{entry.name}", self._taken(robot, entry, path))
+            return
+        node = self._fields.get(entry.section)
+        if node is None or isinstance(node.value, dict) or node.value is None:
+            location = node.location if node else robot.use.whole
+            self._fields[entry.section] = Node({**entries, entry.name: entry.node}, location)
+        else:
+            self._report.add_at(node.location, entry.section, f"must be a map beside robots, is {node.kind}")
+
+    @staticmethod
+    def _taken(robot: Robot, entry: Entry, path: str) -> str:
+        who = f"robot {robot.use.name!r}" if robot.use.name else "the robot"
+        return f"{who} has this name too, at {entry.node.location}: the robot's own is changed under '{path}'"
+
+    def _append(self, robot: Robot, constraints: tuple[Node, ...]) -> None:
+        node = self._fields.get("constraints")
+        if not constraints:
+            return
+        if node is None or isinstance(node.value, tuple):
+            before = node.value if node is not None and isinstance(node.value, tuple) else ()
+            location = node.location if node else robot.use.whole
+            self._fields["constraints"] = Node((*before, *constraints), location)
+
+
+def plain_document(file: Path) -> dict[str, PlainValue]:
+    """Return what a stack file and all that it names say together, as plain data; raises StackError."""
+    found: dict[str, PlainValue] = plain(assemble(file).document)
+    return found

@@ -1,0 +1,87 @@
+"""Merges a document over another: maps are merged, lists and scalars replaced, and ``null`` removes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from regraft.bus_schema.suggestions import instead_of
+from regraft.stack.yaml.nodes import Node
+from regraft.stack.yaml.problems import Report
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """The entries of a section: what they are called, and which of these fields makes a new one whole."""
+
+    name: str
+    whole_with: tuple[str, ...] = ()
+
+
+KINDS = {
+    "components": Kind("component", ("class", "command")),
+    "devices": Kind("device", ("class",)),
+    "topics": Kind("topic", ("type",)),
+    "parameters": Kind("parameter"),
+}
+FIELD = Kind("field")
+
+
+def merge(base: Node, over: Node, report: Report, at: str = "", *, fixed: tuple[str, ...] = ()) -> Node:
+    """Return ``base`` with what ``over`` says, at the dotted path ``at``.
+
+    Whatever changes or removes something that is not there is noted and left out. The sections ``fixed`` get no new
+    entries.
+    """
+    return _Merge(report, at, fixed).merged(base, over, ())
+
+
+@dataclass(frozen=True, slots=True)
+class _Merge:
+    report: Report
+    at: str
+    fixed: tuple[str, ...]
+
+    def merged(self, base: Node, over: Node, path: tuple[str, ...]) -> Node:
+        if _is_entry(path) and path[0] == "topics":
+            base, over = _long(base), _long(over)
+        if not isinstance(base.value, dict) or not isinstance(over.value, dict):
+            return over
+        parts = dict(base.value)
+        for key, part in over.value.items():
+            here = (*path, key)
+            if key in parts and part.value is None:
+                del parts[key]
+            elif key in parts:
+                parts[key] = self.merged(parts[key], part, here)
+            else:
+                problem = self._problem(part, here, parts)
+                if problem:
+                    known = instead_of(key, parts)
+                    self.report.add_at(part.location, self._shown(here), f"{problem}; {known}")
+                else:
+                    parts[key] = part
+        return Node(parts, base.location)
+
+    def _problem(self, part: Node, path: tuple[str, ...], known: dict[str, Node]) -> str:
+        """Say why an entry that the base lacks cannot be new; empty if it can."""
+        kind = KINDS.get(path[0], FIELD) if _is_entry(path) else FIELD
+        if part.value is None:
+            return f"there is no {kind.name} {path[-1]!r} to remove"
+        if _is_entry(path) and path[0] in self.fixed:
+            return f"there is no {kind.name} {path[-1]!r} to change"
+        if kind.whole_with and isinstance(part.value, dict) and not part.value.keys() & set(kind.whole_with):
+            needed = " or ".join(f"'{field}'" for field in kind.whole_with)
+            return f"there is no {kind.name} {path[-1]!r} to change, and a new one needs {needed}"
+        return ""
+
+    def _shown(self, path: tuple[str, ...]) -> str:
+        return ".".join((self.at, *path) if self.at else path)
+
+
+def _is_entry(path: tuple[str, ...]) -> bool:
+    return len(path) == 2
+
+
+def _long(topic: Node) -> Node:
+    """Return a topic that is given by its type alone as a map."""
+    return Node({"type": topic}, topic.location) if isinstance(topic.value, str) else topic

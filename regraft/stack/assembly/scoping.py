@@ -1,0 +1,131 @@
+"""Gives the names in a robot's file the robot's scope."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.architecture import ConstraintKind
+from regraft.bus_schema.model.expressions import Expression
+from regraft.bus_schema.model.scopes import component_in_scope, in_scope
+from regraft.stack.yaml.nodes import Node
+
+Rename = Callable[[str], str]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An entry of a section of a robot's file: its name there, and its ``name`` and ``node`` in the stack."""
+
+    section: str
+    written: str
+    name: str
+    node: Node
+
+
+def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
+    """Yield the topics, components and modes of a robot with all names in a scope, which is empty for none."""
+    scoping = _scoping(scope, fields)
+    for key, topic in _map(fields.get("topics")).items():
+        yield Entry("topics", key, in_scope(scope, key), topic)
+    for key, component in _map(fields.get("components")).items():
+        yield Entry("components", key, component_in_scope(scope, key), scoping.component(component))
+    for key, mode in _map(fields.get("modes")).items():
+        yield Entry("modes", key, in_scope(scope, key), _items(mode, scoping.change))
+
+
+def scoped_constraints(scope: str, fields: Mapping[str, Node]) -> tuple[Node, ...]:
+    """Return the constraints of a robot with all names in a scope, which is empty for none."""
+    node = fields.get("constraints")
+    if node is None or not isinstance(node.value, tuple):
+        return ()
+    return tuple(map(_scoping(scope, fields).constraint, node.value))
+
+
+def _scoping(scope: str, fields: Mapping[str, Node]) -> _Scoping:
+    component = partial(component_in_scope, scope)
+    own = set(_map(fields.get("components")))
+
+    def reference(path: str) -> str:
+        return component(path) if path.partition(".")[0] in own else path
+
+    return _Scoping(component, partial(in_scope, scope), reference)
+
+
+class _Scoping:
+    def __init__(self, component: Rename, name: Rename, reference: Rename) -> None:
+        self._component = component
+        self._name = name
+        self._reference = reference
+
+    def component(self, node: Node) -> Node:
+        ways = {"connect": self._names, "services": self._names}
+        return _fields(node, ways)
+
+    def constraint(self, node: Node) -> Node:
+        """Return a constraint; the robot's own components are those that an expression names without its scope."""
+        components = partial(_items, way=partial(_text, rename=self._component))
+        return _fields(
+            node,
+            {
+                ConstraintKind.AT_LEAST_ONE_ACTIVE.value: components,
+                ConstraintKind.AT_MOST_ONE_ACTIVE.value: components,
+                ConstraintKind.PARAMETER.value: partial(_text, rename=self._component),
+                ConstraintKind.REQUIRE.value: partial(_text, rename=self._expression),
+                ConstraintKind.PROVIDED.value: partial(_items, way=partial(_text, rename=self._name)),
+            },
+        )
+
+    def change(self, node: Node) -> Node:
+        """Return a change of a mode."""
+        return _fields(
+            node,
+            {
+                "component": partial(_text, rename=self._component),
+                "topic": partial(_text, rename=self._name),
+                "topics": partial(_items, way=self._topic),
+                "connect": self._names,
+                "services": self._names,
+                "spec": self.component,
+            },
+        )
+
+    def _names(self, node: Node) -> Node:
+        return _values(node, partial(_text, rename=self._name))
+
+    def _topic(self, node: Node) -> Node:
+        """Return a topic that a change adds or removes: a map, or its name."""
+        return _fields(_text(node, self._name), {"name": partial(_text, rename=self._name)})
+
+    def _expression(self, expression: str) -> str:
+        try:
+            return Expression(expression).renamed(self._reference)
+        except BadMessage:  # the section of the constraints says so
+            return expression
+
+
+def _map(node: Node | None) -> dict[str, Node]:
+    return node.value if node is not None and isinstance(node.value, dict) else {}
+
+
+def _text(node: Node, rename: Rename) -> Node:
+    return Node(rename(node.value), node.location) if isinstance(node.value, str) and node.value else node
+
+
+def _items(node: Node, way: Callable[[Node], Node]) -> Node:
+    return Node(tuple(map(way, node.value)), node.location) if isinstance(node.value, tuple) else node
+
+
+def _values(node: Node, way: Callable[[Node], Node]) -> Node:
+    if not isinstance(node.value, dict):
+        return node
+    return Node({key: way(part) for key, part in node.value.items()}, node.location)
+
+
+def _fields(node: Node, ways: Mapping[str, Callable[[Node], Node]]) -> Node:
+    if not isinstance(node.value, dict):
+        return node
+    parts = {key: ways[key](part) if key in ways else part for key, part in node.value.items()}
+    return Node(parts, node.location)

@@ -1,0 +1,120 @@
+"""Stacks are checked, shown and drawn without running them."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from regraft.stack import load
+from tests.cli.conftest import Regraft
+from tests.host.system import ROOT
+from tests.stack.files import GOOD, line_of, write
+from tests.stack.folders import ROBOT, TWO, rovers
+
+FROG = ROOT / "regraft" / "stacks" / "frog"
+
+
+def test_a_good_stack_is_told_so(regraft: Regraft, tmp_path: Path) -> None:
+    done = regraft("stack", "check", str(rovers(tmp_path)))
+    assert (done.exit_code, done.output) == (
+        0,
+        f"{tmp_path}/stack.yaml: 5 components, 6 topics, 2 constraints, 2 modes: all right\n",
+    )
+    told = json.loads(regraft("stack", "check", str(tmp_path), "--json").output)
+    assert told == {"system": "two", "components": 5, "topics": 6, "constraints": 2, "modes": 2}
+
+
+def test_everything_that_is_wrong_is_told_and_is_a_mistake(regraft: Regraft, tmp_path: Path) -> None:
+    robot = ROBOT.replace("beams: 90", "beams: $no").replace("rover.xml", "no.xml")
+    done = regraft("stack", "check", str(rovers(tmp_path, robot=robot)))
+    assert done.exit_code == 2
+    assert done.stderr.count("robot.yaml:") == 4
+
+
+def test_overrides_count_as_they_do_for_up(regraft: Regraft, tmp_path: Path) -> None:
+    file = write(tmp_path, GOOD)
+    (tmp_path / "params.yaml").write_text("world: {tick_rate: 0}\n")
+    assert regraft("stack", "check", str(file), "--params", str(tmp_path / "params.yaml")).exit_code == 2
+    options = ("--params", str(tmp_path / "params.yaml"), "--set", "world.tick_rate=20")
+    assert regraft("stack", "check", str(file), *options).exit_code == 2
+    assert regraft("stack", "check", str(file), "--place", "rescuer.navigator=edge").exit_code == 0
+
+
+@pytest.mark.parametrize("stack", ["stack", "rounds", "explore", "search"])
+def test_what_is_shown_of_frog_is_a_stack_file_of_the_same_system(regraft: Regraft, tmp_path: Path, stack: str) -> None:
+    file = FROG / f"{stack}.yaml"
+    shown = regraft("stack", "show", str(file))
+    assert shown.exit_code == 0
+    (tmp_path / "shown.yaml").write_text(shown.output)
+    assert load(tmp_path / "shown.yaml").architecture == load(file).architecture
+
+
+def test_what_is_shown_of_robots_is_a_stack_file_of_the_same_system(regraft: Regraft, tmp_path: Path) -> None:
+    file = rovers(tmp_path)
+    values = "{a: $$x, b: 'no: \"1\"', c: '12', d: \"\\x07\", e: [1e3, -2]}"
+    odd = f"  odd: {{command: [x], managed: false, parameters: {values}}}\n"
+    file.write_text(f"{TWO}{odd}hosts: [edge]\nspeed: max\n")
+    shown = regraft("stack", "show", str(file), "--place", "left.eyes=arm")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "shown.yaml").write_text(shown.output)
+    found, meant = load(tmp_path / "elsewhere" / "shown.yaml").architecture, load(file).architecture
+    assert found.components.pop("left.eyes").host == "arm"
+    meant.components.pop("left.eyes")
+    assert (found.components, found.topics, found.modes) == (meant.components, meant.topics, meant.modes)
+    assert found.hosts == ("local", "edge", "arm")
+
+
+def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path: Path) -> None:
+    file = rovers(tmp_path)
+    (tmp_path / "params.yaml").write_text("left.navigator: {careful: true}\n")
+    options = ("--params", str(tmp_path / "params.yaml"), "--set", "left.navigator.max_velocity=0.05")
+    shown = regraft("stack", "show", str(file), *options).output.replace(f"{tmp_path}/", "")
+    found = {" ".join(line.split()) for line in shown.splitlines()}
+    assert "max_velocity: 0.05 # override left.navigator.max_velocity=0.05" in found
+    assert "careful: true # params.yaml:1" in found
+    assert "max_velocity: 0.1 # stack.yaml:6" in found  # the other robot's, by its parameter
+    assert "scan: left/scan # tests.stack.parts:Navigator" in found
+    line = line_of(ROBOT, "class: tests.stack.parts:Navigator")
+    assert f"class: tests.stack.parts:Navigator # rover/robot.yaml:{line}" in found
+    told = json.loads(regraft("stack", "show", str(file), "--json").output)
+    world = told["components"]["world"]["parameters"]
+    assert world["robots"][1]["devices"][1]["settings"]["beams"] == {"value": 30, "from": f"{file}:6"}
+    assert world["robots"][0]["devices"][1]["settings"]["beams"]["from"] == f"{tmp_path}/rover/robot.yaml:2"
+
+
+def test_a_graph_has_every_component_topic_and_connection(regraft: Regraft, tmp_path: Path) -> None:
+    text = regraft("stack", "graph", str(rovers(tmp_path))).output
+    assert text.startswith('digraph "two" {')
+    assert 'label="left";' in text
+    assert '"component left.eyes" -> "topic left/scan" [tooltip="scan"];' in text
+    assert '"topic left/scan" -> "component left.navigator" [tooltip="scan"];' in text
+    assert text.count("shape=box") == 5
+    assert text.count("shape=ellipse") == 6
+    out = tmp_path / "graph.dot"
+    assert regraft("stack", "graph", str(tmp_path), "--out", str(out)).exit_code == 0
+    assert out.read_text() == text
+
+
+def test_a_picture_is_drawn_by_graphviz_or_says_what_to_install(
+    regraft: Regraft, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, out = str(rovers(tmp_path)), tmp_path / "graph.svg"
+    monkeypatch.setenv("PATH", "/nowhere")
+    done = regraft("stack", "graph", file, "--out", str(out))
+    assert done.exit_code == 2
+    assert "pictures need Graphviz's program 'dot': install the package graphviz, or write a .dot file" in done.stderr
+    program = tmp_path / "bin" / "dot"
+    program.parent.mkdir()
+    program.write_text('#!/bin/sh\necho "<svg>$1"\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}/usr/bin:/bin")
+    assert regraft("stack", "graph", file, "--out", str(out)).exit_code == 0
+    assert out.read_text() == "<svg>-Tsvg\n"
+
+
+def test_a_picture_of_another_kind_is_refused(regraft: Regraft, tmp_path: Path) -> None:
+    done = regraft("stack", "graph", str(rovers(tmp_path)), "--out", "graph.png")
+    assert (done.exit_code, "must end in .dot or .svg" in done.stderr) == (2, True)

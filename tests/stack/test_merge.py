@@ -1,0 +1,70 @@
+"""How documents merge, as properties."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from regraft.stack.assembly.merge import merge
+from regraft.stack.yaml.nodes import Location, Node, plain
+from regraft.stack.yaml.problems import Report
+
+KEYS = st.sampled_from(["a", "b", "c", "d"])
+SCALARS = st.one_of(st.integers(0, 3), st.sampled_from(["x", "y"]))
+LEAVES = st.one_of(SCALARS, st.lists(SCALARS, max_size=3))
+MAPS = st.recursive(
+    st.dictionaries(KEYS, LEAVES, max_size=4), lambda maps: st.dictionaries(KEYS, maps | LEAVES, max_size=4)
+)
+PATCHES = st.recursive(
+    st.dictionaries(KEYS, LEAVES | st.none(), max_size=4),
+    lambda maps: st.dictionaries(KEYS, maps | LEAVES | st.none(), max_size=4),
+)
+
+
+def node(value: Any, file: str = "") -> Node:
+    location = Location(file, 1)
+    if isinstance(value, dict):
+        return Node({key: node(part, file) for key, part in value.items()}, location)
+    return Node(tuple(node(part, file) for part in value) if isinstance(value, list) else value, location)
+
+
+def merged(*documents: Any) -> Any:
+    """Return documents without nulls as one, which is never refused."""
+    report, found = Report(""), node(documents[0])
+    for document in documents[1:]:
+        found = merge(found, node(document), report)
+    assert report.problems == []
+    return plain(found)
+
+
+@given(MAPS, MAPS, MAPS)
+def test_it_is_all_one_which_two_files_are_merged_first(one: Any, two: Any, three: Any) -> None:
+    assert merged(merged(one, two), three) == merged(one, merged(two, three))
+
+
+@given(MAPS, MAPS)
+def test_a_file_applied_twice_is_as_applied_once(one: Any, two: Any) -> None:
+    assert merged(one, two, two) == merged(one, two)
+    assert merged(one, {}) == merged({}, one) == one
+
+
+@given(MAPS, KEYS)
+def test_null_removes_what_is_there_and_is_noted_where_nothing_is(one: Any, key: str) -> None:
+    report = Report("")
+    found = plain(merge(node(one), node({key: None}, "over"), report))
+    assert found == {name: value for name, value in one.items() if name != key}
+    assert [problem.field for problem in report.problems] == ([] if key in one else [key])
+    assert all((problem.file, problem.line) == ("over", 1) for problem in report.problems)
+
+
+@given(MAPS, PATCHES)
+def test_a_value_is_from_where_it_was_written_last(one: Any, two: Any) -> None:
+    found = merge(node(one, "one"), node(two, "two"), Report(""))
+    assert isinstance(found.value, dict)
+    for key, part in found.value.items():
+        if isinstance(part.value, dict):
+            continue
+        assert part.location.file == ("two" if two.get(key) is not None else "one")
+        assert plain(part) == (two[key] if two.get(key) is not None else one[key])
