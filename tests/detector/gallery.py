@@ -12,14 +12,16 @@ import numpy as np
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.sensors import Image
 from regraft.planar import Pose2D
+from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
 from regraft.sim_service.cameras.camera_mount import camera_mount
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.layout.ground_map import GroundMap
 from regraft.sim_service.layout.placement import Placement, draw_placement
-from regraft.sim_service.layout.scene import Scene, load_scene
+from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.simulation import Simulation
-from tests.services.rigs import FROG, SIZES
+from tests.services.rigs import SIZES
+from tests.support.worlds import frog_scene
 
 NEAREST, FARTHEST = 0.4, 3.0
 """m, from the camera to the hydrant's axis."""
@@ -53,7 +55,7 @@ class Gallery:
 
     def __init__(self, renderer: RendererName) -> None:
         self.renderer = renderer
-        self.scene = load_scene(FROG)
+        self.scene = frog_scene()
 
     def with_hydrant(self, seed: int, poses: int, levels: int = 10) -> Iterator[Shot]:
         """Yield pictures with the hydrant in view: from random poses, each in as many lights.
@@ -97,7 +99,7 @@ class _Room:
         self._data = mujoco.MjData(self._model)
         self._qpos = scene.model.qpos0.copy()
         placement.apply(scene, self._model, self._qpos)
-        self._ground: GroundMap = Simulation(scene, seed, placement=placement).ground_map()
+        self._ground: GroundMap = survey.ground_map(Simulation(scene, seed, placement=placement))
         self._taken = 0
 
     def __enter__(self) -> _Room:

@@ -20,6 +20,7 @@ from regraft.services.mapper.odometry_mapper import OdometryMapper
 from regraft.services.navigator.navigator import Navigator
 from regraft.services.navigator.qualities import is_safe
 from regraft.services.power_model import motion_power
+from regraft.sim_service import survey
 from regraft.sim_service.map_server import MapServer
 from regraft.sim_service.world import World
 from regraft.testing import Rig
@@ -123,7 +124,7 @@ class Course:
         assert goal.result.arrived, goal.result.reason
 
     def _iou(self, world: World, made: OccupancyGrid) -> float:
-        ground, pose = world.simulation.ground_map(), self._truth[0].pose
+        ground, pose = survey.ground_map(world.simulation), self._truth[0].pose
         truth = (ground.occupancy, ground.resolution, ground.origin)
         origin = (made.origin.x, made.origin.y)
         return map_quality(made.cells, made.resolution, origin, *truth, start=(pose.x, pose.y)).iou

@@ -6,21 +6,20 @@ import pytest
 
 from regraft.services.explorer.explorer import Explorer
 from regraft.services.explorer.strategies import STRATEGIES
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
 from tests.explorer.rooms import frog_room
 from tests.explorer.tour import Tour
-from tests.services.rigs import FROG
+from tests.support.worlds import frog_scene, truth_of
 
 
 @pytest.mark.parametrize("strategy", sorted(STRATEGIES))
 def test_exploring_takes_the_way_and_the_requests_estimated_and_told(strategy: str) -> None:
-    scene = load_scene(FROG)
+    scene = frog_scene()
     tours = []
     for seed in (1, 2):
         simulation = Simulation(scene, seed)
-        start = simulation.ground_truth().pose
+        start = truth_of(simulation).pose
         with Rig() as rig:
             tour = Tour(rig, frog_room(simulation), (start.x, start.y), 0.01, strategy=strategy)
             tour.explore(15, look_on_the_way=True)

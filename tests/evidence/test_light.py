@@ -10,9 +10,8 @@ from regraft.bus_schema.messages.perception import Detections
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.messages.world import GroundTruth
 from regraft.sim_service.layout.placement import draw_placement
-from regraft.sim_service.layout.scene import load_scene
 from tests.frog.conftest import StartFrog
-from tests.support.paths import FROG
+from tests.support.worlds import frog_scene
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -24,7 +23,7 @@ def test_sightings_by_light(start_frog: StartFrog) -> None:
     pictures = {"light": 0, "dark": 0}
     hits = {"light": 0, "dark": 0}
     wrong = 0
-    scene = load_scene(FROG / "world.xml")
+    scene = frog_scene()
     for seed in (11, 12, 13, 14):
         frog = start_frog("--speed", "max", "--seed", str(seed))
         hydrant = draw_placement(scene, seed).poses["hydrant"]

@@ -11,7 +11,6 @@ from time import process_time
 
 import numpy as np
 import pytest
-from regraft.sim_service.robot.odometry import OdometrySettings
 
 from regraft.evaluation.map_quality import map_quality
 from regraft.planar import Pose2D, Twist2D
@@ -26,9 +25,10 @@ from regraft.services.navigator.follower import Follower
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.sensing import scan
-from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service import survey
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.support.paths import ROOT
+from tests.support.worlds import frog_scene, new_contacts, odometry_of, send_command, truth_of, turn_of
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1200)]
 
@@ -75,29 +75,29 @@ class Trip:
 
 def drive(seed: int) -> Trip:
     """Drive from goal to goal with both mappers on board."""
-    settings = SimulationSettings(odometry=OdometrySettings(travel_noise=TRAVEL_NOISE))
-    simulation = Simulation(load_scene(FROG), seed, settings)
-    ground = simulation.ground_map()
+    settings = SimulationSettings()
+    simulation = Simulation(frog_scene(odometry={"travel_noise": TRAVEL_NOISE}), seed, settings)
+    ground = survey.ground_map(simulation)
     planner = GridPlanner(OccupancyGrid(ground.occupancy, ground.resolution, *ground.origin))
     follower = Follower(planner, Limits())
-    goals = [Pose2D(goal.pose.x, goal.pose.y, goal.pose.yaw) for goal in simulation.goals()]
+    goals = [Pose2D(goal.pose.x, goal.pose.y, goal.pose.yaw) for goal in survey.goals(simulation)]
     trip = Trip({Mapper: Passenger(MatchingLocalizer()), OdometryMapper: Passenger(TrustingLocalizer())})
-    start, visits, last_scan = simulation.ground_truth().pose, 0, None
+    start, visits, last_scan = truth_of(simulation).pose, 0, None
     follower.start(goals[0])
     for tick in range(1, round(SECONDS / settings.tick) + 1):
         simulation.advance(settings.tick)
-        truth, read, time = simulation.ground_truth(), simulation.odometry().pose, simulation.time
+        truth, read, time = truth_of(simulation), odometry_of(simulation).pose, simulation.time
         seen = None
         if tick % TICKS_PER_SCAN == 0:
-            ranges = simulation.scan().ranges.astype(np.float32).astype(np.float64)
+            ranges = turn_of(simulation).ranges.astype(np.float32).astype(np.float64)
             seen, last_scan = Scan(time, ranges, MOUNT), scan.Scan(time, ranges)
         for passenger in trip.mappers.values():
             passenger.ride(time, Pose2D(read.x, read.y, read.yaw), truth.pose, seen)
         trip.distance += abs(truth.twist.v) * settings.tick
-        trip.contacts += len(simulation.take_contact_events())
+        trip.contacts += len(new_contacts(simulation))
         pose, twist = truth.pose, truth.twist
         command = follower.update(time, Pose2D(pose.x, pose.y, pose.yaw), Twist2D(twist.v, twist.w), last_scan)
-        simulation.command(command.v, command.w)
+        send_command(simulation, command.v, command.w)
         if command.done or command.failed:
             visits += 1
             follower.start(goals[visits % len(goals)])

@@ -21,10 +21,12 @@ from regraft.services.navigator.planning.grid_planner import GridPlanner
 from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.services.navigator.qualities import NEAR, is_safe
 from regraft.services.navigator.sensing.scan import Scan
+from regraft.sim_service import survey
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.layout.visitor import Walk
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.services.rigs import FROG
+from tests.support.worlds import new_contacts, odometry_of, send_command, turn_of
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -58,7 +60,7 @@ class Driver:
     ) -> None:
         world = FROG if walk is None else FROG.replace("world.xml", "world_with_visitor.xml")
         self.simulation = Simulation(load_scene(world), seed, SimulationSettings(walk=walk))
-        ground = self.simulation.ground_map()
+        ground = survey.ground_map(self.simulation)
         planner = GridPlanner(OccupancyGrid(ground.occupancy, ground.resolution, *ground.origin))
         self.follower = Follower(planner, Limits(max_velocity=max_velocity), controller)
         self.round = Round()
@@ -69,30 +71,30 @@ class Driver:
 
     def visit_all(self) -> Round:
         """Drive to each goal in turn."""
-        for goal in self.simulation.goals():
+        for goal in survey.goals(self.simulation):
             self.follower.start(Pose2D(goal.pose.x, goal.pose.y, goal.pose.yaw))
             while not self._tick():
                 pass
         self.round.seconds = self.simulation.time
-        self.round.contacts = len(self.simulation.take_contact_events())
+        self.round.contacts = len(new_contacts(self.simulation))
         return self.round
 
     def _tick(self) -> bool:
         simulation, visit = self.simulation, self.round
         simulation.advance(0.05)
         if visit.ticks % 4 == 0:
-            seen = simulation.scan()
+            seen = turn_of(simulation)
             self.scan = Scan(simulation.time, seen.ranges, seen.angle_min, seen.angle_increment)
         if self.jump and visit.ticks % 20 == 0:
             x, y, yaw = (self.jump * self.noise.uniform(-1.0, 1.0, 3)).tolist()
             self.correction = Pose2D(x, y, yaw / 2)
-        reading = simulation.odometry()
+        reading = odometry_of(simulation)
         pose = self.correction.compose(Pose2D(reading.pose.x, reading.pose.y, reading.pose.yaw))
         twist = Twist2D(reading.twist.v, reading.twist.w)
         began = time.perf_counter()
         command = self.follower.update(simulation.time, pose, twist, self.scan)
         visit.costs.append(time.perf_counter() - began)
-        simulation.command(command.v, command.w)
+        send_command(simulation, command.v, command.w)
         assert not command.faults
         assert self.scan is not None
         visit.ticks += 1

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.services.explorer.ground import Ground, Mask
 from regraft.services.navigator.planning.grid import OccupancyGrid
+from regraft.sim_service import survey
 from regraft.sim_service.simulation import Simulation
 
 RESOLUTION = 0.05
@@ -46,7 +47,7 @@ def room_of(columns: int, rows: int, boxes: list[tuple[int, int, int, int]]) -> 
 
 def frog_room(simulation: Simulation) -> Room:
     """Return FROG's room as it stands in a simulation, cut at the height of the lidar."""
-    truth = simulation.ground_map(RESOLUTION)
+    truth = survey.ground_map(simulation, resolution=RESOLUTION)
     return Room(truth.occupancy > 0, *truth.origin)
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from regraft.services.explorer.explorer import Explorer
 from regraft.services.explorer.strategies import STRATEGIES
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
+from tests.support.worlds import frog_scene, truth_of
 
 from .rooms import Room, frog_room, room_of, standing_places
 from .tour import Tour
@@ -65,10 +65,10 @@ def test_exploring_ends_however_noisy_the_lidar_is(
 
 @every_strategy
 def test_frogs_room_is_seen_whole_whatever_stands_where(strategy: str) -> None:
-    scene = load_scene(FROG)
+    scene = frog_scene()
     for seed in (1, 2):
         simulation = Simulation(scene, seed)
-        start = simulation.ground_truth().pose
+        start = truth_of(simulation).pose
         with Rig() as rig:
             tour = Tour(rig, frog_room(simulation), (start.x, start.y), 0.01, strategy=strategy)
             tour.explore(15, look_on_the_way=True)

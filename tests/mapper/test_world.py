@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.sensors import Odometry
 from regraft.bus_schema.messages.world import GroundTruth
 from regraft.evaluation.map_quality import map_quality
 from regraft.services.mapper.component import MappingComponent
+from regraft.sim_service import survey
 from regraft.testing import Rig
 from tests.services.rigs import run, world_on
 
@@ -30,7 +31,7 @@ def test_what_the_robot_sees_of_its_room_is_mapped_rightly(cls: type[MappingComp
             run(rig, world, 0.4)
         place, true_pose = places[-1].pose, truth[-1].pose
         assert math.hypot(place.x - true_pose.x, place.y - true_pose.y) < 0.05
-        ground, made = world.simulation.ground_map(), maps[-1]
+        ground, made = survey.ground_map(world.simulation), maps[-1]
         found = map_quality(
             made.cells,
             made.resolution,

@@ -16,11 +16,12 @@ from regraft.planar import Pose2D
 from regraft.services.navigator.planning.grid import OccupancyGrid
 from regraft.services.obstacles.obstacles import Obstacles
 from regraft.services.obstacles.tour import short_tour, tour_length
-from regraft.sim_service.layout.scene import load_scene
+from regraft.sim_service import survey
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
 from tests.explorer.rooms import Mapped, Room, frog_room, odometry, room_of
 from tests.explorer.tour import Tour
+from tests.support.worlds import frog_scene, truth_of
 
 FROG = "regraft/stacks/frog/world.xml"
 BOXES = [(20, 20, 6, 4), (60, 20, 3, 3), (40, 60, 5, 5), (66, 64, 10, 6)]
@@ -208,8 +209,8 @@ def test_a_map_of_no_use_is_said_and_survived(four: Room4) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_all_that_stands_in_frogs_room_is_found_once_it_is_explored(seed: int) -> None:
-    simulation = Simulation(load_scene(FROG), seed)
-    start = simulation.ground_truth().pose
+    simulation = Simulation(frog_scene(), seed)
+    start = truth_of(simulation).pose
     with Rig() as rig:
         obstacles, told = rig.add(Obstacles), rig.collect("goals", Goals)
         tour = Tour(rig, frog_room(simulation), (start.x, start.y), 0.01)
@@ -220,7 +221,7 @@ def test_all_that_stands_in_frogs_room_is_found_once_it_is_explored(seed: int) -
         assert obstacles.evaluate()["objects"] == 6
         faced = [ahead_of(tour.room.grid(), goal.pose.pose) for goal in told[-1].goals]
     assert len(faced) == 6
-    for goal in simulation.goals():
+    for goal in survey.goals(simulation):
         truth = ahead_of(tour.room.grid(), goal.pose)
         assert min(math.dist(truth, point) for point in faced) < 0.45
 

@@ -15,10 +15,10 @@ from regraft.sim_service.cameras.camera import CameraSettings, RenderState, Sens
 from regraft.sim_service.cameras.camera_mount import camera_mount
 from regraft.sim_service.cameras.renderers import RendererName, make_camera
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.world import World
 from regraft.testing import Rig
 from tests.support.paths import ROOT
+from tests.support.worlds import frog_scene
 
 FROG = str(ROOT / "regraft" / "stacks" / "frog" / "world.xml")
 TICK = 0.05
@@ -73,7 +73,7 @@ class Studio:
             "orange_ball": Pose2D(-1.9, 2.0, 0.0),
             "base": Pose2D(0.0, 0.0, 0.0),
         }
-        self.scene = load_scene(FROG)
+        self.scene = frog_scene()
         self.placement = Placement({**corners, **poses})
         self.camera = camera
         self.size = SIZES[renderer]

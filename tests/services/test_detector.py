@@ -14,13 +14,14 @@ from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.planar import Pose2D
 from regraft.services.detector.detector import Detector
+from regraft.sim_service import survey
 from regraft.sim_service.cameras.renderers import RendererName
 from regraft.sim_service.layout.placement import draw_placement
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
+from tests.support.worlds import frog_scene
 
-from .rigs import FROG, Studio
+from .rigs import Studio
 
 WRONG = 0.3
 """m: a sighting farther from the hydrant than this saw something else."""
@@ -129,12 +130,12 @@ def test_without_odometry_the_place_is_given_relative_to_the_robot() -> None:
 
 
 def test_in_many_rooms_and_lights_nothing_else_is_taken_for_a_hydrant() -> None:
-    scene = load_scene(FROG)
+    scene = frog_scene()
     looks = wrong = right = 0
     for seed in range(1, 9):
         placement = draw_placement(scene, seed)
         studio = Studio("ray", "camera", **placement.poses)
-        ground = Simulation(scene, seed, placement=placement).ground_map()
+        ground = survey.ground_map(Simulation(scene, seed, placement=placement))
         random = np.random.default_rng(seed)
         hydrant = placement.poses["hydrant"]
         for n in range(10):

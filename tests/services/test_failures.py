@@ -14,9 +14,9 @@ from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.parameters import ParameterError
 from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.sim_service.camera_component import Camera
-from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.world import World
 from regraft.testing import Rig
+from tests.support.worlds import frog_scene
 
 from .rigs import FROG, run, set_parameters, world_on
 
@@ -180,7 +180,7 @@ def test_entries_that_do_not_go_together_keep_the_world_from_being_configured(
 
 def put_robot(world: World, x: float, y: float) -> None:
     """Take the robot up and set it down somewhere, through the world's own snapshot."""
-    scene = load_scene(FROG)
+    scene = frog_scene()
     state = world.snapshot()
     physics = np.frombuffer(state["simulation"]["physics"], "<f8").copy()
     first = 1 + scene.free_joint_position("base")

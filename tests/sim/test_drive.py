@@ -5,14 +5,13 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from regraft.sim_service.robot.drive import DifferentialDrive, DriveSettings
-from regraft.sim_service.robot.odometry import OdometrySettings
 
-from regraft.sim_service.simulation import SimulationSettings
+from regraft.sim_service.devices.drive import DifferentialDrive
+from tests.support.worlds import new_contacts, odometry_of, send_command, touched_by, truth_of
 
-from .worlds import drive, frog, frog_with_robot_at
+from .worlds import drive, frog_with_robot_at
 
-DRIVE = DifferentialDrive(frog(), DriveSettings())
+DRIVE = frog_with_robot_at(0.0, 0.0, 0.0).robot().device("drive", DifferentialDrive)
 SEGMENTS = [(0.26, 0.0, 4), (0.0, 1.82, 3), (0.2, 0.5, 4), (0.0, -1.0, 2), (-0.15, 0.0, 2), (0.1, 1.0, 2)]
 """Forward velocity (m/s), yaw rate (rad/s) and duration (s): 17 s with about 11 rad of turning."""
 
@@ -21,8 +20,8 @@ def test_odometry_agrees_with_truth_within_a_centimetre_after_17_s_of_driving() 
     simulation = frog_with_robot_at(-0.9, -1.0, 0.2)
     for v, w, seconds in SEGMENTS:
         drive(simulation, v, w, seconds)
-    truth, odometry = simulation.ground_truth().pose, simulation.odometry().pose
-    assert simulation.take_contact_events() == ()
+    truth, odometry = truth_of(simulation).pose, odometry_of(simulation).pose
+    assert new_contacts(simulation) == ()
     assert math.hypot(truth.x - odometry.x, truth.y - odometry.y) < 0.01
     assert abs(truth.yaw - odometry.yaw) < math.radians(1.0)
 
@@ -31,9 +30,9 @@ def test_odometry_agrees_with_truth_within_a_centimetre_after_17_s_of_driving() 
 def test_robot_moves_as_commanded(v: float, w: float) -> None:
     simulation = frog_with_robot_at(-0.5, -0.9, 0.0)
     drive(simulation, v, w, 1.0)
-    start = simulation.ground_truth().pose
+    start = truth_of(simulation).pose
     drive(simulation, v, w, 1.0)
-    truth, odometry = simulation.ground_truth(), simulation.odometry()
+    truth, odometry = truth_of(simulation), odometry_of(simulation)
     assert math.hypot(truth.pose.x - start.x, truth.pose.y - start.y) == pytest.approx(
         abs(v) if w == 0.0 else abs(2.0 * v / w * math.sin(w / 2.0)), abs=0.01
     )
@@ -63,35 +62,34 @@ def test_reachable_twists_are_not_changed(v: float, w: float) -> None:
 
 def test_robot_stops_when_commands_stay_away() -> None:
     simulation = frog_with_robot_at(-0.5, -0.9, 0.0)
-    simulation.command(0.2, 0.0)
+    send_command(simulation, 0.2, 0.0)
     simulation.advance(0.4)
-    assert simulation.ground_truth().twist.v > 0.15
+    assert truth_of(simulation).twist.v > 0.15
     simulation.advance(0.6)
-    assert simulation.ground_truth().twist.v == pytest.approx(0.0, abs=0.005)
+    assert truth_of(simulation).twist.v == pytest.approx(0.0, abs=0.005)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_command_that_is_not_finite_is_refused(bad: float) -> None:
     with pytest.raises(ValueError, match="finite"):
-        frog_with_robot_at(0.0, 0.0, 0.0).command(bad, 0.0)
+        send_command(frog_with_robot_at(0.0, 0.0, 0.0), bad, 0.0)
 
 
 def test_odometry_starts_at_zero_when_told_so() -> None:
-    settings = SimulationSettings(odometry=OdometrySettings(at_start_pose=False))
-    simulation = frog_with_robot_at(-0.5, -0.9, 0.7, settings)
+    simulation = frog_with_robot_at(-0.5, -0.9, 0.7, odometry={"at_start_pose": False})
     drive(simulation, 0.2, 0.0, 1.0)
-    pose = simulation.odometry().pose
+    pose = odometry_of(simulation).pose
     assert pose.x == pytest.approx(0.2, abs=0.02)
     assert (pose.y, pose.yaw) == pytest.approx((0.0, 0.0), abs=1e-3)
 
 
 def test_noisy_odometry_drifts_the_same_way_for_the_same_seed() -> None:
-    noisy = SimulationSettings(odometry=OdometrySettings(travel_noise=0.05))
-    runs = [frog_with_robot_at(-0.9, -1.0, 0.2, noisy) for _ in range(2)]
+    noisy = {"travel_noise": 0.05}
+    runs = [frog_with_robot_at(-0.9, -1.0, 0.2, odometry=noisy) for _ in range(2)]
     for simulation in runs:
         drive(simulation, 0.2, 0.0, 4.0)
-    truth = runs[0].ground_truth().pose
-    poses = [simulation.odometry().pose for simulation in runs]
+    truth = truth_of(runs[0]).pose
+    poses = [odometry_of(simulation).pose for simulation in runs]
     assert poses[0] == poses[1]
     assert math.hypot(truth.x - poses[0].x, truth.y - poses[0].y) > 0.01
 
@@ -99,5 +97,5 @@ def test_noisy_odometry_drifts_the_same_way_for_the_same_seed() -> None:
 def test_robot_pushing_a_wall_neither_tips_nor_passes_through_it() -> None:
     simulation = frog_with_robot_at(2.0, -0.5, 0.0)
     drive(simulation, 0.26, 0.0, 20.0)
-    assert simulation.contacts() == {"walls"}
-    assert simulation.ground_truth().pose.x + 0.069 < 2.36
+    assert touched_by(simulation) == {"walls"}
+    assert truth_of(simulation).pose.x + 0.069 < 2.36

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from regraft.planar import Pose2D
+from regraft.sim_service import survey
 from regraft.sim_service.layout.goals import GoalError, viewing_goals
 from regraft.sim_service.layout.ground_map import FREE, OCCUPIED, Rasteriser
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visibility import sees_body
 from regraft.sim_service.simulation import Simulation
+from tests.support.worlds import truth_of, turn_of
 
 from .worlds import frog, frog_with_robot_at
 
@@ -25,7 +27,7 @@ WALLED_IN = """<mujoco><custom><tuple name="goals"><element objtype="body" objna
 
 
 def test_map_shows_walls_boxes_and_objects_but_not_the_robot() -> None:
-    ground = frog_with_robot_at(-1.0, -1.0, 0.0).ground_map()
+    ground = survey.ground_map(frog_with_robot_at(-1.0, -1.0, 0.0))
     for x, y in [
         (-2.43, 0.0),
         (2.42, 0.0),
@@ -46,7 +48,7 @@ def test_map_shows_walls_boxes_and_objects_but_not_the_robot() -> None:
 
 def test_map_agrees_with_the_lidar() -> None:
     simulation = Simulation(frog(), 11)
-    ground, scan, truth = simulation.ground_map(), simulation.scan(), simulation.ground_truth().pose
+    ground, scan, truth = survey.ground_map(simulation), turn_of(simulation), truth_of(simulation).pose
     x = truth.x - 0.064 * math.cos(truth.yaw)
     y = truth.y - 0.064 * math.sin(truth.yaw)
     free_before = []
@@ -63,8 +65,8 @@ def test_map_agrees_with_the_lidar() -> None:
 def test_goals_are_free_reachable_and_face_their_object(seed: int) -> None:
     scene = frog()
     simulation = Simulation(scene, seed)
-    ground, placement = simulation.ground_map(), simulation.placement
-    goals = simulation.goals()
+    ground, placement = survey.ground_map(simulation), simulation.placement
+    goals = survey.goals(simulation)
     assert [goal.name for goal in goals] == ["middle_box", "east_boxes", "west_box", "hydrant"]
     rows, columns = np.nonzero(ground.occupancy == OCCUPIED)
     occupied = np.stack([columns + 0.5, rows + 0.5], axis=1) * ground.resolution + ground.origin
@@ -85,18 +87,18 @@ def test_goal_that_cannot_be_reached_is_refused_by_name(tmp_path: Path) -> None:
     scene = load_scene(file)
     rasteriser = Rasteriser(scene, Placement({}), 0.1, 0.05)
     with pytest.raises(GoalError, match="look at 'ball'"):
-        viewing_goals(scene, rasteriser, "goals", Pose2D(-2.0, 0.0, 0.0))
-    seen = viewing_goals(scene, rasteriser, "goals", Pose2D(2.0, 0.0, 0.0))
+        viewing_goals(scene, rasteriser, "goals", Pose2D(-2.0, 0.0, 0.0), 0.22)
+    seen = viewing_goals(scene, rasteriser, "goals", Pose2D(2.0, 0.0, 0.0), 0.22)
     assert seen[0].name == "ball"
 
 
 def test_unknown_group_of_goals_is_named() -> None:
     with pytest.raises(SceneError, match="no tuple named 'treasures'; there are: goals"):
-        frog_with_robot_at(0.0, 0.0, 0.0).goals("treasures")
+        survey.goals(frog_with_robot_at(0.0, 0.0, 0.0), "treasures")
 
 
 def test_robot_that_starts_outside_the_map_is_told_so() -> None:
     scene = frog()
     rasteriser = Rasteriser(scene, Placement({}), 0.1, 0.05)
     with pytest.raises(GoalError, match=r"no room at its start \(-9\.00, 0\.00\)"):
-        viewing_goals(scene, rasteriser, "goals", Pose2D(-9.0, 0.0, 0.0))
+        viewing_goals(scene, rasteriser, "goals", Pose2D(-9.0, 0.0, 0.0), 0.22)

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from regraft.sim_service.robot.lidar import LidarSettings
 
-from regraft.sim_service.simulation import SimulationSettings
+from tests.support.worlds import turn_of
 
 from .worlds import drive, frog_with_robot_at
 
-EXACT = SimulationSettings(lidar=LidarSettings(noise=0.0))
+EXACT = {"noise": 0.0}
 LIDAR_X = -0.064
 WEST, SOUTH = -2.351, -2.29
 """The inner faces (m) of two walls."""
@@ -18,8 +17,8 @@ WEST, SOUTH = -2.351, -2.29
 
 @pytest.mark.parametrize("yaw", [0.0, 0.6, -2.0])
 def test_ranges_to_the_walls_are_exact(yaw: float) -> None:
-    simulation = frog_with_robot_at(-1.2, -1.2, yaw, EXACT)
-    scan = simulation.scan()
+    simulation = frog_with_robot_at(-1.2, -1.2, yaw, scan=EXACT)
+    scan = turn_of(simulation)
     x, y = -1.2 + LIDAR_X * math.cos(yaw), -1.2 + LIDAR_X * math.sin(yaw)
     checked = 0
     for beam, measured in enumerate(scan.ranges.tolist()):
@@ -35,7 +34,7 @@ def test_ranges_to_the_walls_are_exact(yaw: float) -> None:
 
 def test_nothing_in_range_reads_infinity() -> None:
     simulation = frog_with_robot_at(-1.0, -1.0, 0.0)
-    scan = simulation.scan()
+    scan = turn_of(simulation)
     assert np.isinf(scan.ranges).any()
     finite = scan.ranges[np.isfinite(scan.ranges)]
     assert finite.min() >= scan.range_min
@@ -46,12 +45,12 @@ def test_the_robot_does_not_see_itself() -> None:
     simulation = frog_with_robot_at(0.0, -1.0, 0.0)
     for _ in range(20):
         drive(simulation, 0.0, 1.5, 0.25)
-        assert simulation.scan().ranges.min() > 0.5
+        assert turn_of(simulation).ranges.min() > 0.5
 
 
 def test_noise_has_the_size_it_is_given() -> None:
-    noisy, exact = frog_with_robot_at(-1.2, -1.2, 0.3), frog_with_robot_at(-1.2, -1.2, 0.3, EXACT)
-    with_noise, without = noisy.scan().ranges, exact.scan().ranges
+    noisy, exact = frog_with_robot_at(-1.2, -1.2, 0.3), frog_with_robot_at(-1.2, -1.2, 0.3, scan=EXACT)
+    with_noise, without = turn_of(noisy).ranges, turn_of(exact).ranges
     measured = np.isfinite(without)
     assert np.std(with_noise[measured] - without[measured]) == pytest.approx(0.01, rel=0.2)
 
@@ -61,6 +60,6 @@ def test_reading_a_scan_changes_nothing() -> None:
     for _ in range(20):
         drive(read, 0.1, 0.5, 0.1)
         drive(unread, 0.1, 0.5, 0.1)
-        np.testing.assert_array_equal(read.scan().ranges, read.scan().ranges)
+        np.testing.assert_array_equal(turn_of(read).ranges, turn_of(read).ranges)
     assert read.digest() == unread.digest()
-    np.testing.assert_array_equal(read.scan().ranges, unread.scan().ranges)
+    np.testing.assert_array_equal(turn_of(read).ranges, turn_of(unread).ranges)

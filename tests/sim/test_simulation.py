@@ -5,13 +5,13 @@ import math
 import msgpack
 import numpy as np
 import pytest
-from regraft.sim_service.robot.odometry import OdometrySettings
 
-from regraft.sim_service.simulation import Simulation, SimulationSettings, SnapshotError
+from regraft.sim_service.simulation import Simulation, SnapshotError
+from tests.support.worlds import new_contacts, send_command, touched_by, turn_of
 
 from .worlds import drive, frog, frog_with_robot_at
 
-NOISY = SimulationSettings(odometry=OdometrySettings(travel_noise=0.01))
+NOISY = frog(odometry={"travel_noise": 0.01})
 
 
 def wander(simulation: Simulation, ticks: int) -> list[str]:
@@ -19,15 +19,15 @@ def wander(simulation: Simulation, ticks: int) -> list[str]:
     digests = []
     for _ in range(ticks):
         phase = simulation.time
-        simulation.command(0.2 * math.sin(phase), math.cos(1.7 * phase))
+        send_command(simulation, 0.2 * math.sin(phase), math.cos(1.7 * phase))
         simulation.set_light(0.5 + 0.5 * math.cos(phase))
         simulation.advance(simulation.settings.tick)
-        digests.append(simulation.digest() + str(simulation.scan().ranges.sum()))
+        digests.append(simulation.digest() + str(turn_of(simulation).ranges.sum()))
     return digests
 
 
 def test_same_seed_same_run() -> None:
-    assert wander(Simulation(frog(), 5, NOISY), 100) == wander(Simulation(frog(), 5, NOISY), 100)
+    assert wander(Simulation(NOISY, 5), 100) == wander(Simulation(NOISY, 5), 100)
 
 
 def test_another_seed_another_run() -> None:
@@ -35,11 +35,11 @@ def test_another_seed_another_run() -> None:
 
 
 def test_a_restored_run_continues_bit_by_bit() -> None:
-    original = Simulation(frog(), 5, NOISY)
+    original = Simulation(NOISY, 5)
     wander(original, 37)
     packed = msgpack.packb(original.snapshot())
     expected = wander(original, 80)
-    successor = Simulation(frog(), 99, NOISY)
+    successor = Simulation(NOISY, 99)
     successor.restore(msgpack.unpackb(packed))
     assert wander(successor, 80) == expected
     assert successor.snapshot() == original.snapshot()
@@ -84,13 +84,13 @@ def test_time_passes_in_whole_physics_steps_only() -> None:
 def test_driving_into_a_box_is_one_contact_with_its_name() -> None:
     simulation = frog_with_robot_at(-0.5, 0.463, math.pi)
     drive(simulation, 0.2, 0.0, 1.0)
-    assert simulation.contacts() == frozenset()
+    assert touched_by(simulation) == frozenset()
     drive(simulation, 0.2, 0.0, 4.0)
-    assert simulation.contacts() == {"west_box"}
-    events = simulation.take_contact_events()
+    assert touched_by(simulation) == {"west_box"}
+    events = new_contacts(simulation)
     assert [event.body for event in events] == ["west_box"]
     assert 2.0 < events[0].time < 4.0
-    assert simulation.take_contact_events() == ()
+    assert new_contacts(simulation) == ()
 
 
 def test_touching_again_later_is_another_contact() -> None:
@@ -98,7 +98,7 @@ def test_touching_again_later_is_another_contact() -> None:
     for _ in range(2):
         drive(simulation, 0.2, 0.0, 2.0)
         drive(simulation, -0.1, 0.0, 1.5)
-    assert [event.body for event in simulation.take_contact_events()] == ["west_box", "west_box"]
+    assert [event.body for event in new_contacts(simulation)] == ["west_box", "west_box"]
 
 
 def test_render_state_is_a_copy() -> None:
@@ -120,5 +120,5 @@ def test_pushing_a_wall_is_one_lasting_contact() -> None:
     drive(simulation, 0.26, 0.0, 3.0)
     for _ in range(20):
         drive(simulation, 0.26, 0.0, 0.25)
-        assert simulation.contacts() == {"walls"}
-    assert [event.body for event in simulation.take_contact_events()] == ["walls"]
+        assert touched_by(simulation) == {"walls"}
+    assert [event.body for event in new_contacts(simulation)] == ["walls"]

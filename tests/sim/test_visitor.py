@@ -9,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from regraft.planar import Pose2D
+from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.layout.visitor import COURTESY, Walk, WalkError
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from tests.support.worlds import new_contacts, truth_of, turn_of
 
 from .worlds import FROG, OUT_OF_THE_WAY, drive, frog
 
@@ -25,7 +27,7 @@ WALK = Walk(((1.5, -0.6), (-1.5, -0.6)), speed=0.5)
 def visited(walk: Walk | None = WALK, robot: Pose2D | None = None) -> Simulation:
     """Return FROG with a visitor and with the robot somewhere."""
     placement = Placement({**OUT_OF_THE_WAY, "base": robot or Pose2D(0.0, -1.8, math.pi / 2)})
-    return Simulation(load_scene(WITH_VISITOR), 1, SimulationSettings(walk=walk), placement)
+    return Simulation(with_waffle(WITH_VISITOR), 1, SimulationSettings(walk=walk), placement)
 
 
 def place_of_visitor(simulation: Simulation) -> tuple[float, float]:
@@ -60,7 +62,7 @@ def test_the_visitor_walks_to_and_fro_at_its_speed() -> None:
     assert place_of_visitor(simulation) == pytest.approx((0.5, -0.6), abs=0.02)
     simulation.advance(7.0)
     assert place_of_visitor(simulation) == pytest.approx((0.0, -0.6), abs=0.02)
-    assert simulation.ground_truth().pose.y == pytest.approx(-1.8, abs=0.01)
+    assert truth_of(simulation).pose.y == pytest.approx(-1.8, abs=0.01)
 
 
 def test_lidar_and_cameras_see_the_visitor() -> None:
@@ -69,7 +71,7 @@ def test_lidar_and_cameras_see_the_visitor() -> None:
     pictures, ahead = [], []
     camera = RayCamera(simulation.scene, simulation.placement, CameraSettings("camera", 80, 60))
     for _ in range(2):
-        ahead.append(float(simulation.scan().ranges[0]))
+        ahead.append(float(turn_of(simulation).ranges[0]))
         pictures.append(camera.render(simulation.render_state()).astype(int))
         simulation.advance(2.0)
     assert ahead[1] < 1.3 < ahead[0]
@@ -82,7 +84,7 @@ def test_the_visitor_waits_for_a_robot_in_its_way_and_never_runs_into_it() -> No
         simulation.advance(0.1)
         x, y = place_of_visitor(simulation)
         assert math.hypot(x, y + 0.6) > COURTESY - 0.02
-    assert not simulation.take_contact_events()
+    assert not new_contacts(simulation)
     drive(simulation, -0.26, 0.0, 4.0)
     passed = []
     for _ in range(50):
@@ -96,7 +98,7 @@ def test_the_visitor_begins_away_from_the_robot() -> None:
     x, y = place_of_visitor(simulation)
     assert math.hypot(x - 1.5, y + 0.6) >= COURTESY
     simulation.advance(1.0)
-    assert not simulation.take_contact_events()
+    assert not new_contacts(simulation)
 
 
 def test_a_visited_run_continues_from_its_snapshot_bit_by_bit() -> None:
@@ -115,7 +117,7 @@ def test_a_visitor_without_a_walk_stays_outside_and_is_not_on_the_map() -> None:
     simulation.advance(1.0)
     assert place_of_visitor(simulation)[0] == pytest.approx(4.0, abs=1e-6)
     plain = Simulation(frog(), 1, placement=simulation.placement)
-    np.testing.assert_array_equal(simulation.ground_map().occupancy, plain.ground_map().occupancy)
+    np.testing.assert_array_equal(survey.ground_map(simulation).occupancy, survey.ground_map(plain).occupancy)
 
 
 def test_a_walk_in_a_world_without_visitor_is_refused() -> None:
