@@ -31,7 +31,7 @@ class Reached:
 
     @cached_property
     def known(self) -> Topology:
-        """What there is and how it is connected, asked once; raises ClientError."""
+        """Components and their connections, asked for once; raises ClientError."""
         return topology(self.client)
 
     def put(self, key: str, payload: bytes, encoding: str) -> None:

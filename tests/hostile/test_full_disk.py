@@ -8,7 +8,6 @@ import resource
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -35,13 +34,7 @@ def _no_file_beyond(limit: int) -> Callable[[], None]:
 def test_components_go_on_when_their_logs_cannot_be_written(
     stack: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = stack(CHATTY + SOURCE + SINK)
-    popen: Any = subprocess.Popen
-    monkeypatch.setattr(
-        subprocess, "Popen", lambda *args, **more: popen(*args, preexec_fn=_no_file_beyond(LARGEST), **more)
-    )
-    system = System(path)
-    monkeypatch.undo()
+    system = System(stack(CHATTY + SOURCE + SINK), prepare=_no_file_beyond(LARGEST))
     os.environ["REGRAFT_HOME"] = str(tmp_path / "home")
     try:
         system.wait_running("chatty")

@@ -42,6 +42,9 @@ def run(
     )
 
 
+Prepare = Callable[[], object] | None
+
+
 class Command:
     """A command that runs until it is ended; what it prints goes to a log."""
 
@@ -51,7 +54,7 @@ class Command:
         log: Path,
         cwd: Path = ROOT,
         environment: Mapping[str, str] | None = None,
-        prepare: Callable[[], object] | None = None,
+        prepare: Prepare = None,
     ) -> None:
         """Start it; ``prepare`` is called in its process first."""
         self.log = log
