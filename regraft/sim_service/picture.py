@@ -1,21 +1,27 @@
-"""Draw a world: `python -m regraft.sim_service.picture WORLD.xml OUT.png`.
+"""Draw a world: `python -m regraft.sim_service.picture STACK OUT.png`, or the `WORLD.xml` alone.
 
 The picture is for people: with shadows, a sky and smooth edges, none of which the robot's own cameras see.
 """
 
 import argparse
 import sys
+from pathlib import Path
 
 import cv2
 import mujoco
 import numpy as np
 
+from regraft.component.component import class_path, parameter_set
+from regraft.component.parameters import ParameterError
 from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, image_size
 from regraft.sim_service.cameras.gl_camera import Backend, GLCamera
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.cameras.renderers import probe
 from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+from regraft.sim_service.world import World
+from regraft.stack import StackError, load
+from regraft.stack.installed import stack_file
 
 FINER = 2
 """Pixels drawn for each pixel of the picture, in either direction: that makes edges smooth."""
@@ -35,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m regraft.sim_service.picture", description="Draw a simulated world."
     )
-    parser.add_argument("world", help="the world's MJCF file")
+    parser.add_argument("world", help="a stack, which has a world with robots, or the MJCF file of a world alone")
     parser.add_argument("out", help="the picture file to write (.png or .jpg)")
     parser.add_argument("--seed", type=int, default=None, help="place bodies by this seed (default: as in the file)")
     parser.add_argument("--camera", default="overview", help="which camera of the world draws (default: overview)")
@@ -45,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         view = CameraSettings(options.camera, options.width, options.height)
         used = draw(options.world, options.out, options.seed, view)
-    except (SceneError, PlacementError, OSError, ValueError) as error:
+    except (SceneError, PlacementError, StackError, ParameterError, OSError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     print(f"wrote {options.out} (renderer: {used})")
@@ -57,10 +63,11 @@ def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
 
     Raises:
         SceneError, PlacementError: the world is wrong.
+        StackError, ParameterError: the stack is wrong, or has no world.
         ValueError: a size is not positive.
         OSError: the picture can't be written.
     """
-    scene = load_scene(world)
+    scene = _scene(Path(world))
     placement = Placement({}) if seed is None else draw_placement(scene, seed)
     renderer = probe().renderer
     width, height = image_size(scene, view)
@@ -77,6 +84,18 @@ def draw(world: str, out: str, seed: int | None, view: CameraSettings) -> str:
         eye.close()
     _write(out, np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), np.uint8))
     return renderer
+
+
+def _scene(named: Path) -> Scene:
+    """Return the world of a stack with its robots, or of an MJCF file alone."""
+    if named.suffix == ".xml":
+        return load_scene(named)
+    stack = load(stack_file(named))
+    for spec in stack.architecture.components.values():
+        if spec.cls == class_path(World):
+            values = parameter_set(World, spec.parameters).values
+            return load_scene(values["file"], values["robots"])
+    raise SceneError(f"{stack.file}: has no component of the class {class_path(World)}")
 
 
 def dressed(scene: Scene) -> Scene:

@@ -162,7 +162,7 @@ def test_a_forced_renderer_needs_no_notice(monkeypatch: pytest.MonkeyPatch) -> N
 def test_picture_command_writes_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(FORCE, "ray")
     out = tmp_path / "room.png"
-    assert picture.main([str(FROG), str(out), "--seed", "3", "--width", "200", "--height", "150"]) == 0
+    assert picture.main([str(FROG.parent), str(out), "--seed", "3", "--width", "200", "--height", "150"]) == 0
     image = cv2.imread(str(out))
     assert image is not None
     assert image.shape == (150, 200, 3)

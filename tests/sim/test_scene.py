@@ -1,5 +1,6 @@
 """Promises about loading worlds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import SceneError, load_scene
 from regraft.sim_service.simulation import Simulation
+from tests.support.worlds import waffle
 
 from .worlds import frog
 
@@ -31,11 +33,11 @@ def test_unknown_element_is_named_with_those_that_exist() -> None:
         frog().index("camera", "eye")
 
 
-def test_world_without_a_robot_is_refused(tmp_path: Path) -> None:
+def test_a_robot_without_what_its_devices_need_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "empty.xml"
     file.write_text('<mujoco><worldbody><body name="base"><geom size=".1"/></body></worldbody></mujoco>')
     with pytest.raises(SceneError, match=r"no joint named 'left_wheel'"):
-        Simulation(load_scene(file), seed=0)
+        Simulation(load_scene(file, (replace(waffle(), model=""),)), seed=0)
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,10 @@ from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.layout.placement import Placement
-from regraft.sim_service.layout.scene import SceneError, load_scene
+from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.layout.visitor import COURTESY, Walk, WalkError
 from regraft.sim_service.simulation import Simulation, SimulationSettings
-from tests.support.worlds import new_contacts, truth_of, turn_of
+from tests.support.worlds import new_contacts, truth_of, turn_of, with_waffle
 
 from .worlds import FROG, OUT_OF_THE_WAY, drive, frog
 

@@ -1,0 +1,1 @@
+"""Robots: a folder each, with the MJCF file, devices and components."""
