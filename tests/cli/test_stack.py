@@ -81,8 +81,8 @@ def test_each_value_is_shown_with_where_it_comes_from(regraft: Regraft, tmp_path
     assert f"class: tests.stack.parts:Navigator # rover/robot.yaml:{line}" in found
     told = json.loads(regraft("stack", "show", str(file), "--json").output)
     world = told["components"]["world"]["parameters"]
-    assert world["robots"][1]["devices"][1]["settings"]["beams"] == {"value": 30, "from": f"{file}:6"}
-    assert world["robots"][0]["devices"][1]["settings"]["beams"]["from"] == f"{tmp_path}/rover/robot.yaml:2"
+    assert world["robots"][1]["devices"][1]["parameters"]["beams"] == {"value": 30, "from": f"{file}:6"}
+    assert world["robots"][0]["devices"][1]["parameters"]["beams"]["from"] == f"{tmp_path}/rover/robot.yaml:2"
 
 
 def test_a_graph_has_every_component_topic_and_connection(regraft: Regraft, tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ ROBOT = """\
 model: rover.xml
 parameters: {speed: 0.2, beams: 90, horn: sounds/horn.wav}
 devices:
-  drive: {class: "devices:Drive", settings: {limit: $speed}}
-  lidar: {class: "devices:Lidar", settings: {beams: $beams}}
+  drive: {class: "devices:Drive", parameters: {limit: $speed}}
+  lidar: {class: "devices:Lidar", parameters: {beams: $beams}}
 topics:
   odometry: regraft/Odometry
   scan: {type: regraft/LaserScan, sensor_stream: true}
@@ -34,7 +34,7 @@ clock: simulated
 world: room.xml
 robots:
   left: {robot: rover, place: {x: 1.0}}
-  right: {robot: rover, parameters: {speed: 0.1}, devices: {lidar: {settings: {beams: 30}}}}
+  right: {robot: rover, parameters: {speed: 0.1}, devices: {lidar: {parameters: {beams: 30}}}}
 components:
   world: {class: "tests.stack.parts:Fleet", parameters: {file: $world, robots: $robots}}
 """
@@ -42,7 +42,7 @@ SINGLE = TWO.replace(
     """\
 robots:
   left: {robot: rover, place: {x: 1.0}}
-  right: {robot: rover, parameters: {speed: 0.1}, devices: {lidar: {settings: {beams: 30}}}}
+  right: {robot: rover, parameters: {speed: 0.1}, devices: {lidar: {parameters: {beams: 30}}}}
 """,
     "robot: rover\n",
 )

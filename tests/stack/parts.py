@@ -43,13 +43,13 @@ class Device:
 
     name: str
     cls: ClassPath
-    settings: dict[str, PlainValue] = field(default_factory=dict)
+    parameters: dict[str, PlainValue] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse beams that no lidar has."""
-        beams = self.settings.get("beams", 1)
+        beams = self.parameters.get("beams", 1)
         if not isinstance(beams, int) or beams < 1:
-            raise BadMessage(f"{beams!r}: must be at least 1", ("settings", "beams"))
+            raise BadMessage(f"{beams!r}: must be at least 1", ("parameters", "beams"))
 
 
 @dataclass(frozen=True, slots=True)

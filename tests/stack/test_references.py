@@ -62,7 +62,7 @@ def test_a_wrong_value_is_told_where_it_is_written(tmp_path: Path) -> None:
         (
             "{limit: $speed}",
             "{limit: $sped}",
-            "4: robot.devices.drive.settings.limit: '$sped': there is no such value; "
+            "4: robot.devices.drive.parameters.limit: '$sped': there is no such value; "
             "did you mean '$speed'?; a text that begins with '$' is written '$$sped'",
         ),
         ("speed: 0.2", "speed: $beams", None),
@@ -72,7 +72,11 @@ def test_a_wrong_value_is_told_where_it_is_written(tmp_path: Path) -> None:
             "beams: [$horn, $a], a: $b, b: {c: $beams}",
             "2: robot.parameters.beams.1: '$a': refers to itself: $a > $b > $beams > $a",
         ),
-        ("{limit: $speed}", "{all: $robots}", "4: robot.devices.drive.settings.all: '$robots': the list of the robots"),
+        (
+            "{limit: $speed}",
+            "{all: $robots}",
+            "4: robot.devices.drive.parameters.all: '$robots': the list of the robots",
+        ),
     ],
 )
 def test_a_reference_to_nothing_or_to_itself_is_refused(

@@ -65,16 +65,16 @@ def test_worlds_take_the_robots_with_models_places_and_devices(tmp_path: Path) -
             "model": model,
             "place": {"x": 1.0},
             "devices": [
-                {"name": "drive", "class": "devices:Drive", "settings": {"limit": 0.2}},
-                {"name": "lidar", "class": "devices:Lidar", "settings": {"beams": 90}},
+                {"name": "drive", "class": "devices:Drive", "parameters": {"limit": 0.2}},
+                {"name": "lidar", "class": "devices:Lidar", "parameters": {"beams": 90}},
             ],
         },
         {
             "name": "right",
             "model": model,
             "devices": [
-                {"name": "drive", "class": "devices:Drive", "settings": {"limit": 0.1}},
-                {"name": "lidar", "class": "devices:Lidar", "settings": {"beams": 30}},
+                {"name": "drive", "class": "devices:Drive", "parameters": {"limit": 0.1}},
+                {"name": "lidar", "class": "devices:Lidar", "parameters": {"beams": 30}},
             ],
         },
     ]
@@ -138,13 +138,13 @@ def test_a_robot_may_include_another_and_a_stack_may_change_the_robots_of_its_ba
     left, right = architecture.components["world"].parameters["robots"]
     assert (left["place"], right["place"]) == ({"x": 1.0}, {"y": 2.0})
     assert left["model"] == str(tmp_path / "rover" / "rover.xml")
-    assert right["devices"][1]["settings"] == {"beams": 30}
+    assert right["devices"][1]["parameters"] == {"beams": 30}
 
 
 def test_a_wrong_setting_of_a_device_is_told_in_the_robots_file(tmp_path: Path) -> None:
     robot = ROBOT.replace("{beams: $beams}", "{beams: 0}")
     lines = told(rovers(tmp_path, SINGLE, robot))
-    field = "components.world.parameters.robots.0.devices.1.settings.beams"
+    field = "components.world.parameters.robots.0.devices.1.parameters.beams"
     assert lines == [at("rover/robot.yaml", robot, "lidar:") + f"{field}: 0: must be at least 1"]
     (line,) = told(rovers(tmp_path, TWO.replace("{beams: 30}", "{beams: 0}")))
     assert line == at("stack.yaml", TWO, "right:") + f"{field.replace('robots.0', 'robots.1')}: 0: must be at least 1"
@@ -199,11 +199,11 @@ def test_a_wrong_use_is_refused_in_the_stack_file(tmp_path: Path, old: str, new:
             "4: robots.left.devices.drive: has no 'class': must name one as module:Class",
         ),
         (
-            "settings: {limit: $speed}",
+            "parameters: {limit: $speed}",
             "sets: 3",
             "4: robots.left.devices.drive.sets: there is no such field; did you mean",
         ),
-        ("{limit: $speed}", "[3]", "4: robots.left.devices.drive.settings: must be a map, is a list"),
+        ("{limit: $speed}", "[3]", "4: robots.left.devices.drive.parameters: must be a map, is a list"),
         ("speed: 0.2", "robot: 0.2", "2: robots.left.parameters.robot: 'robot' cannot name a parameter of a robot"),
         ("speed: 0.2", "RUNS: 0.2", "2: robots.left.parameters.RUNS: 'RUNS' cannot name a parameter of a robot"),
     ],

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.included_files import IncludedFiles
 from regraft.stack.assembly.references import NEVER_PARAMETERS, REFERENCE, ROBOT, References
-from regraft.stack.assembly.robots import PLACE, Use
+from regraft.stack.assembly.robots import PASSED_ON, PLACES, Use
 from regraft.stack.sections.components import RUN_FOLDER
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.problems import Report
 
 MAPS = ("parameters", "devices", "topics", "components", "modes")
-OF_DEVICES = ("class", "settings")
-OF_WORLDS = ("parameters", "model", PLACE, "devices")
+OF_DEVICES = ("class", "parameters", "connect")
+OF_WORLDS = ("parameters", "model", *PASSED_ON, *PLACES, "devices")
 """The fields that a stack does not have: the list of the robots has them."""
 
 
@@ -28,14 +28,13 @@ class Robot:
     report: Report
 
     def for_worlds(self, files: IncludedFiles) -> Node:
-        """Return the robot as worlds take it: ``{name, model, place, devices: [{name, class, settings}]}``."""
+        """Return the robot as worlds take it: a record with name, model, place and devices."""
         fields = {key: self._resolved(key) for key in OF_WORLDS if key in self.use.fields}
         found = {"name": Node(self.use.name, self.use.location), "model": self._model(fields.get("model"), files)}
-        place = fields.get(PLACE)
-        if place is not None:
-            if not isinstance(place.value, dict):
-                self._wrong(place, PLACE, f"must be a map such as {{x: 0.5, y: 0.0}}, is {place.kind}")
-            found[PLACE] = place
+        found |= {key: fields[key] for key in (*PASSED_ON, *PLACES) if key in fields}
+        for key in PLACES:
+            if key in found and not isinstance(found[key].value, dict):
+                self._wrong(found[key], key, f"must be a map with x and y, is {found[key].kind}")
         devices = fields.get("devices")
         named = devices.value if devices and isinstance(devices.value, dict) else {}
         items = tuple(self._device(name, device) for name, device in named.items())
@@ -63,19 +62,21 @@ class Robot:
     def _device(self, name: str, node: Node) -> Node:
         fields = node.value if isinstance(node.value, dict) else {}
         if not isinstance(node.value, dict):
-            self._wrong(node, f"devices.{name}", f"must be a map with 'class' and 'settings', is {node.kind}")
+            self._wrong(node, f"devices.{name}", f"must be a map with 'class' and 'parameters', is {node.kind}")
         elif "class" not in fields:
             self._wrong(node, f"devices.{name}", "has no 'class': must name one as module:Class")
         for key, part in fields.items():
             if key not in OF_DEVICES:
                 hint = instead_of(key, OF_DEVICES)
                 self._wrong(part, f"devices.{name}.{key}", f"there is no such field; {hint}")
-        cls, settings = fields.get("class"), fields.get("settings")
+        cls = fields.get("class")
         if cls is not None and not (isinstance(cls.value, str) and cls.value):
             self._wrong(cls, f"devices.{name}.class", f"must be a text, is {cls.kind}")
-        if settings is not None and not isinstance(settings.value, dict):
-            self._wrong(settings, f"devices.{name}.settings", f"must be a map, is {settings.kind}")
-        usual = {"class": Node("", node.location), "settings": Node({}, node.location)}
+        for key in ("parameters", "connect"):
+            given = fields.get(key)
+            if given is not None and not isinstance(given.value, dict):
+                self._wrong(given, f"devices.{name}.{key}", f"must be a map, is {given.kind}")
+        usual = {"class": Node("", node.location), "parameters": Node({}, node.location)}
         return Node({"name": Node(name, node.location), **usual, **fields}, node.location)
 
 

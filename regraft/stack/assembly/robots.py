@@ -15,8 +15,11 @@ from regraft.stack.yaml.problems import Report, StackError
 
 ROBOT, ROBOTS = "robot", "robots"
 ROBOT_FILE = "robot.yaml"
-PLACE = "place"
-FIELDS = ("model", "parameters", "devices", "topics", "components", "constraints", "modes")
+PLACES = ("place", "region")
+"""Where a robot stands, or where its place is drawn: the use of a robot says so."""
+PASSED_ON = ("base", "radius")
+"""Fields of a robot that only worlds know."""
+FIELDS = ("model", *PASSED_ON, "parameters", "devices", "topics", "components", "constraints", "modes")
 SINGLE = ""
 """The name of the robot whose names stay short."""
 
@@ -84,8 +87,8 @@ class Robots:
         use = before if robot is None else self._new(name, path, location, robot, before)
         if use is None:
             return
-        for key in [key for key in changes if key not in (*FIELDS, PLACE)]:
-            hint = instead_of(key, (ROBOT, PLACE, *FIELDS))
+        for key in [key for key in changes if key not in (*FIELDS, *PLACES)]:
+            hint = instead_of(key, (ROBOT, *PLACES, *FIELDS))
             self.report.add_at(changes.pop(key).location, f"{path}.{key}", f"there is no such field; {hint}")
         merged = merge(Node(use.fields), Node(changes), self.report, path, fixed=("parameters",))
         assert isinstance(merged.value, dict)
@@ -110,7 +113,7 @@ class Robots:
         for patch in patches[1:]:
             document = merge(document, patch, self.report)
         assert isinstance(document.value, dict)
-        placed = {PLACE: before.fields[PLACE]} if before and PLACE in before.fields else {}
+        placed = {key: before.fields[key] for key in PLACES if before and key in before.fields}
         return Use(name, location, Location(str(file), 1), document.value | placed)
 
     def _instead_of(self, name: str) -> str:
