@@ -29,7 +29,7 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The adaptation's 
 def list_lines(
     ctx: typer.Context,
     limit: Annotated[
-        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="How many, newest first.")
+        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="The number of entries, newest first.")
     ] = 20,
     before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
     system: SystemOption = None,
@@ -73,8 +73,8 @@ def show(ctx: typer.Context, adaptation: IdArgument, system: SystemOption = None
 @journal.command("diff")
 def show_diff(
     ctx: typer.Context,
-    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier one.")],
-    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later one.")],
+    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier revision.")],
+    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later revision.")],
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -141,7 +141,7 @@ def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
 def _show_entry(report: AdaptationReport) -> None:
     say(managing.headline(report))
     why = " ".join(report.request.reason.split()) or "no reason given"
-    say(f"by {report.request.actor or 'nobody known'}, because: {why}")
+    say(f"by {report.request.actor or 'unknown'}, because: {why}")
     for line in managing.change_lines(report.request):
         say(f"  {line}")
     for name, value in report.request.context.items():
