@@ -233,6 +233,8 @@ class Simulation:
             self._parameters(device),
             robot.base,
             robot.devices,
+            lambda: {other.spec.name: other.devices for other in self.robots.values() if other is not robot},
+            lambda: self._light,
         )
         built.build()
         robot.devices[device.spec.name] = built
