@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 NONE, SILENT, FROZEN, BLACK = "none", "silent", "frozen", "black"
-DROPOUT, DRIFT, BIAS, NOISE = "dropout", "drift", "bias", "noise"
+DROPOUT, DRIFT, BIAS, NOISE, STUCK = "dropout", "drift", "bias", "noise", "stuck"
 
 CAMERA_FAILURES = (NONE, BLACK, FROZEN, SILENT)
 
