@@ -158,7 +158,8 @@ class Simulation:
 
     def render_state(self) -> RenderState:
         """Everything, besides the world file and the placement, that a camera needs to draw this moment."""
-        return RenderState(self._data.qpos.copy(), self._light, self.progress.steps)
+        colours = {geom: colour for device in self._devices for geom, colour in device.colours().items()}
+        return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 
     def snapshot(self) -> dict[str, Any]:
         """Return everything needed to continue, as plain values and bytes that MessagePack can carry."""

@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from regraft.bus_schema.encoding.records import record_shape
 from regraft.sim_service.devices.device import Device
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import DeviceSpec, Place, RobotSpec
 from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.world import World
+from regraft.testing import Rig
 
 D = TypeVar("D", bound=Device)
 
@@ -89,3 +92,22 @@ def run(simulation: Simulation, seconds: float = TICK) -> None:
             for part in one.devices.values():
                 if any(isinstance(value, Ear) for value in vars(part).values()):
                     part.sense()
+
+
+def world_on(rig: Rig, folder: Path, *robots: RobotSpec, body: str = FLOOR, extra: str = "") -> World:
+    """Add a world with robots to a rig, as the component that a stack has."""
+    return rig.add(World, parameters=on_bus(folder, *robots, body=body, extra=extra))
+
+
+def on_bus(folder: Path, *robots: RobotSpec, body: str = FLOOR, extra: str = "") -> dict[str, Any]:
+    """Return the parameters with which a world and its cameras know the same robots."""
+    file = world_file(folder, body, extra)
+    return {"file": str(file), "robots": [record_shape(RobotSpec).pack(spec) for spec in robots]}
+
+
+def tick(rig: Rig, world: World, count: int = 1) -> None:
+    """Let time pass as the source of simulated time does."""
+    for _ in range(count):
+        rig.clock.advance_to(rig.clock.now() + round(TICK * 1e9))
+        world.advance(world.ticks, TICK)
+        rig.settle()

@@ -5,14 +5,15 @@ shadows of the first lamp if asked to; it knows no specular highlights, reflecti
 """
 
 import math
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, expose, image_size
+from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, Rgb, expose, image_size
 from regraft.sim_service.cameras.lights import Brightness, Floats, Lighting, is_directional, lamp_share
-from regraft.sim_service.cameras.surfaces import geom_colours, plane_textures
+from regraft.sim_service.cameras.surfaces import geom_colours, painted, plane_textures
 from regraft.sim_service.cameras.vectors import dot, rotate
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
@@ -56,7 +57,7 @@ class RayCamera:
         points = eye + distances[hit, None] * rays[hit]
         light = self._light(points, normals[hit].astype(np.float32))
         picture = np.zeros((len(rays), 3), np.float32)
-        picture[hit] = self._shade(geoms[hit], points, light)
+        picture[hit] = self._shade(geoms[hit], points, light, state.colours)
         image = np.rint(picture * 255.0).astype(np.uint8).reshape(self._height, self._width, 3)
         return expose(image, self._settings, state.step)
 
@@ -83,9 +84,12 @@ class RayCamera:
         )
         return geoms, distances, normals
 
-    def _shade(self, geoms: npt.NDArray[np.int32], points: Floats, light: Brightness) -> Brightness:
+    def _shade(
+        self, geoms: npt.NDArray[np.int32], points: Floats, light: Brightness, shining: Mapping[int, Rgb]
+    ) -> Brightness:
         """Return the colours (n, 3) between 0 and 1 of lit points (m, world frame) on geoms."""
-        colours = np.minimum(light * self._colours[geoms] + self._emitted[geoms], 1.0)
+        own, emitted = painted(self._colours, self._emitted, shining)
+        colours = np.minimum(light * own[geoms] + emitted[geoms], 1.0)
         for texture in self._textures:
             on_plane = np.flatnonzero(geoms == texture.geom)
             colours[on_plane] *= texture.colours(self._data, points[on_plane])
