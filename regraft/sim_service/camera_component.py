@@ -199,7 +199,8 @@ class Camera(Component):
             return np.zeros((self._size[1], self._size[0], 3), np.uint8)
         if failure != FROZEN or self._shown is None:
             # The step seeds the noise: the number of the tick tells moments apart just as well.
-            self._shown = eye.render(RenderState(state.positions, state.light, state.tick))
+            colours = {shown.geom: (shown.red, shown.green, shown.blue) for shown in state.colours}
+            self._shown = eye.render(RenderState(state.positions, state.light, state.tick, colours))
         return self._shown
 
     def _is_ours(self, state: WorldState) -> bool:

@@ -1,7 +1,7 @@
 """The robot's contacts."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,22 +25,25 @@ class ContactEvent:
     body: str
 
 
-class ContactMonitor:
-    """Watches which bodies a robot touches.
+def bodies_around(scene: Scene, robot: Collection[int]) -> dict[int, str]:
+    """Return the names of the bodies that a robot with these geoms can touch, by their geoms.
 
-    Bodies are named by their outermost body. Geoms directly on the worldbody are the floor and is not
-    reported.
+    Bodies are named by their outermost body. Geoms directly on the worldbody are the floor and are left out.
     """
+    root_of_geom = scene.model.body_rootid[scene.model.geom_bodyid]
+    return {
+        geom: scene.body_name(root)
+        for geom, root in enumerate(root_of_geom.tolist())
+        if root != 0 and geom not in robot
+    }
+
+
+class ContactMonitor:
+    """Watches which bodies a robot touches: those of `bodies_around`."""
 
     def __init__(self, scene: Scene, body: str) -> None:
-        model = scene.model
-        root_of_geom = model.body_rootid[model.geom_bodyid]
         self._robot = frozenset(scene.geoms_of(scene.index("body", body)))
-        self._bodies = {
-            geom: scene.body_name(root)
-            for geom, root in enumerate(root_of_geom.tolist())
-            if root != 0 and geom not in self._robot
-        }
+        self._bodies = bodies_around(scene, self._robot)
         self._last_touch: dict[str, float] = {}
         self._events: list[ContactEvent] = []
 

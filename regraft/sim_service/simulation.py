@@ -158,7 +158,8 @@ class Simulation:
 
     def render_state(self) -> RenderState:
         """Everything, besides the world file and the placement, that a camera needs to draw this moment."""
-        return RenderState(self._data.qpos.copy(), self._light, self.progress.steps)
+        colours = {geom: colour for device in self._devices for geom, colour in device.colours().items()}
+        return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 
     def snapshot(self) -> dict[str, Any]:
         """Return everything needed to continue, as plain values and bytes that MessagePack can carry."""
@@ -233,6 +234,8 @@ class Simulation:
             self._parameters(device),
             robot.base,
             robot.devices,
+            lambda: {other.spec.name: other.devices for other in self.robots.values() if other is not robot},
+            lambda: self._light,
         )
         built.build()
         robot.devices[device.spec.name] = built

@@ -9,7 +9,7 @@ from regraft import Input, Output, Parameter, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.sensors import LightLevel
-from regraft.bus_schema.messages.world import GroundTruth, WorldState
+from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldState
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
@@ -133,7 +133,8 @@ class World(TimeSource):
 
     def _publish_state(self, now: float, base: Pose) -> None:
         state = self.simulation.render_state()
-        told = WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base)
+        colours = tuple(GeomColour(geom, *colour) for geom, colour in state.colours.items())
+        told = WorldState(now, self.ticks, self.simulation.seed, self._hash, state.qpos, state.light, base, colours)
         self.world_state.publish_deferred(lambda: told)
 
     def evaluate(self) -> dict[str, float]:

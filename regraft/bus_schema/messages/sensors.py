@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from regraft.bus_schema.annotations import Array, ByteArray, FloatArray, Metres, Radians, Ratio, Seconds
+from regraft.bus_schema.annotations import Array, ByteArray, FloatArray, Lux, Metres, Radians, Ratio, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.geometry import Pose, Twist
+from regraft.bus_schema.messages.geometry import Pose, Quaternion, Twist, Vector3
 
 
 @message("regraft/Odometry")
@@ -71,3 +71,29 @@ class LightLevel:
 
     stamp: Seconds
     darkness: Ratio
+
+
+@message("regraft/Illuminance")
+@dataclass(frozen=True, slots=True)
+class Illuminance:
+    """How much light falls on a sensor that faces along x of ``frame``."""
+
+    stamp: Seconds
+    frame: str
+    illuminance: Lux
+
+
+@message("regraft/Imu")
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """Angular velocity (rad/s) and specific force (m/s2) in ``frame``, and the orientation of ``frame`` in the map.
+
+    The specific force is the acceleration less that of gravity: at rest it is 9.81 m/s2 along what is up. The
+    orientation is None where the sensor does not give any.
+    """
+
+    stamp: Seconds
+    frame: str
+    angular_velocity: Vector3
+    specific_force: Vector3
+    orientation: Quaternion | None = None

@@ -26,12 +26,23 @@ class GroundTruth:
     contacts: Count = 0
 
 
-@message("regraft/WorldState")
+@dataclass(frozen=True, slots=True)
+class GeomColour:
+    """A geom (its number in the compiled world) that shines in a colour of its own, such as a robot's lamp."""
+
+    geom: Count
+    red: Ratio
+    green: Ratio
+    blue: Ratio
+
+
+@message("regraft/WorldState", 2)
 @dataclass(frozen=True, slots=True)
 class WorldState:
     """All that a camera needs to render a tick: joint positions (MuJoCo ``qpos``), base pose, and light level (1 full).
 
     ``model_hash`` tells the compiled world apart from others; ``seed`` fixes placements and image noise.
+    ``colours`` are those of geoms that shine; all others look as the world's files say.
     """
 
     stamp: Seconds
@@ -41,3 +52,4 @@ class WorldState:
     positions: Annotated[NDArray[np.float64], Array("<f8", (None,))]
     light: Ratio
     base: Pose
+    colours: tuple[GeomColour, ...] = ()

@@ -1,6 +1,7 @@
 """The base of all cameras."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Protocol
 
@@ -17,18 +18,23 @@ NOISE_STOCK = 2**20
 Image = npt.NDArray[np.uint8]
 """A picture (height, width, 3) of RGB values, row 0 at the top."""
 
+Rgb = tuple[float, float, float]
+"""Red, green and blue between 0 and 1."""
+
 
 @dataclass(frozen=True, slots=True)
 class RenderState:
     """A moment of a world: besides the world file and the placement, all that a camera needs anywhere.
 
     `qpos` are MuJoCo's generalised positions (float64), `light` is the level of the lamps between 0 and 1,
-    `step` the number of physics steps, which seeds the sensor's noise.
+    `step` the number of physics steps, which seeds the sensor's noise. `colours` are those of geoms that shine, by the
+    geoms' numbers; all others look as the world file says.
     """
 
     qpos: npt.NDArray[np.float64]
     light: float
     step: int
+    colours: Mapping[int, Rgb] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ its library cannot be loaded.
 
 import ctypes
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
@@ -15,7 +16,7 @@ from typing import Any, Literal, Self
 import mujoco
 import numpy as np
 
-from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, expose, image_size
+from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, Rgb, expose, image_size
 from regraft.sim_service.cameras.lights import Lighting
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
@@ -91,10 +92,21 @@ class GLCamera:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._picture,
         )
+        self._paint(state.colours)
         mujoco.mjr_render(area, self._picture, self._resources)
         image = np.empty((self._height, self._width, 3), np.uint8)
         mujoco.mjr_readPixels(image, None, area, self._resources)
         return expose(image[::-1].copy(), self._settings, state.step)
+
+    def _paint(self, colours: Mapping[int, Rgb]) -> None:
+        """Let geoms of the scene shine in colours of their own, until it is updated again."""
+        if not colours:
+            return
+        for geom in self._picture.geoms[: self._picture.ngeom]:
+            colour = colours.get(int(geom.objid)) if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM else None
+            if colour is not None:
+                geom.rgba[:3] = colour
+                geom.emission = 1.0
 
     def close(self) -> None:
         """Free the OpenGL context; closing twice is harmless."""

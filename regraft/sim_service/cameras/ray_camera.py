@@ -5,20 +5,19 @@ shadows of the first lamp if asked to; it knows no specular highlights, reflecti
 """
 
 import math
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, expose, image_size
-from regraft.sim_service.cameras.lights import Lighting
-from regraft.sim_service.cameras.surfaces import geom_colours, plane_textures
+from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, Rgb, expose, image_size
+from regraft.sim_service.cameras.lights import Brightness, Floats, Lighting, is_directional, lamp_share
+from regraft.sim_service.cameras.surfaces import geom_colours, painted, plane_textures
 from regraft.sim_service.cameras.vectors import dot, rotate
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
 
-Floats = npt.NDArray[np.float64]
-Brightness = npt.NDArray[np.float32]
 NO_BODY = -1
 SHADOW_SLACK = 1e-3
 """A surface this near (m) to where a lamp's ray ends is lit, not in its own shadow."""
@@ -58,7 +57,7 @@ class RayCamera:
         points = eye + distances[hit, None] * rays[hit]
         light = self._light(points, normals[hit].astype(np.float32))
         picture = np.zeros((len(rays), 3), np.float32)
-        picture[hit] = self._shade(geoms[hit], points, light)
+        picture[hit] = self._shade(geoms[hit], points, light, state.colours)
         image = np.rint(picture * 255.0).astype(np.uint8).reshape(self._height, self._width, 3)
         return expose(image, self._settings, state.step)
 
@@ -85,9 +84,12 @@ class RayCamera:
         )
         return geoms, distances, normals
 
-    def _shade(self, geoms: npt.NDArray[np.int32], points: Floats, light: Brightness) -> Brightness:
+    def _shade(
+        self, geoms: npt.NDArray[np.int32], points: Floats, light: Brightness, shining: Mapping[int, Rgb]
+    ) -> Brightness:
         """Return the colours (n, 3) between 0 and 1 of lit points (m, world frame) on geoms."""
-        colours = np.minimum(light * self._colours[geoms] + self._emitted[geoms], 1.0)
+        own, emitted = painted(self._colours, self._emitted, shining)
+        colours = np.minimum(light * own[geoms] + emitted[geoms], 1.0)
         for texture in self._textures:
             on_plane = np.flatnonzero(geoms == texture.geom)
             colours[on_plane] *= texture.colours(self._data, points[on_plane])
@@ -107,32 +109,15 @@ class RayCamera:
 
     def _lamp(self, lamp: int, points: Floats, normals: Brightness) -> Brightness:
         """Return the share (n) of a lamp's diffuse light that reaches each point."""
-        model = self._model
-        direction = self._data.light_xdir[lamp].astype(np.float32)
-        if int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL):
-            return np.maximum(-dot(normals, direction), 0.0)
-        origin = self._data.light_xpos[lamp]
-        beams = (points - origin).astype(np.float32)
-        distances = np.sqrt(dot(beams, beams))
-        beams /= distances[:, None]
-        share = np.maximum(-dot(normals, beams), 0.0)
-        constant, linear, quadratic = (float(value) for value in model.light_attenuation[lamp])
-        if linear or quadratic or constant != 1.0:
-            share /= constant + linear * distances + quadratic * distances**2
-        if int(model.light_type[lamp]) == int(mujoco.mjtLightType.mjLIGHT_SPOT):
-            share *= _spot(dot(beams, direction), float(model.light_cutoff[lamp]), float(model.light_exponent[lamp]))
-        if self._shadows and lamp == 0:
+        share = lamp_share(self._model, self._data, lamp, points, normals)
+        if self._shadows and lamp == 0 and not is_directional(self._model, lamp):
+            origin = self._data.light_xpos[lamp]
+            beams = (points - origin).astype(np.float32)
+            distances = np.sqrt(dot(beams, beams))
+            beams /= distances[:, None]
             _, reached, _ = self._cast(origin, beams.astype(np.float64))
             share *= reached > distances - SHADOW_SLACK
         return share
-
-
-def _spot(cosines: Brightness, cutoff: float, exponent: float) -> Brightness:
-    """Return how a spot light fades with the angle to its axis, given as a cosine (cut-off in degrees)."""
-    inside = cosines >= math.cos(math.radians(cutoff))
-    if exponent == 0.0:
-        return inside.astype(np.float32)
-    return np.where(inside, np.maximum(cosines, 0.0) ** exponent, 0.0).astype(np.float32)
 
 
 def _fan(fovy: float, width: int, height: int) -> Floats:

@@ -1,11 +1,13 @@
 """Colours of geoms and of their textures."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from regraft.sim_service.cameras.camera import Rgb
 from regraft.sim_service.cameras.vectors import unrotate
 
 Colours = npt.NDArray[np.float32]
@@ -25,6 +27,16 @@ def geom_colours(model: mujoco.MjModel) -> tuple[Colours, Colours]:
         if np.allclose(model.geom_rgba[geom], DEFAULT_COLOUR):
             colours[geom] = model.mat_rgba[material][:3]
         emitted[geom] = colours[geom] * model.mat_emission[material]
+    return colours, emitted
+
+
+def painted(colours: Colours, emitted: Colours, shining: Mapping[int, Rgb]) -> tuple[Colours, Colours]:
+    """Return the colours and emitted light of all geoms, some of which shine in a colour of their own."""
+    if not shining:
+        return colours, emitted
+    colours, emitted = colours.copy(), emitted.copy()
+    for geom, rgb in shining.items():
+        colours[geom] = emitted[geom] = rgb
     return colours, emitted
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.sim_service.cameras.camera import Rgb
 from regraft.sim_service.devices.device_kit import DeviceKit
 
 
@@ -36,6 +37,10 @@ class Device:
 
     def sense(self) -> None:
         """Publish what is due."""
+
+    def colours(self) -> Mapping[int, Rgb]:
+        """Return the colours of geoms that shine, by their numbers in the world."""
+        return {}
 
     def truth(self) -> dict[str, float]:
         """Return what really is, for evaluation; numbers by name."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -13,6 +13,8 @@ from regraft.sim_service.devices.failures import NONE
 from regraft.sim_service.layout.random_streams import generator
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.robots import RobotSpec
+
+D = TypeVar("D")
 
 
 @dataclass(slots=True)
@@ -52,6 +54,11 @@ def _no_event(kind: str, text: str, **details: Any) -> None:
     """Drop an event: this simulation has no bus."""
 
 
+def _full_light() -> float:
+    """Return the level of lamps that nobody dims."""
+    return 1.0
+
+
 @dataclass(slots=True)
 class DeviceKit:
     """The world as one device of one robot sees it. Names are the short ones of the robot's own files.
@@ -70,6 +77,8 @@ class DeviceKit:
     parameters: DeviceParameters
     base: int
     siblings: Mapping[str, Any] = field(default_factory=dict)
+    others: Callable[[], Mapping[str, Mapping[str, Any]]] = dict
+    light: Callable[[], float] = _full_light
     event: Callable[..., None] = _no_event
     failing: str = NONE
 
@@ -82,6 +91,13 @@ class DeviceKit:
     def stamp(self) -> float:
         """Time (s) of the system's clock at this tick."""
         return self.progress.stamp
+
+    def others_of(self, kind: type[D]) -> Iterator[tuple[str, D]]:
+        """Yield the other robots' devices of a kind, each with its robot's name, in the order of the robots."""
+        for robot, devices in self.others().items():
+            for device in devices.values():
+                if isinstance(device, kind):
+                    yield robot, device
 
     def index(self, kind: str, name: str) -> int:
         """Return the number of an element of the robot's MJCF; raises SceneError."""

@@ -11,7 +11,7 @@ from typing import Annotated, Final
 from regraft.bus_schema.annotations import Bounds, Seconds, Text
 
 NONE, SILENT, FROZEN, BLACK = "none", "silent", "frozen", "black"
-DROPOUT, DRIFT, BIAS, NOISE = "dropout", "drift", "bias", "noise"
+DROPOUT, DRIFT, BIAS, NOISE, STUCK = "dropout", "drift", "bias", "noise", "stuck"
 
 Since = Annotated[Seconds, Bounds(minimum=0.0)]
 

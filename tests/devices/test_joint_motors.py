@@ -1,0 +1,147 @@
+"""Promises about motors of joints."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from regraft.bus_schema.messages.joints import JointCommand, JointMode
+from regraft.sim_service.devices.joint_motors import JointMotors
+from regraft.sim_service.layout.scene import SceneError
+from regraft.sim_service.simulation import Simulation
+
+from .worlds import device, found, robot, run, simulated
+
+ARM = """<body name="link" pos="0 0 .5"><joint name="elbow" axis="0 0 1" damping=".01"/>
+<geom type="box" size=".1 .01 .01" pos=".1 0 0" mass=".3" contype="0" conaffinity="0"/>
+<body name="rail" pos="0 0 .3"><joint name="lift" type="slide" axis="1 0 0" range="-1 1"/>
+<geom size=".02" mass=".1" contype="0" conaffinity="0"/></body></body>"""
+ACTUATORS = {
+    "position": '<position name="elbow" joint="elbow" kp="20" kv="1" gear="2"/>',
+    "velocity": '<velocity name="elbow" joint="elbow" kv="1" gear="2"/>',
+    "torque": '<motor name="elbow" joint="elbow" gear="5"/>',
+}
+EXACT: dict[str, Any] = {"resolution": 0.0, "velocity_noise": 0.0, "torque_noise": 0.0}
+
+
+def moved(folder: Path, kind: str, **how: Any) -> Simulation:
+    """Return an arm whose elbow has an actuator of a kind."""
+    motors = device(JointMotors, **{"actuators": "elbow", **EXACT, **how})
+    extra = f'<actuator>{ACTUATORS[kind]}<motor name="ball" site="front" gear="1 0 0 0 0 0"/></actuator>'
+    body = ARM + '<site name="front"/>'
+    return simulated(folder, robot(folder, "", [motors], body=body, extra=extra))
+
+
+def command(simulation: Simulation, mode: JointMode, value: float, joint: str = "elbow") -> None:
+    """Give the elbow a command."""
+    found(simulation, JointMotors).on_command(JointCommand(mode, {joint: value}))
+
+
+def test_a_position_is_reached_and_held(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "position")
+    command(simulation, JointMode.POSITION, 0.7)
+    run(simulation, 3.0)
+    states = found(simulation, JointMotors).measure()
+    assert states.names == ("elbow",)
+    assert states.positions == pytest.approx([0.7], abs=1e-3)
+    assert states.velocities == pytest.approx([0.0], abs=1e-3)
+
+
+def test_without_a_command_a_position_stays_that_of_the_start(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "position")
+    run(simulation, 1.0)
+    assert found(simulation, JointMotors).measure().positions == pytest.approx([0.0], abs=1e-6)
+
+
+def test_a_velocity_holds_until_it_times_out(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "velocity")
+    motors = found(simulation, JointMotors)
+    command(simulation, JointMode.VELOCITY, 0.5)
+    run(simulation, 0.45)
+    assert motors.measure().velocities == pytest.approx([0.5], rel=0.02)
+    run(simulation, 0.5)
+    assert motors.measure().velocities == pytest.approx([0.0], abs=0.02)
+
+
+def test_a_torque_accelerates_as_inertia_says(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "torque")
+    motors = found(simulation, JointMotors)
+    motors.kit.model.dof_damping[:] = 0.0
+    command(simulation, JointMode.TORQUE, 0.02)
+    run(simulation, 0.2)
+    states = motors.measure()
+    box = 0.3 * (0.2**2 + 0.02**2) / 12.0 + 0.3 * 0.1**2
+    ball = 0.4 * 0.1 * 0.02**2
+    assert states.torques == pytest.approx([0.02])
+    assert states.velocities == pytest.approx([0.02 / (box + ball) * 0.2], rel=1e-3)
+
+
+def test_positions_come_in_steps_and_the_rest_with_noise(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "position", resolution=0.1, velocity_noise=0.02, torque_noise=0.3)
+    command(simulation, JointMode.POSITION, 0.74)
+    run(simulation, 3.0)
+    motors = found(simulation, JointMotors)
+    values = []
+    for _ in range(300):
+        run(simulation)
+        states = motors.measure()
+        assert states.positions == pytest.approx([0.7])
+        values.append([*states.velocities, *states.torques])
+    assert np.std(values, axis=0) == pytest.approx([0.02, 0.3], rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("joint", "mode", "complaint"),
+    [
+        ("knee", JointMode.POSITION, "device has no joint 'knee'; it has: elbow"),
+        ("elbow", JointMode.TORQUE, "'elbow' takes commands of position, not of torque"),
+    ],
+)
+def test_a_command_that_does_not_fit_is_refused_whole(
+    tmp_path: Path, joint: str, mode: JointMode, complaint: str
+) -> None:
+    simulation = moved(tmp_path, "position")
+    with pytest.raises(ValueError, match=complaint):
+        command(simulation, mode, 0.7, joint)
+    run(simulation, 0.5)
+    assert found(simulation, JointMotors).measure().positions == pytest.approx([0.0], abs=1e-6)
+
+
+def test_failures_add_a_bias_or_noise_to_positions(tmp_path: Path) -> None:
+    simulation = moved(tmp_path, "position", bias=0.3)
+    motors = found(simulation, JointMotors)
+    motors.kit.failing = "bias"
+    assert motors.measure().positions == pytest.approx([0.3])
+    motors.kit.failing = "noise"
+    assert motors.measure().positions[0] != 0.0
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity", "torque"])
+def test_a_restored_run_goes_on_with_its_commands(tmp_path: Path, kind: str) -> None:
+    original, successor = moved(tmp_path, kind), moved(tmp_path, kind)
+    command(original, JointMode(kind), 0.05)
+    run(original, 0.3)
+    successor.restore(original.snapshot())
+    for simulation in (original, successor):
+        run(simulation, 0.5)
+    assert successor.digest() == original.digest()
+    assert abs(float(found(original, JointMotors).kit.data.qpos[0])) > 1e-4
+
+
+@pytest.mark.parametrize(
+    ("actuators", "complaint"),
+    [
+        ("elbow knee", r"no actuator named 'knee'; there are: elbow, ball"),
+        ("ball", "actuator 'ball' must move a hinge or a slide"),
+        ("", "must name at least one MJCF actuator"),
+    ],
+)
+def test_actuators_that_do_not_fit_are_refused(tmp_path: Path, actuators: str, complaint: str) -> None:
+    with pytest.raises(SceneError, match=complaint):
+        moved(tmp_path, "position", actuators=actuators)
+
+
+def test_encoders_of_a_turn_have_4096_steps() -> None:
+    assert JointMotors.resolution.default == pytest.approx(math.radians(0.08789), rel=1e-4)
