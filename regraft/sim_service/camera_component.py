@@ -20,7 +20,15 @@ from regraft.sim_service.cameras.camera import CameraSettings, RenderState, Sens
 from regraft.sim_service.cameras.camera import Image as Pixels
 from regraft.sim_service.cameras.camera_mount import CameraMount, camera_mount
 from regraft.sim_service.cameras.renderers import Probe, RendererName, make_camera
-from regraft.sim_service.devices.failures import BLACK, CAMERA_FAILURES, FROZEN, NONE, SILENT, CameraFails, Schedule
+from regraft.sim_service.devices.core.failures import (
+    BLACK,
+    CAMERA_FAILURES,
+    FROZEN,
+    NONE,
+    SILENT,
+    CameraFails,
+    Schedule,
+)
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.placement import draw_placement
 from regraft.sim_service.layout.scene import load_scene

@@ -11,7 +11,7 @@ import numpy as np
 
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.contacts import ContactMonitor
-from regraft.sim_service.devices.device import Device
+from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.layout.headings import yaw_of_matrix
 from regraft.sim_service.layout.scene import Scene, SceneError
 from regraft.sim_service.robots import RobotSpec

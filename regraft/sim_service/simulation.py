@@ -15,9 +15,9 @@ from regraft.component.parameters import ParameterSet
 from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import RenderState
 from regraft.sim_service.cameras.lights import check_level
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.device_kit import DeviceKit, DeviceParameters, Progress
-from regraft.sim_service.devices.fitting import Fitted, fitted
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress
+from regraft.sim_service.devices.core.fitting import Fitted, fitted
 from regraft.sim_service.layout.placement import Placement, check_apart, draw_placement
 from regraft.sim_service.layout.scene import Scene
 from regraft.sim_service.layout.visitor import Visitor, Walk

@@ -8,10 +8,10 @@ from typing import Any
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import ParameterError
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.device_kit import DeviceParameters
-from regraft.sim_service.devices.failures import NONE, DeviceFails, Schedule
-from regraft.sim_service.devices.fitting import Fitted, fitted
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.device_kit import DeviceParameters
+from regraft.sim_service.devices.core.failures import NONE, DeviceFails, Schedule
+from regraft.sim_service.devices.core.fitting import Fitted, fitted
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulation import Simulation
 

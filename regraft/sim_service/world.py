@@ -13,8 +13,8 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.failures import DeviceFails
-from regraft.sim_service.devices.fitting import parameters_of, ports_of
+from regraft.sim_service.devices.core.failures import DeviceFails
+from regraft.sim_service.devices.core.fitting import parameters_of, ports_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.layout.visitor import DEFAULT_SPEED, Walk, Waypoint

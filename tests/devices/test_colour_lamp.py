@@ -12,11 +12,11 @@ from regraft.bus_schema.messages.world import WorldState
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState
 from regraft.sim_service.cameras.renderers import make_camera
-from regraft.sim_service.devices.colour_lamp import ColourLamp
+from regraft.sim_service.devices.signals.colour_lamp import ColourLamp
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation
 from regraft.testing import Rig
-from tests.renderers import renderers
+from tests.support.renderers import renderers
 
 from .worlds import FLOOR, PUCK, device, found, on_bus, robot, simulated, tick, world_on
 

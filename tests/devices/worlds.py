@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from regraft.bus_schema.encoding.records import record_shape
-from regraft.sim_service.devices.device import Device
+from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.layout.scene import load_scene
 from regraft.sim_service.robots import DeviceSpec, Place, RobotSpec
 from regraft.sim_service.simulation import Simulation

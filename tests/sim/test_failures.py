@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from regraft.sim_service.devices.failures import (
+from regraft.sim_service.devices.core.failures import (
     DROPOUT,
     CameraFails,
     CameraFailure,

@@ -4,7 +4,7 @@ import math
 
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.power import ChargerState
-from regraft.sim_service.devices.sensor import Sensor
+from regraft.sim_service.devices.core.sensor import Sensor
 
 
 class Charger(Sensor):

@@ -8,8 +8,8 @@ from regraft import Input, Parameter
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.planar import Twist2D
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.device_kit import DeviceKit
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.device_kit import DeviceKit
 from regraft.sim_service.layout.scene import SceneError
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.joints import JointCommand, JointMode, JointStates
-from regraft.sim_service.devices.failures import BIAS, NOISE
-from regraft.sim_service.devices.sensor import Sensor, failure_parameter
+from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo
 from regraft.sim_service.layout.scene import SceneError
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.geometry import Pose, Quaternion, Vector3
 from regraft.bus_schema.messages.sensors import LaserScan
-from regraft.sim_service.devices.failures import BIAS, DROPOUT, NOISE
-from regraft.sim_service.devices.mounting import mounted_at
-from regraft.sim_service.devices.sensor import Sensor, failure_parameter
+from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE
+from regraft.sim_service.devices.core.mounting import mounted_at
+from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 
 Ranges = npt.NDArray[np.float64]
 

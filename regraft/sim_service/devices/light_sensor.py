@@ -6,9 +6,9 @@ import numpy as np
 from regraft import Output, Parameter
 from regraft.bus_schema.messages.sensors import Illuminance
 from regraft.sim_service.cameras.lights import is_directional, lamp_share
-from regraft.sim_service.devices.failures import BIAS, NOISE
-from regraft.sim_service.devices.sensor import Sensor, failure_parameter
-from regraft.sim_service.devices.sight import is_clear, root_of
+from regraft.sim_service.devices.core.failures import BIAS, NOISE
+from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
+from regraft.sim_service.devices.signals.sight import is_clear, root_of
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 """Shares of red, green and blue in what the eye calls bright (ITU-R BT.709)."""

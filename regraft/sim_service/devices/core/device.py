@@ -7,7 +7,7 @@ from typing import Any
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.sim_service.cameras.camera import Rgb
-from regraft.sim_service.devices.device_kit import DeviceKit
+from regraft.sim_service.devices.core.device_kit import DeviceKit
 
 
 class Device:

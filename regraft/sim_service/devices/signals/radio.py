@@ -6,9 +6,9 @@ from typing import Any
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.signals import RadioMessage, RadioReception
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.failures import DROPOUT, NONE, SILENT
-from regraft.sim_service.devices.sight import obstacles, root_of
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.failures import DROPOUT, NONE, SILENT
+from regraft.sim_service.devices.signals.sight import obstacles, root_of
 
 NEAREST = 0.1
 """m: the law of the loss holds from about a wavelength on."""

@@ -6,8 +6,8 @@ from typing import Any
 from regraft import Input, Parameter
 from regraft.bus_schema.messages.signals import Colour
 from regraft.sim_service.cameras.camera import Rgb
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.failures import BLACK, FROZEN, NONE
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.failures import BLACK, FROZEN, NONE
 
 
 class ColourLamp(Device):

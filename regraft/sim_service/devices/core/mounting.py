@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from regraft.sim_service.devices.device_kit import DeviceKit
+from regraft.sim_service.devices.core.device_kit import DeviceKit
 
 Position = tuple[float, float, float]
 Orientation = tuple[float, float, float, float]

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from regraft.sim_service.devices.device_kit import DeviceKit
+from regraft.sim_service.devices.core.device_kit import DeviceKit
 
 Point = npt.NDArray[np.float64]
 NO_BODY = -1

@@ -12,7 +12,7 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.component.component import Declared, declared
 from regraft.component.parameters import ParameterError
 from regraft.process.modules import CannotImport, imported
-from regraft.sim_service.devices.device import Device
+from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.robots import DeviceSpec, RobotSpec
 
 

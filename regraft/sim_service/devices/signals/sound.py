@@ -8,10 +8,10 @@ from typing import Any
 
 from regraft import Input, Output, Parameter
 from regraft.bus_schema.messages.signals import HeardSound, Hearing, Sound
-from regraft.sim_service.devices.device import Device
-from regraft.sim_service.devices.failures import BIAS, NOISE, NONE, SILENT
-from regraft.sim_service.devices.sensor import Sensor, failure_parameter
-from regraft.sim_service.devices.sight import obstacles, root_of
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.failures import BIAS, NOISE, NONE, SILENT
+from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
+from regraft.sim_service.devices.signals.sight import obstacles, root_of
 
 SPEED = 343.0
 """m/s, in dry air of 20 degrees Celsius."""

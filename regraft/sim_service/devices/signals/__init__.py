@@ -1,0 +1,1 @@
+"""Devices that reach others: beacons, lamps, sound and radio."""
