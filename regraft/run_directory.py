@@ -174,4 +174,4 @@ def find(system: str | None = None) -> RunInfo:
     if not infos:
         raise NotRunning("no system is running: start one with 'regraft up STACK'")
     names = ", ".join(info.system for info in infos)
-    raise NotRunning(f"several systems are running ({names}): say which with --system")
+    raise NotRunning(f"several systems are running ({names}): choose one with --system")

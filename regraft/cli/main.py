@@ -60,7 +60,7 @@ def common(
             "--system",
             metavar="NAME",
             envvar="REGRAFT_SYSTEM",
-            help="The system to talk to; a command about a running system takes it behind its name too.",
+            help="The system; a command about a running system takes it behind its name too.",
         ),
     ] = None,
 ) -> None:

@@ -121,7 +121,7 @@ class Campaign:
         if before is None and report_only:
             raise BadCampaign(f"there is no campaign in {self.folder}, and so nothing to report")
         if before is not None and not resume and not report_only:
-            raise BadCampaign(f"{self.folder} has a campaign already: go on with --resume, or name another --out")
+            raise BadCampaign(f"{self.folder} has a campaign already: continue with --resume, or name another --out")
         if before is not None and before != about:
             other = "; ".join(f"{name} was {before.get(name)}" for name in about if before.get(name) != about[name])
             raise BadCampaign(f"{self.folder} has another campaign ({other}): give the same, or name another --out")

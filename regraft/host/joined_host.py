@@ -171,7 +171,7 @@ class JoinedHost(Host):
         ]
         names = [name for name in living if rules.move_to or self._is_handed_over(name)]
         ended = sorted({*names, *self.standby_runs.processes})
-        what = f"ends {', '.join(ended)}" if ended else "goes on alone"
+        what = f"ends {', '.join(ended)}" if ended else "continues alone"
         self._publisher.event(
             "host.alone", self.plan.name, f"host {self.plan.name} hears nothing of the system: it {what}"
         )

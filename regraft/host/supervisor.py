@@ -152,7 +152,7 @@ class Supervisor:
             return
         if self.standby_runs.awaits(managed):
             managed.state, managed.restart_by = ProcessState.STOPPED, time.monotonic() + ALONE_TIMEOUT
-            text = f"{name} ended: {managed.exit_reason}; another run of it waits to go on"
+            text = f"{name} ended: {managed.exit_reason}; another run of it waits to continue"
             self._publisher.event("component.ended", name, text)
             return
         managed.start_at = managed.history.next_start(time.monotonic())

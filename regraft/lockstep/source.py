@@ -28,7 +28,7 @@ LOOK_INTERVAL = 0.05
 class TimeSource(Component):
     """A component that advances simulated time, tick by tick."""
 
-    removal_forbidden = "without it simulated time does not go on"
+    removal_forbidden = "simulated time needs it"
     is_time_source = True
 
     tick_rate = Parameter(

@@ -74,7 +74,7 @@ def prove(tls: Tls, host: str, instance: str, ask: Callable[[ProveHost], HostPro
         end.say(codec.encode(HostKey(host, instance, key)))
         end.take(ask(ProveHost(exchange, end.flight())).flight)
         if end.heard() != ACCEPTED:
-            raise NotProved("the first host does not say whether it accepts our certificate")
+            raise NotProved("no reply of the first host whether it accepts our certificate")
     except (OSError, ssl.SSLError) as error:
         raise NotProved(f"the first host does not prove itself: {why(error)}") from None
     return Seal(key)

@@ -68,7 +68,7 @@ class SensorMonitor(Component):
     scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")
     odometry = Input(Odometry, latest_only=True, required=False, description="the pose by the wheels to watch")
     localization = Input(Odometry, latest_only=True, required=False, description="the pose in the map to watch")
-    velocity = Input(Twist, latest_only=True, required=False, description="whether the robot is told to move")
+    velocity = Input(Twist, latest_only=True, required=False, description="the commanded motion")
     sensor_health = Output(SensorHealth, description="what is wrong")
 
     @classmethod

@@ -122,7 +122,7 @@ def test_all_that_is_wrong_with_an_addition_is_said_at_once(system: System) -> N
     [
         (ComponentSpec(cls="tests.adaptation.parts:Nobody"), "class", "has no class 'Nobody'"),
         (ComponentSpec(cls="no.such.module:Nobody"), "class", "cannot import"),
-        (ComponentSpec(cls="tests.adaptation.parts:Ticker"), "class", "makes simulated time go on"),
+        (ComponentSpec(cls="tests.adaptation.parts:Ticker"), "class", "is a source of time"),
         (ComponentSpec(), "class", "either a class or a command"),
         (ComponentSpec(command=("no-such-program",), managed=False), "command", "no program"),
         (ComponentSpec(cls="tests.adaptation.parts:Listener", host="moon"), "host", "no host 'moon'"),

@@ -205,7 +205,7 @@ def test_a_requirement_that_nobody_tells_of_is_a_violation(system: System) -> No
     report = system.adapt(LOUDER, confirm=1.0, watch=("MoveSafely", "MoveFast", "no key/at all*"))
     assert report.outcome is Outcome.REJECTED
     assert [violation.field for violation in report.violations] == ["watch.1", "watch.2"]
-    assert "nobody tells of a quality requirement 'MoveFast'" in report.violations[0].problem
+    assert "no report of a quality requirement 'MoveFast'" in report.violations[0].problem
     assert system.views() == before
 
 

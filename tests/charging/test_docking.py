@@ -173,7 +173,7 @@ def test_a_charger_that_says_nothing_is_told_from_one_that_is_not_felt() -> None
     with Rig() as rig:
         station = built(rig, charger_works=False)
         charged = station.result(station.charge())
-    assert charged.reason == "at the dock, but no charger has said a word within 1.5 s"
+    assert charged.reason == "at the dock, but no charger has reported within 1.5 s"
     assert len(station.driver.driven) == 1
 
 

@@ -83,4 +83,4 @@ def test_every_command_about_a_system_takes_its_name_as_the_help_says() -> None:
 def test_a_system_is_not_named_twice_differently(regraft: Regraft, before: tuple[str, ...]) -> None:
     found = regraft(*before, "down", "one", "--system", "two")
     assert found.exit_code == 2
-    assert found.stderr == "regraft: SYSTEM is 'one', but --system says 'two': leave one out\n"
+    assert found.stderr == "regraft: SYSTEM is 'one', but --system is 'two': omit one\n"

@@ -128,7 +128,7 @@ def test_a_run_that_fails_is_told_kept_and_tried_again(tmp_path: Path) -> None:
 def test_more_runs_and_configurations_can_be_added_but_not_other_ones(tmp_path: Path) -> None:
     assert run(tmp_path, "--runs", "1", "--configurations", "slow")[0] == 0
     code, said = run(tmp_path, "--runs", "1")
-    assert (code, "go on with --resume" in said) == (2, True)
+    assert (code, "continue with --resume" in said) == (2, True)
     code, said = run(tmp_path, "--runs", "1", "--seed", "7", "--resume")
     assert (code, "seed was 1" in said) == (2, True)
     assert run(tmp_path, "--runs", "1", "--resume")[0] == 0

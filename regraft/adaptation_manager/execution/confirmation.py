@@ -57,7 +57,7 @@ class Watch:
         for index, (name, quality) in enumerate(await self._qualities()):
             if quality is None:
                 problem = (
-                    f"nobody tells of a quality requirement {name!r}: it is known from when its task is first run; "
+                    f"no report of a quality requirement {name!r}: it is known from when its task is first run; "
                     "'regraft mission show' lists those of the mission"
                 )
                 found.append(Violation(None, "", f"watch.{index}", problem))
@@ -127,7 +127,7 @@ class Watch:
 
     def _missed(self, name: str, quality: Quality | None, last: bool) -> str:
         if quality is None:
-            return f"nobody tells of the quality requirement {name} any more"
+            return f"the quality requirement {name} is not reported any more"
         if not _is_broken(quality):
             self.owed.discard(name)
             return ""

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, StepS
 from regraft.bus_schema.model.architecture import Architecture
 
 INTERRUPTED = "interrupted: the manager was restarted"
-DAMAGED = "the journal does not say any more how"
+DAMAGED = "the journal has lost how"
 
 
 async def recover(

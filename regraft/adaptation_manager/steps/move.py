@@ -71,7 +71,7 @@ def _of_component(draft: Draft, spec: ComponentSpec) -> list[tuple[str, str]]:
     if name == draft.manager:
         refused = "cannot be moved: it carries out the move; it is placed by the stack"
     elif spec.description is not None and spec.description.is_time_source:
-        refused = "cannot be moved: simulated time goes on with it, at the first host"
+        refused = "cannot be moved: it is the source of simulated time, at the first host"
     elif not spec.managed:
         refused = "is unmanaged: it does not speak the lifecycle"
     elif not spec.cls:

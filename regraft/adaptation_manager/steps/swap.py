@@ -67,7 +67,7 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
     name = change.component
     live = draft.live.get(name)
     if spec.description is not None and spec.description.is_time_source:
-        return "component", "cannot be swapped: simulated time goes on with it; it is exchanged with the stack"
+        return "component", "cannot be swapped: it is the source of simulated time; change it in the stack"
     if name == draft.manager:
         return "component", "cannot be swapped: it carries out the swap; it is exchanged with the stack"
     if not spec.cls:

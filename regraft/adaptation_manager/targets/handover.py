@@ -203,7 +203,7 @@ async def _go_on_if_there_is_time(context: ExecutionContext, name: str) -> None:
     try:
         await go_on_in_step(context, name)
     except ControlFailed as error:
-        context.kit.log.warning("%s: simulated time does not go on with it yet: %s", name, error)
+        context.kit.log.warning("%s: simulated time does not include it yet: %s", name, error)
 
 
 async def _renamed(context: ExecutionContext, action: Restore, former: ProcessStatus) -> int:

@@ -188,11 +188,11 @@ async def go_on_in_step(context: ExecutionContext, name: str) -> None:
     patience = Patience(context.start_within(spec))
     while not await _membership(context, "succeed", ClockMember(name, context.controls.processes[name].incarnation)):
         if patience.is_over():
-            raise NoAnswer(f"{name}: simulated time does not go on with it within {context.start_within(spec):g} s")
+            raise NoAnswer(f"{name}: simulated time does not include it within {context.start_within(spec):g} s")
         await context.pause(LOOK_AGAIN_INTERVAL)
         await context.refresh()
         if context.controls.living(name) is None:
-            raise NoAnswer(f"{name}: it has ended as it was to go on in simulated time", gone=True)
+            raise NoAnswer(f"{name}: it ended before simulated time included it", gone=True)
     context.touch(name)
 
 

@@ -13,7 +13,7 @@ from regraft.security.certificates import make
 
 
 def certificates(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where they are kept; made if it is not there.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder of the results; created if missing.")],
     names: Annotated[list[str], typer.Argument(metavar="NAME...", help="Hosts, 'local' for the first.")],
     addresses: Annotated[
         list[str] | None,

@@ -33,8 +33,8 @@ SystemOfTokens = Annotated[
 @token.command("create")
 def create(
     ctx: typer.Context,
-    role: Annotated[Role, typer.Option("--role", help="administer may do all, operate may exchange no code.")],
-    duration: Annotated[str, typer.Option("--for", metavar="DURATION", help="How long: 30m, 8h, 7d.")],
+    role: Annotated[Role, typer.Option("--role", help="administer permits all, operate all but exchanging code.")],
+    duration: Annotated[str, typer.Option("--for", metavar="DURATION", help="The validity: 30m, 8h, 7d.")],
     name: Annotated[str, typer.Option("--name", metavar="NAME", help="For the journal and for revoking it.")] = "",
     system: SystemOfTokens = None,
     as_json: JsonOption = False,

@@ -47,7 +47,7 @@ def adapt(
         typer.Option(
             metavar="SECONDS",
             parser=seconds(0.0, 86_400.0),
-            help="Watch it for so long before it is final; undo it if it fails.",
+            help="Watch it for this time before it is final; undo it if it fails.",
         ),
     ] = None,
     watch: Annotated[

@@ -22,11 +22,12 @@ from regraft.process.trial.trial_import import check_classes
 from regraft.stack.classes import look_in
 
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="PARAMETER=VALUE", help="As if it had this value; may be repeated.")
+    list[str] | None,
+    typer.Option("--set", metavar="PARAMETER=VALUE", help="Estimate with this value; may be repeated."),
 ]
 Context = Annotated[
     list[str] | None,
-    typer.Option("--context", metavar="NAME=VALUE", help="What it would work in: darkness=0.7; may be repeated."),
+    typer.Option("--context", metavar="NAME=VALUE", help="The context to estimate for: darkness=0.7; may be repeated."),
 ]
 
 
@@ -68,7 +69,7 @@ def _show(component: str, estimated: Mapping[str, float], evaluated: Mapping[str
         return
     names = sorted({*estimated, *(evaluated or {})})
     rows = [(name, _number(estimated, name), _number(evaluated or {}, name)) for name in names]
-    show_table(("quality", "estimated", "now"), rows, empty=f"{component} says nothing of its qualities")
+    show_table(("quality", "estimated", "now"), rows, empty=f"{component} estimates no qualities")
 
 
 def _number(values: Mapping[str, float], name: str) -> str:

@@ -141,7 +141,7 @@ def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
 def _show_entry(report: AdaptationReport) -> None:
     say(managing.headline(report))
     why = " ".join(report.request.reason.split()) or "no reason given"
-    say(f"by {report.request.actor or 'nobody known'}, because: {why}")
+    say(f"by {report.request.actor or 'unknown'}, because: {why}")
     for line in managing.change_lines(report.request):
         say(f"  {line}")
     for name, value in report.request.context.items():

@@ -62,7 +62,7 @@ def set_state(
     component: ComponentArgument,
     transition: Annotated[
         Transition,
-        typer.Argument(metavar="TRANSITION", help="What it is to do.", parser=one_of(Transition, "transition")),
+        typer.Argument(metavar="TRANSITION", help="The task of the planner.", parser=one_of(Transition, "transition")),
     ],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",

@@ -21,14 +21,14 @@ def swap(
     ctx: typer.Context,
     component: ComponentArgument,
     cls: Annotated[
-        str, typer.Argument(metavar="[CLASS]", help="module:Class; left out, the class of now, configured otherwise.")
+        str, typer.Argument(metavar="[CLASS]", help="module:Class; by default the present class, configured otherwise.")
     ] = "",
     parameters: Annotated[
         Several, typer.Option("--set", "-p", metavar="NAME=VALUE", help="A parameter; the others keep their values.")
     ] = None,
     ports: Annotated[Several, typer.Option("--connect", metavar="PORT=TOPIC", help="The topic of a port.")] = None,
-    host: Annotated[str, typer.Option("--host", metavar="HOST", help="The host that it goes on at.")] = "",
-    without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
+    host: Annotated[str, typer.Option("--host", metavar="HOST", help="The host where it continues.")] = "",
+    without_state: Annotated[bool, typer.Option("--without-state", help="Start without the present state.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
@@ -50,8 +50,8 @@ def swap(
 def move(
     ctx: typer.Context,
     component: ComponentArgument,
-    host: Annotated[str, typer.Argument(metavar="HOST", help="The host that it goes on at.")],
-    without_state: Annotated[bool, typer.Option("--without-state", help="Begin without the state of now.")] = False,
+    host: Annotated[str, typer.Argument(metavar="HOST", help="The host where it continues.")],
+    without_state: Annotated[bool, typer.Option("--without-state", help="Start without the present state.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,

@@ -54,7 +54,7 @@ class Rates:
         plain = self.plain()
         if plain["hz"] is None:
             return f"{self.count} messages, too few for a rate"
-        stamped = f"{plain['stamp_hz']:.2f} Hz by their stamps" if plain["stamp_hz"] else "stamps stand still"
+        stamped = f"{plain['stamp_hz']:.2f} Hz by their stamps" if plain["stamp_hz"] else "stamps do not change"
         gap = seconds(plain["gap_max_s"] or 0.0)
         text = f"{plain['hz']:.2f} Hz, {stamped}, longest gap {gap}, {self.count} messages"
         return f"{text}, {self.missing} missing" if self.missing else text

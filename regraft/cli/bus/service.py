@@ -82,9 +82,7 @@ def send(
     name: Annotated[str, typer.Argument(metavar="ACTION")],
     body: BodyArgument = "",
     feedback: Annotated[bool, typer.Option("--feedback", help="Print feedback as it comes.")] = False,
-    detach: Annotated[
-        bool, typer.Option("--detach", help="Return once it is accepted; nobody waits for it, and it goes on.")
-    ] = False,
+    detach: Annotated[bool, typer.Option("--detach", help="Return once it is accepted; the goal continues.")] = False,
     timeout: TimeoutOption = 3600.0,
     system: SystemOption = None,
     as_json: JsonOption = False,

@@ -33,10 +33,10 @@ MAX_SHOWN_LENGTH = 400
 
 TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
 CountOption = Annotated[
-    int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many messages.")
+    int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after this number of messages.")
 ]
 ForOption = Annotated[
-    float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
+    float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after this time.")
 ]
 
 
@@ -116,7 +116,7 @@ def _check(there: Reached, name: str) -> None:
                     f"no component knows the topic {name!r}, and nothing comes on it; {instead_of(name, uses)}"
                 )
     if not uses[name].writers:
-        complain(f"nobody writes {name} now; waiting")
+        complain(f"{name} has no writer now; waiting")
 
 
 def _samples(there: Reached, name: str, count: int | None, duration: float | None) -> Iterator[TopicSample]:
@@ -195,7 +195,7 @@ def pub(
     ctx: typer.Context,
     name: TopicArgument,
     body: Annotated[str, typer.Argument(metavar="BODY", help="The message's fields in JSON or YAML.")],
-    kind: Annotated[str, typer.Option("--type", metavar="TYPE", help="By default the topic's.")] = "",
+    kind: Annotated[str, typer.Option("--type", metavar="TYPE", help="The message type; by default the topic's.")] = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -207,7 +207,7 @@ def pub(
         use = uses.get(name)
         if use is None and not kind:
             hint = instead_of(name, uses)
-            raise BadInput(f"nobody writes or reads {name!r}, so its type is not known: give one with --type; {hint}")
+            raise BadInput(f"{name!r} has no writer or reader, so its type is not known: give one with --type; {hint}")
         wanted = kind or (use.type if use else "")
         if use is not None and wanted != use.type:
             raise BadInput(f"{name} carries {use.type}, not {wanted}")

@@ -32,7 +32,7 @@ def host(
     ctx: typer.Context,
     join: Annotated[
         str | None,
-        typer.Option("--join", metavar="ENDPOINT", help="Be a host of the system that is there, until Ctrl-C."),
+        typer.Option("--join", metavar="ENDPOINT", help="Join the running system as a host, until Ctrl-C."),
     ] = None,
     name: Annotated[
         str | None, typer.Option("--name", metavar="NAME", help="With --join: the name to be a host under.")
@@ -44,7 +44,7 @@ def host(
             metavar="FOLDER",
             file_okay=False,
             exists=True,
-            help="With --join: where the stack's files are on this machine; by default where they are on the first.",
+            help="With --join: the folder of the stack's files on this machine; by default that of the first host.",
         ),
     ] = None,
     tls: TlsOption = None,

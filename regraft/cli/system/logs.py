@@ -29,8 +29,10 @@ MAX_BYTES = 1024 * 1024
 def logs(
     ctx: typer.Context,
     component: ComponentArgument,
-    follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on with what comes, until Ctrl-C.")] = False,
-    lines: Annotated[int, typer.Option("--lines", "-n", metavar="N", parser=whole(1, 10_000), help="How many.")] = 100,
+    follow: Annotated[bool, typer.Option("--follow", "-f", help="Follow new output, until Ctrl-C.")] = False,
+    lines: Annotated[
+        int, typer.Option("--lines", "-n", metavar="N", parser=whole(1, 10_000), help="The number of entries.")
+    ] = 100,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -124,10 +126,10 @@ def events(
     ctx: typer.Context,
     kind: Annotated[str, typer.Option("--kind", metavar="PREFIX", help="Only kinds such as adaptation.")] = "",
     count: Annotated[
-        int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after so many.")
+        int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after this number.")
     ] = None,
     duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after so long.")
+        float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after this time.")
     ] = None,
     system: SystemOption = None,
     as_json: JsonOption = False,

@@ -118,7 +118,7 @@ def down(
 ) -> None:
     """End a running system, and wait until all its processes have ended."""
     if named is not None and system is not None and named != system:
-        raise BadInput(f"SYSTEM is {named!r}, but --system says {system!r}: leave one out")
+        raise BadInput(f"SYSTEM is {named!r}, but --system is {system!r}: omit one")
     info = run_directory.find(chosen_system(ctx, named or system))
     began = time.monotonic()
     try:

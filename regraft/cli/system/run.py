@@ -45,7 +45,7 @@ LOOK_INTERVAL = 0.25
 
 def run(
     ctx: typer.Context,
-    component: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="Where the component's class is.")],
+    component: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="The class of the component.")],
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="PARAMETER=VALUE", help="Set a parameter; may be repeated."),

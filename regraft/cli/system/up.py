@@ -61,7 +61,7 @@ def up(
             "--for",
             metavar="SECONDS",
             parser=seconds(0.001),
-            help="End after so many seconds: of simulated time, or under the real clock once all is up.",
+            help="End after this number of seconds: of simulated time, or of the real clock once all is up.",
         ),
     ] = None,
     seed: Annotated[
@@ -73,7 +73,9 @@ def up(
     ] = None,
     listen: Annotated[
         str | None,
-        typer.Option("--listen", metavar="ENDPOINT", help="Where other hosts join, such as tcp/127.0.0.1:7447."),
+        typer.Option(
+            "--listen", metavar="ENDPOINT", help="The endpoint where other hosts join, such as tcp/127.0.0.1:7447."
+        ),
     ] = None,
     tls: TlsOption = None,
     insecure: InsecureOption = False,

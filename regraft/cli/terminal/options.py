@@ -11,7 +11,7 @@ from regraft.cli.terminal.numbers import seconds
 
 SystemOption = Annotated[
     str | None,
-    typer.Option("--system", metavar="NAME", help="The system to talk to; needed only if several run."),
+    typer.Option("--system", metavar="NAME", help="The system; needed only if several run."),
 ]
 
 
@@ -41,10 +41,10 @@ SecretOption = Annotated[
         help="The secret that all hosts of the system share; by default bus.secret of the --tls folder.",
     ),
 ]
-DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and touch nothing.")]
-ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the journal.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the plan, and touch nothing.")]
+ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="The reason, for the journal.")]
 TimeoutOption = Annotated[
-    float, typer.Option("--timeout", metavar="SECONDS", parser=seconds(0.1), help="How long to wait.")
+    float, typer.Option("--timeout", metavar="SECONDS", parser=seconds(0.1), help="The time to wait.")
 ]
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT", help="A component's name.")]
 

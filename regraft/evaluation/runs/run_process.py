@@ -88,7 +88,7 @@ class RunProcess:
         code = self._process.returncode
         if self._why or code or not isinstance(said, dict) or not said:
             problems = "; ".join(said.get("problems", ())) if isinstance(said, dict) else ""
-            why = self._why or problems or self._last_words() or "it said nothing"
+            why = self._why or problems or self._last_words() or "it printed nothing"
             raise BadRun(f"exit code {code}: {why}")
         return said
 

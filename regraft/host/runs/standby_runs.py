@@ -78,7 +78,7 @@ class StandbyRuns:
         if incumbent is None or incumbent.started_as != asked.incumbent or not incumbent.has_process:
             raise UnknownComponent(f"{name}: there is no run {asked.incumbent} of it to succeed")
         if self.has_process(name):
-            raise UnknownComponent(f"{name}: another run of it stands beside it already")
+            raise UnknownComponent(f"{name}: it has another run already")
         return incumbent
 
     def stands(self, managed: ManagedProcess) -> bool:

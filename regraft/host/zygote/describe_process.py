@@ -47,7 +47,7 @@ def describe_component(
         return DescribedComponent(spec, (Violation(None, spec.name, "class", str(error)),))
     found = [Violation(None, spec.name, f"parameters.{place}", why) for place, why in problems]
     if issubclass(load_class(spec.cls), TimeSource):
-        problem = f"{spec.cls!r} makes simulated time go on: a system has one source of time, from its start"
+        problem = f"{spec.cls!r} is a source of time: a system has one, from its start"
         found.append(Violation(None, spec.name, "class", problem))
     completed = replace(
         spec,

@@ -204,7 +204,7 @@ class Incumbent:
     def _take_hold_again(self) -> Exception | None:
         """Continue from what this run itself had handed over before; returns why it could not."""
         parts, handed, self._let_go = self._parts, self._let_go, None
-        assert handed is not None, "only a run that has let go takes hold again"
+        assert handed is not None, "only a run that has released takes hold again"
         try:
             self._lifecycle.perform(Transition.CONFIGURE)
             self._transfer.take_over(handed, self._standing.held, with_state=self._keeps_state)

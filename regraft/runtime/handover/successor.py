@@ -127,7 +127,7 @@ class Successor:
         if self._standing.role is Role.FROZEN:
             self._take_back(asked)
         elif self._offer is None:
-            raise ControlRefused(ControlCode.FAILED, "the incumbent has not said yet what it hands over")
+            raise ControlRefused(ControlCode.FAILED, "the incumbent has not handed over yet")
         else:
             self._pull(self._succession.incarnation, asked)
         cls = type(self._parts.component)

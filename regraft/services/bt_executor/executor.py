@@ -72,7 +72,7 @@ class Executor(Component):
     """Return the entries that the inputs give the root blackboard; a subclass with further inputs adds to them."""
 
     mission = Parameter("", "the file with the tree; without one a tree is loaded by command", unit="path", exists=True)
-    main = Parameter("", "ID of the tree to run, by default what the file says")
+    main = Parameter("", "ID of the tree to run, by default that of the file")
     rate = Parameter(10.0, "ticks a second", minimum=0.1, maximum=200.0, unit="Hz")
     autostart = Parameter(True, "whether the mission starts when the component is activated")
     nodes = Parameter(

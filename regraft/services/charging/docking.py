@@ -175,7 +175,7 @@ class Docking(Component):
             if charger is not None and charger.stamp >= arrived and charger.connected:
                 return True
         if not self._is_fresh(self.charger.latest):
-            raise ChargingFailed(f"at the dock, but no charger has said a word within {self.felt_within:g} s")
+            raise ChargingFailed(f"at the dock, but no charger has reported within {self.felt_within:g} s")
         return False
 
     async def _fill(self, until: float) -> bool:

@@ -47,7 +47,7 @@ class HydrantDetector(Component):
     calibration: ClassVar[Calibration]
     performance: ClassVar[Performance]
 
-    pictures = Parameter(1, "pictures for a request that does not say how many", minimum=1, maximum=100)
+    pictures = Parameter(1, "pictures for a request without a number", minimum=1, maximum=100)
     interval = Parameter(0.0, "pause before each picture", minimum=0.0, maximum=60.0, unit="s")
     picture_within = Parameter(5.0, "how long a picture is waited for", minimum=0.1, maximum=60.0, unit="s")
     picture_energy = Parameter(PICTURE_ENERGY, "for one on-board picture", minimum=0.0, unit="J")

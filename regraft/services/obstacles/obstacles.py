@@ -27,7 +27,7 @@ class Obstacles(Component):
     resources = Resources(cpu=0.02, memory=25.0)
 
     rate = Parameter(1.0, "how often a changed map is looked at, at the most", minimum=0.01, maximum=10.0, unit="Hz")
-    repeat = Parameter(5.0, "how long unchanged goals are not told again", minimum=0.1, unit="s")
+    repeat = Parameter(5.0, "interval of repeating unchanged goals", minimum=0.1, unit="s")
     standoff = Parameter(0.65, "how far from an object to look at it", minimum=0.3, maximum=2.0, unit="m")
     room = Parameter(0.30, "how far from everything the robot stands", minimum=0.05, maximum=1.0, unit="m")
     radius = Parameter(0.22, "of the robot, with what it keeps from things", minimum=0.05, maximum=2.0, unit="m")

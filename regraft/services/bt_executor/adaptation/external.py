@@ -149,4 +149,4 @@ def _result(proposal: Proposal) -> Result:
         return Result(UNCHANGED)
     notes = proposal.choice.get("notes")
     why = "; ".join(str(note) for note in notes) if isinstance(notes, list) else ""
-    return Result(str(outcome), why or "the planner does not say why")
+    return Result(str(outcome), why or "the planner gives no reason")

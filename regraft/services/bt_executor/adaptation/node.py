@@ -25,7 +25,7 @@ class AdaptNode(Decorator):
     utility_port = Input[Any](name="utility", description="script or entry: what the option that stands is worth")
     knobs = Input[Any](description="json:{...}, settings of the strategy")
     constraints = Input[Any](description="json:[...], which options do not go together")
-    context_port = Input[Any](name="context", default="", description="root entries that the planner is told of: a;b")
+    context_port = Input[Any](name="context", default="", description="root entries for the planner: a;b")
     settle = Input[Any](default="1s", description="how long after a change its effect can be measured")
     planner = Input(str, default="bandits", description="the planner that knows the strategy")
     task = Input(str, default="", description="the name under which the planner learns; by default the node's path")

@@ -22,7 +22,7 @@ class DetectObject(Asking):
     service = Input(str, default="detect", description="the service that looks")
     timeout = Input(float, default=10.0, description="seconds to wait for the answer")
     looked = Output(int, description="how many pictures were looked at")
-    useful = Output(int, description="how many of them were of use; all, if the detector does not say")
+    useful = Output(int, description="how many of them were of use; all, if not reported")
     hits = Output(int, description="in how many of them it was seen")
     found = Output(bool, description="whether it was seen at all")
     confidence = Output(float, description="of the best sighting, 0 if it was not seen")

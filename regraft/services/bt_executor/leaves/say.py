@@ -16,7 +16,7 @@ _PLACE: Final = re.compile(r"\{(@?\w+)\}")
 class Say(SyncAction):
     """Puts an event on the bus; ``{key}`` within its text represents the value of a blackboard entry."""
 
-    text = Input(str, description="what to say")
+    text = Input(str, description="the text of the event")
     event = Input(str, default="mission.said", description="the kind of event, dotted")
     details = Input(str, default="", description="keys of entries that go with the event as values, set off by blanks")
 

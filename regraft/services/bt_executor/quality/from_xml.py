@@ -61,7 +61,7 @@ class RequiredInXml(QualityRequirement):
         ports = [relation.port for relation in relations]
         if "requirement" in given:
             if ports or "within" in given:
-                raise ValueError(f"'requirement' says all; leave {', '.join(ports or ['within'])} out")
+                raise ValueError(f"'requirement' has everything; leave {', '.join(ports or ['within'])} out")
             return parse_requirement(given["requirement"])
         if "within" in given and not ports:
             raise ValueError("'within' needs something that it is the tolerance of, such as as_close_as_possible_to")

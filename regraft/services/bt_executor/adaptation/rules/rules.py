@@ -159,7 +159,7 @@ class RuleTable:
     def _only_location(self, of_what: str) -> str:
         if len(self._locations) != 1:
             named = ";".join(self._locations) or "not given"
-            raise ValueError(f"'{of_what}' does not say of which component, and subject_location is {named}")
+            raise ValueError(f"'{of_what}' does not name its component, and subject_location is {named}")
         return self._locations[0]
 
 
