@@ -29,7 +29,7 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The adaptation's 
 def list_lines(
     ctx: typer.Context,
     limit: Annotated[
-        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="The number of entries, newest first.")
+        int, typer.Option("--limit", metavar="N", parser=whole(1, 500), help="How many, newest first.")
     ] = 20,
     before: Annotated[str, typer.Option("--before", metavar="ID", help="Only older ones than this.")] = "",
     system: SystemOption = None,
@@ -73,8 +73,8 @@ def show(ctx: typer.Context, adaptation: IdArgument, system: SystemOption = None
 @journal.command("diff")
 def show_diff(
     ctx: typer.Context,
-    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier revision.")],
-    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later revision.")],
+    before: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The earlier one.")],
+    after: Annotated[int, typer.Argument(metavar="REVISION", parser=whole(0), help="The later one.")],
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
