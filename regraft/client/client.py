@@ -194,8 +194,8 @@ class Client:
     ) -> ControlReply:
         """Ask the living run of a component a control query; without a message it only reads.
 
-        ``describe`` gives a Description, or Qualities if these are asked for, ``state`` a Snapshot unless it
-        restores, ``types`` KnownTypes, the others a ComponentView.
+        ``describe`` gives a Description, or Qualities if these are asked for. ``state`` gives a Snapshot unless it
+        restores, ``types`` gives KnownTypes. The others give a ComponentView.
 
         Raises:
             NoSuchComponent: no run of it is alive.

@@ -44,8 +44,8 @@ class ClientGoal(Generic[A, F]):
         """Wait for the result.
 
         Raises:
-            CallFailed: refused, failed, cancelled; or not ended after ``timeout`` seconds: the goal then goes on,
-                and its result can be waited for again.
+            CallFailed: refused, failed, cancelled; or not ended after ``timeout`` seconds: the goal is still
+                pursued then, and its result can be waited for again.
         """
         if not self._ended.wait(timeout):
             raise CallFailed(self._pending.service, None, f"the goal is still being pursued after {timeout:g} s")

@@ -23,7 +23,7 @@ class TopicSample:
     """One message as seen on a topic.
 
     ``stamp`` is in nanoseconds on the sender's clock, ``size`` in bytes. ``message`` is an instance of the class
-    that was asked for, or plain data (arrays as numpy arrays) where none was.
+    that was asked for. Without a class it is plain data, with arrays as numpy arrays.
     """
 
     topic: str

@@ -78,8 +78,8 @@ class Parameter(Generic[V]):
     ) -> None:
         """Declare a parameter by its default, whose type is the parameter's type.
 
-        One that ``exists`` is a path (its unit) to a file that has to be there before the component starts, unless it
-        is empty.
+        One that ``exists`` is a path (its unit) to a file. A file that is named has to be there before the component
+        starts.
         """
         self.name = ""
         self.default: V = default

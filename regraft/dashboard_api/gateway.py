@@ -16,7 +16,7 @@ from regraft.run_directory import folder
 from regraft.security.tokens import Tokens
 
 TURN_TIMEOUT = 60.0
-"""Seconds without a turn of its loop after which a server has failed, if no host has found the gateway hung earlier."""
+"""Seconds without a turn of its loop after which a server has failed, unless a host found it hung earlier."""
 
 
 class Gateway(Component):

@@ -61,10 +61,10 @@ class Camera(Component):
     """Renders the pictures of one camera of the world, when they are due and somebody wants them.
 
     A picture shows the tick it was taken in. ``width``, ``height`` and ``rate`` of 0 are what the renderer
-    does with ease: 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
+    does with ease. That is 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
 
-    It can be made to fail: at once, by the parameter ``failure``, and by the clock, by the schedule ``failures``,
-    which counts while the parameter says none.
+    The parameter ``failure`` makes it fail at once. The schedule ``failures`` makes it fail by the clock, while the
+    parameter is none.
     """
 
     handler_timeout = 2.0

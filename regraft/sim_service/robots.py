@@ -47,10 +47,10 @@ class DeviceSpec:
 class RobotSpec:
     """A robot of a world.
 
-    Its MJCF elements, topics and ports have short names in its own files; in the world they begin with ``NAME/``,
+    Its MJCF elements, topics and ports have short names in its own files. In the world they begin with ``NAME/``,
     unless the name is empty. ``model`` is the MJCF file that is attached to the world. Without a model the world file
-    has the robot itself, as the body ``base``. A robot has a ``place``, or one is drawn in a ``region``, or the world
-    file's rules place it, or it stands where its MJCF says.
+    has the robot itself, as the body ``base``. A robot has a ``place``, or one is drawn in a ``region``. Else the
+    world file's rules place it, or it stands where its MJCF says.
     """
 
     name: Annotated[str, Text(64)] = ""
@@ -68,7 +68,7 @@ class RobotSpec:
 
     @property
     def prefix(self) -> str:
-        """What the names of its elements, topics and ports begin with."""
+        """The begin of the names of its elements, topics and ports."""
         return f"{self.name}/" if self.name else ""
 
     @property

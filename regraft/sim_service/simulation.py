@@ -153,11 +153,11 @@ class Simulation:
         self._light = check_level(level)
 
     def robot(self, name: str = "") -> SimulatedRobot:
-        """Return a robot; raises KeyError if there is none of this name."""
+        """Return a robot; raises KeyError for an unknown name."""
         return self.robots[name]
 
     def render_state(self) -> RenderState:
-        """Everything, besides the world file and the placement, that a camera needs to draw this moment."""
+        """Everything that a camera needs to draw this moment, except the world file and the placement."""
         colours = {geom: colour for device in self._devices for geom, colour in device.colours().items()}
         return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 

@@ -1,4 +1,4 @@
-"""The map of a simulated world as a robot's lidar would draw it, and the poses from which the robot sees things."""
+"""The map of a simulated world at the height of a robot's lidar, and poses to look at things from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated world with its robots, as the component that makes simulated time go on."""
+"""A simulated world with its robots, as the source of simulated time."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class World(TimeSource):
     Where things stand is drawn from the run's seed. Each robot brings the parameters and ports of its devices, under
     its name: see `Device`. Cameras are components of their own, fed by ``world_state``.
 
-    Devices can be made to fail: at once, by their parameters ``..._failure``, and by the clock, by the schedule
-    ``failures``, which counts while the parameter says none.
+    The parameters ``..._failure`` make devices fail at once. The schedule ``failures`` makes them fail by the clock,
+    while the parameter is none.
     """
 
     state_version = 3
@@ -98,7 +98,7 @@ class World(TimeSource):
 
     @property
     def ticks(self) -> int:
-        """World ticks since the start of the run; a restarted world goes on counting."""
+        """World ticks since the start of the run; a restarted world continues to count."""
         return round(self.simulation.time * self.tick_rate)
 
     def advance(self, tick: int, seconds: float) -> None:

@@ -33,8 +33,8 @@ def import_problem(module: str) -> str | None:
 def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Description, tuple[tuple[str, str], ...]]:
     """Return what the class at ``module:Class`` says of itself, given the parameters that are read-only.
 
-    Beside it, what is wrong with those that no description tells: each part of a parameter, and why. The
-    description is then the one without parameters.
+    The second part has the problems that no description shows: each part of a parameter, and why. The description is
+    then the one without parameters.
 
     Raises:
         NoSuchClass: there is none, or it cannot be described.

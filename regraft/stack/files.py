@@ -13,7 +13,7 @@ from regraft.stack.yaml.path_hints import instead_of_path
 
 
 def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:
-    """Yield each parameter of ``values`` that names a file that has to be there and is not, and what is wrong.
+    """Yield each parameter of ``values`` that names a missing file, and what is wrong.
 
     The paths are absolute. Nothing is said of those in the folder of the running system, which is not known yet.
     """

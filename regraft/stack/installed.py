@@ -18,7 +18,7 @@ def stack_file(named: Path) -> Path:
     """Return the file of a stack: ``named`` is a file, a folder with a ``stack.yaml``, or an installed stack.
 
     An installed stack is named as ``frog``, and another file of its folder as ``frog/search.yaml``. A file or folder
-    that is there goes first. A path that is none of these is returned as it is.
+    that is there goes first. Any other path is returned as it is.
     """
     try:
         path = named if named.exists() else _installed(named) or named

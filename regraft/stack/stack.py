@@ -1,4 +1,4 @@
-"""A stack as read: its architecture, and what the command line needs beside it."""
+"""A stack as read: its architecture, and what else the command line needs."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Stack:
 
 
 def time_sources(architecture: Architecture) -> tuple[str, ...]:
-    """Return the components that make simulated time go on, by name; a class without description is none.
+    """Return the sources of simulated time, by name; a class without description does not count.
 
     Such a class cannot be had, and is not imported here.
     """
@@ -82,7 +82,7 @@ def time_sources(architecture: Architecture) -> tuple[str, ...]:
 
 
 def time_source(stack: Stack) -> str | None:
-    """Return the component that makes the stack's simulated time go on, None under the real clock."""
+    """Return the stack's source of simulated time, None under the real clock."""
     return next(iter(time_sources(stack.architecture)), None)
 
 

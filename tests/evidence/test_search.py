@@ -15,15 +15,16 @@ pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3 * 3600)]
 STACK = ROOT / "regraft" / "stacks" / "frog" / "search.yaml"
 
 
-def entries(schedule: str) -> str:
-    """Return a schedule such as ``30 silent, 60 none`` as the parameters of failures take it."""
+def entries(schedule: str, device: str = "") -> str:
+    """Return a schedule such as ``30 silent, 60 none`` as parameters take it, of a device of the world if named."""
     words = (entry.split() for entry in schedule.split(","))
-    return f"[{', '.join(f'{{at: {at}, failure: {failure}}}' for at, failure in words)}]"
+    whose = f"device: {device}, " if device else ""
+    return f"[{', '.join(f'{{at: {at}, {whose}failure: {failure}}}' for at, failure in words)}]"
 
 
 FAILURES = {
-    "lidar": "world.scan_failures=" + entries("30 silent, 60 none, 150 dropout, 160 none"),
-    "odometry": "world.odometry_failures=" + entries("30 silent, 45 none, 150 drift, 170 none"),
+    "lidar": "world.failures=" + entries("30 silent, 60 none, 150 dropout, 160 none", "scan"),
+    "odometry": "world.failures=" + entries("30 silent, 45 none, 150 drift, 170 none", "odometry"),
     "camera": "camera.failures=" + entries("80 black, 200 none, 360 silent, 380 none"),
 }
 
@@ -47,7 +48,7 @@ def test_a_sensor_that_fails_for_a_while_is_told_and_nothing_is_touched(sensor: 
 
 
 def test_a_lidar_that_stays_away_ends_the_search_with_the_reason_and_without_a_contact(tmp_path: Path) -> None:
-    failure = ("--set", "world.scan_failures=" + entries("30 silent"))
+    failure = ("--set", "world.failures=" + entries("30 silent", "scan"))
     run = run_search(STACK, 2, tmp_path, at_least=10.0, at_most=AT_MOST, options=failure)
     assert run.judgement.mission == "failed"
     assert run.judgement.contacts == 0

@@ -1,7 +1,7 @@
 """The envelope of a sample: who sent it, and where it stands in its output's numbering. It travels as the attachment.
 
-Layout, little-endian: version (u8), kind (u8), reserved (u16), epoch (u32), incarnation (u32), sequence (u64),
-stamp (i64, nanoseconds), then the source's name in UTF-8.
+Layout, little-endian: version (u8), kind (u8), reserved (u16), epoch (u32), incarnation (u32). Then sequence (u64),
+stamp (i64, nanoseconds), and the source's name in UTF-8.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ LAYOUT = struct.Struct("<BBHIIQq")
 PLACE = struct.Struct("<Qq")
 """The part of the layout that differs from sample to sample: sequence and stamp; the run's part comes before it."""
 RUN_ENDS, PLACE_ENDS = LAYOUT.size - PLACE.size, LAYOUT.size
-"""The parts before and behind the place are the same in all data samples of one run of one source, and in no others."""
+"""The other parts are the same in all data samples of one run of one source, and in no others."""
 MAX_SOURCE_LENGTH = 160
 """Bytes of a source's name: the longest component name is 129, the longest client name 160."""
 

@@ -1,6 +1,6 @@
 """Reads one value out of a message of any type: a field by its dotted path, and what is made of it.
 
-``twist.linear.x`` is a field of a field, ``consumers.motors`` a key of a map, ``ranges.0`` one of many, and
+``twist.linear.x`` is a field of a field, ``consumers.motors`` a key of a map. ``ranges.0`` is one of many, and
 ``faults.text`` that field of each of many. ``reading_checks`` tells beforehand what a type has.
 """
 

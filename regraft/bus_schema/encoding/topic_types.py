@@ -1,4 +1,4 @@
-"""The message types that topics may carry, and what may have been meant by a name that is none of them."""
+"""The message types that topics may carry, and the nearest one for any other name."""
 
 from __future__ import annotations
 

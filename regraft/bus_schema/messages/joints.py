@@ -30,7 +30,7 @@ class JointMode(Enum):
 @message("regraft/JointCommand")
 @dataclass(frozen=True, slots=True)
 class JointCommand:
-    """What each named joint shall do from now on, all in one mode; other joints go on as before."""
+    """A command for each named joint, all in one mode; other joints keep theirs."""
 
     mode: JointMode
     values: dict[str, float]

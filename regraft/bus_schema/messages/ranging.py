@@ -1,4 +1,4 @@
-"""What short-range infrared sensors find around a robot."""
+"""Findings of short-range infrared sensors around a robot."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Colour:
 @message("regraft/Sound")
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """A word or a tone by its name, how loud it is at 1 m (sound pressure level), and how long it lasts."""
+    """A word or a tone by its name, with its level at 1 m (sound pressure level) and its duration."""
 
     word: Annotated[str, Text(64)]
     level: Decibels = 60.0
@@ -54,7 +54,7 @@ class Hearing:
 @message("regraft/RadioMessage")
 @dataclass(frozen=True, slots=True)
 class RadioMessage:
-    """What a radio broadcasts: text of at most 116 bytes of UTF-8."""
+    """A broadcast of a radio: text of at most 116 bytes of UTF-8."""
 
     payload: Annotated[str, Text(MAX_PAYLOAD)]
 

@@ -1,4 +1,4 @@
-"""What touches a robot."""
+"""Touches of a robot."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from regraft.bus_schema.encoding.registry import message
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """A touched body, the sector of the bumper, and the bearing of the touch about z of the robot's base (left > 0).
+    """A touched body, the sector of the bumper, and the bearing of the touch.
 
-    Sector 0 is centred on the front (x forward); the sectors count counter-clockwise. ``body`` is empty where the
-    bumper only seems to be pressed.
+    The bearing is about z of the robot's base, positive to the left. Sector 0 is centred on the front (x forward); the
+    sectors count counter-clockwise. ``body`` is empty where the bumper only seems to be pressed.
     """
 
     body: str

@@ -28,7 +28,7 @@ class GroundTruth:
 
 @dataclass(frozen=True, slots=True)
 class GeomColour:
-    """A geom (its number in the compiled world) that shines in a colour of its own, such as a robot's lamp."""
+    """A geom (by its number in the compiled world) in a colour of its own, such as a robot's lamp."""
 
     geom: Count
     red: Ratio

@@ -70,8 +70,8 @@ class Add:
     """Addition: a new component, its process included.
 
     The class's own description, and the topics of ports that ``spec.connect`` leaves out, are filled in.
-    ``topics`` are new ones that the system gets with it. ``resume`` lets it continue from the last checkpoint of the
-    component of its name that was removed, if there is one, as after a crash.
+    ``topics`` are new ones that the system gets with it. ``resume`` lets it continue as after a crash:
+    from the last checkpoint of a removed component of its name, if there is one.
     """
 
     change: ClassVar[str] = "add"
@@ -92,11 +92,11 @@ class Remove:
 
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """Exchange: another class, or the same one configured otherwise, goes on in the component's place.
+    """Exchange: another class, or the same one configured otherwise, takes the component's place.
 
-    It gets the component's name, place in the lifecycle, and state; and, where both classes have them, its parameters,
-    connections and services, beside those given here. ``cls`` is empty for the class of before. ``with_state`` False
-    lets it begin without the state.
+    It gets the component's name, place in the lifecycle, and state. Where both classes have them, it also keeps the
+    parameters, connections and services that are not given here. ``cls`` is empty for the present class.
+    ``with_state`` False lets it begin without the state.
     """
 
     change: ClassVar[str] = "swap"
@@ -156,12 +156,12 @@ class AdaptationRequest:
     """A request for changes. ``revision`` is the one that the caller saw; stale is refused.
 
     ``key`` makes a repeated request the same adaptation. A dry run touches nothing. ``wait`` False answers as soon as
-    the request is queued. ``context`` says what was so when it was asked for: a map of plain data for the journal's
-    readers, at most 16,384 in size, where a text counts its characters and any other value 8. The parameters of a
-    change may have the size 500,000.
+    the request is queued. ``context`` has the circumstances of the request: a map of plain data for the journal's
+    readers. It has at most the size 16,384, where a text counts its characters and any other value 8. The parameters
+    of a change may have the size 500,000.
 
-    ``confirm`` seconds of the components' clock, if any, it is watched before it is final: it is undone if one of the
-    components that it touches does not stay well, or one of the quality requirements in ``watch`` does not hold.
+    ``confirm`` seconds of the components' clock, if any, it is watched before it is final. It is undone if one of its
+    components fails, or if a quality requirement of ``watch`` does not hold.
     """
 
     changes: tuple[Change, ...]

@@ -83,7 +83,7 @@ class ComponentSpec:
 
     ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
     ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
-    ``name`` may be left out where it stands beside the spec. Where ``limits`` say nothing, those of the architecture
+    ``name`` may be left out where the spec is listed under it. Where ``limits`` say nothing, those of the architecture
     hold.
     """
 

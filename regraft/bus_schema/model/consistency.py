@@ -1,7 +1,6 @@
 """Checks an architecture as a whole: everything that can be wrong with it before anything runs.
 
-The stack loader and the adaptation manager ask the same function, so what a stack may be and what an
-adaptation may lead to never differ.
+The stack loader and the adaptation manager ask the same function. So an adaptation leads only to what a stack may be.
 """
 
 from __future__ import annotations

@@ -82,8 +82,8 @@ class Description:
 
     ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` says whether
     it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
-    can. ``stateful`` says whether it gives a state, of version ``state_version``, to go on from; ``restores`` are the
-    versions that it goes on from itself. ``is_time_source`` is true of the source of simulated time. One that is
+    can. ``stateful`` says whether it gives a state, of version ``state_version``; ``restores`` are the
+    versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
     ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
     """
 

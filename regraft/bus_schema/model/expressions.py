@@ -1,6 +1,6 @@
 """Expressions over named values, for constraints (``a.rate * 2 <= b.rate or not c.active``) and forecasts.
 
-They are written as in Python, of a few parts only: numbers, texts, ``True`` and ``False``, names with dots,
+They are written as in Python, of a few parts only: numbers, texts, ``True``, ``False``, and names with dots. They have
 ``+ - * /``, comparisons (also chained), ``and``, ``or``, ``not``, ``a if b else c``, brackets, and the functions
 below. A name without a value makes the whole unknown, except within ``known(name, otherwise)``.
 """

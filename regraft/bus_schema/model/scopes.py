@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 SHARED = "/"
-"""What a name begins with that means the same in every scope."""
+"""The begin of a name that means the same in every scope."""
 
 
 def scope_of(component: str, topics: Iterable[str]) -> str:

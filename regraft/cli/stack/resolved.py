@@ -13,7 +13,7 @@ from regraft.stack.yaml.nodes import Location, Node
 def resolved(stack: Stack) -> Node:
     """Return the document of a stack; a file of it gives the same architecture, wherever the file is.
 
-    What no file says is from the class of the component, which stands for the file then.
+    A value that no file has is from the class of the component, which is named as its origin.
     """
     document = stack.document
     assert isinstance(document.value, dict)

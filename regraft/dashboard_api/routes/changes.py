@@ -62,12 +62,12 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
 
     @router.post("/components/{name}/swap", responses=ANSWERS)
     def swap(name: ComponentName, body: SwapBody, asked: Asked, response: Response) -> Shown[AdaptationReport]:
-        """Have another class go on in a component's place, or the same one configured otherwise."""
+        """Put another class in a component's place, or the same one configured otherwise."""
         return change(Swap, name, body, asked, response)
 
     @router.post("/components/{name}/move", responses=ANSWERS)
     def move(name: ComponentName, body: MoveBody, asked: Asked, response: Response) -> Shown[AdaptationReport]:
-        """Have a component go on at another host."""
+        """Continue a component at another host."""
         return change(Move, name, body, asked, response)
 
     return router

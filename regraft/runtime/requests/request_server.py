@@ -25,7 +25,7 @@ from regraft.runtime.data.writers import Writer, Writers
 
 MAX_CLIENTS = 256
 REMEMBERED_REPLIES = 32
-"""Replies kept per client for when they are asked for again; requests being worked on are kept beside them."""
+"""Replies kept per client for when they are asked for again; requests being worked on are kept too."""
 REMEMBERED_NUMBERS = 1024
 """Requests per client that are known to be answered, with or without their reply.
 

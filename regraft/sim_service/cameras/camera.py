@@ -26,9 +26,9 @@ Rgb = tuple[float, float, float]
 class RenderState:
     """A moment of a world: besides the world file and the placement, all that a camera needs anywhere.
 
-    `qpos` are MuJoCo's generalised positions (float64), `light` is the level of the lamps between 0 and 1,
-    `step` the number of physics steps, which seeds the sensor's noise. `colours` are those of geoms that shine, by the
-    geoms' numbers; all others look as the world file says.
+    `qpos` are MuJoCo's generalised positions (float64). `light` is the level of the lamps between 0 and 1. `step` is
+    the number of physics steps, which seeds the sensor's noise. `colours` are those of geoms that shine, by the geoms'
+    numbers; all others look as the world file says.
     """
 
     qpos: npt.NDArray[np.float64]
@@ -93,8 +93,8 @@ def image_size(scene: Scene, settings: CameraSettings) -> tuple[int, int]:
 def expose(image: Image, settings: CameraSettings, step: int) -> Image:
     """Return the picture as the sensor delivers it at a physics step: with its noise, if it has any.
 
-    The noise of the photons is taken as normal, which differs from Poisson's only below a few electrons,
-    where the noise of reading out is larger anyway.
+    The noise of the photons is taken as normal. That differs from Poisson's only below a few electrons, where the noise
+    of reading out is larger.
     """
     noise = settings.noise
     if noise is None:
@@ -112,7 +112,7 @@ def expose(image: Image, settings: CameraSettings, step: int) -> Image:
 def _normal_numbers(seed: int, camera: str, largest: int) -> npt.NDArray[np.float32]:
     """Return a stock of standard normal numbers, from which every picture takes a stretch of its own.
 
-    Drawing as many anew for every picture would take as long as rendering it.
+    Drawing as many for every picture would take as long as rendering it.
     """
     random = generator(seed, f"noise of camera {camera}")
     return random.standard_normal(NOISE_STOCK + largest, np.float32)

@@ -58,7 +58,7 @@ def lamp_share(
 ) -> Brightness:
     """Return the share (n) of a lamp's diffuse light that reaches points (n, 3; m, world frame) without shadows.
 
-    It depends on the angle to the surface's normal and, as the MJCF says, on distance and the angle to a spot's axis.
+    It depends on the angle to the surface's normal. As the MJCF says, distance and the angle to a spot's axis count.
     """
     direction = data.light_xdir[lamp].astype(np.float32)
     if is_directional(model, lamp):

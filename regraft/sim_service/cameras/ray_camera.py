@@ -1,7 +1,7 @@
 """A camera that needs no OpenGL: one ray per pixel, shaded with numpy.
 
-It draws shapes, colours, floor textures and lamps as the OpenGL renderer does with shadows off, and the
-shadows of the first lamp if asked to; it knows no specular highlights, reflections, transparency or sky.
+It draws shapes, colours, floor textures and lamps as the OpenGL renderer does with shadows off. It draws the
+shadows of the first lamp if asked to. It knows no specular highlights, reflections, transparency or sky.
 """
 
 import math
@@ -121,8 +121,9 @@ class RayCamera:
 
 
 def _fan(fovy: float, width: int, height: int) -> Floats:
-    """Return unit vectors (n, 3) in the camera's frame (x right, y up, looking along -z), row by row from the
-    top.
+    """Return unit vectors (n, 3) in the camera's frame, row by row from the top.
+
+    The frame has x right and y up, and looks along -z.
 
     The angle `fovy` (degrees) is the vertical field of view.
     """

@@ -1,1 +1,1 @@
-"""What a simulated robot senses and acts with, a file a kind."""
+"""Sensors and actuators of simulated robots, a file a kind."""

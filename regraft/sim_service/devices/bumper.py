@@ -16,9 +16,9 @@ from regraft.sim_service.layout.headings import wrap_heading
 
 
 class Bumper(Sensor):
-    """Feels which bodies the robot touches, and on which side; the floor is none of them.
+    """Feels which bodies the robot touches, and on which side; the floor does not count.
 
-    It looks at the contacts of the last physics step of every control period, and reports all since its last message.
+    It looks at the last physics step of every control period. It reports all contacts since its last message.
     Without a ``threshold`` it feels every contact that MuJoCo finds. Eight sectors are a choice; a Kobuki's bumper has
     three switches (Yujin Robot, Kobuki user guide: left, centre, right).
     """

@@ -76,8 +76,7 @@ class DifferentialDrive(Device):
     def wheel_speeds(self, v: float, w: float) -> tuple[float, float]:
         """Return the left and right wheel speeds (rad/s) for a twist.
 
-        If one wheel would be too fast, both are slowed by the same factor, so that the path keeps its
-        curvature.
+        If one wheel would be too fast, both are slowed by the same factor: the path keeps its curvature.
         """
         left = (v - w * self.track / 2.0) / self.wheel_radius
         right = (v + w * self.track / 2.0) / self.wheel_radius

@@ -17,8 +17,8 @@ class ParallelGripper(Sensor):
     The width is the sum of both positions and ``closed_width``. One actuator suffices where an MJCF equality couples
     the fingers. Each finger presses with half of what all actuators give together. The gripper holds a thing while
     both fingers touch the same body of another robot or of the world. It then presses with the force that it was
-    commanded, as far as the actuators' control ranges allow. The default of 4 N held blocks of 12 and 50 g for 10 s in
-    a model with pads of friction 1; forces from 1 to 20 N did as well. The noise is an assumption.
+    commanded, as far as the actuators' control ranges allow. The default of 4 N held blocks of 12 and 50 g for 10 s.
+    The pads had friction 1; forces from 1 to 20 N did as well. The noise is an assumption.
     """
 
     measures = "gripper_state"

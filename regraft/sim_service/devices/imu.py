@@ -61,7 +61,7 @@ class InertialUnit(Sensor):
     def tick(self) -> None:
         """Take the motion from the last physics step, and let the biases walk."""
         model, data, progress = self.kit.model, self.kit.data, self.kit.progress
-        # Nothing that the physics goes on from is changed by this.
+        # This changes nothing that the physics continues from.
         mujoco.mj_rnePostConstraint(model, data)
         velocity, acceleration = np.empty(6), np.empty(6)
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, self._site, velocity, 1)

@@ -34,8 +34,8 @@ class Scan:
 class Lidar(Sensor):
     """A scanner at an MJCF site, turning about the site's z axis; beam 0 points along the site's x axis.
 
-    It does not see the body that carries the site. The defaults are those of an LDS-01, the lidar of a TurtleBot3
-    (ROBOTIS e-Manual: 360 beams, 5 Hz, 0.12 to 3.5 m, standard deviation 0.01 m below half a metre).
+    It does not see the body that carries the site. The defaults are those of an LDS-01, the lidar of a TurtleBot3.
+    ROBOTIS' e-Manual has 360 beams, 5 Hz, and 0.12 to 3.5 m. The deviation is 0.01 m below half a metre.
     """
 
     measures = "scan"

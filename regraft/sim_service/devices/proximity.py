@@ -19,9 +19,9 @@ class ProximityRing(Sensor):
     """Sensors at MJCF sites, each looking along its site's x axis; they see other robots as they see walls.
 
     Each takes the nearest of a few rays that are spread level over its opening angle. It does not see the body that
-    carries it. The defaults are those of an e-puck (F. Mondada et al.: The e-puck, a robot designed for education in
-    engineering, Robotica 2009): eight TCRT1000 sensors, which measure up to about 0.06 m. Their datasheet (Vishay
-    83752) gives no opening angle in the plane: 0.5 rad is an assumption, as is the noise of 1 mm.
+    carries it. The defaults are those of an e-puck: eight TCRT1000 sensors, which measure up to about 0.06 m (F.
+    Mondada et al.: The e-puck, a robot designed for education in engineering, Robotica 2009). Their datasheet (Vishay
+    83752) gives no opening angle in the plane. Assumptions are 0.5 rad, and a noise of 1 mm.
     """
 
     measures = "proximity"

@@ -41,8 +41,8 @@ def viewing_goals(
 ) -> tuple[ViewingGoal, ...]:
     """Return a viewing pose for each body of the MJCF tuple `group`, in its order.
 
-    Each is in free space with room for a robot of this radius (m), can be reached from the start, and has nothing
-    between it and the object at the grid's height. Of several, the one with most room around it is taken.
+    Each is in free space with room for a robot of this radius (m). It can be reached from the start. Nothing is between
+    it and the object at the grid's height. Of several, the one with most room around it is taken.
 
     Raises:
         SceneError: there is no such tuple.
@@ -89,7 +89,7 @@ class _Search:
     def _candidate(
         self, x: float, y: float, bearing: float, standoff: float, cells: npt.NDArray[np.bool_]
     ) -> tuple[float, Pose2D]:
-        """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if it is no good."""
+        """Return the room (m) at a pose in this direction from (x, y), and the pose; 0 if unusable."""
         outline = self._outline(x, y, bearing, cells)
         distance = outline + standoff
         pose = Pose2D(

@@ -51,8 +51,7 @@ class Placement:
 def draw_placement(scene: Scene, seed: int) -> Placement:
     """Draw a place for every body with a rule, one after another in the order of the rules.
 
-    Each body has its own random numbers, so that a new rule at the end of the file moves nothing that stands
-    before it.
+    Each body has its own random numbers: a new rule at the end of the file moves nothing of an earlier rule.
 
     Raises:
         SceneError: a rule is wrong.
@@ -75,12 +74,21 @@ class _Draw:
         self._data = mujoco.MjData(self._model)
         self._sites = _site_positions(scene)
         self._placed: list[tuple[PlacementRule, Pose2D]] = []
+        drawn = {rule.body for rule in self._rules}
+        self._taken = [
+            (robot.place.x, robot.place.y, robot.radius)
+            for robot in scene.robots
+            if robot.place is not None and robot.body not in drawn
+        ]
+        """Circles (x, y, radius in m) that a body has to leave free: of robots with a place, and of what is placed."""
 
     def run(self) -> Placement:
         for rule in self._rules:
             self._lift(rule)
         for rule in self._rules:
-            self._placed.append((rule, self._draw(rule)))
+            pose = self._draw(rule)
+            self._placed.append((rule, pose))
+            self._taken.append((pose.x, pose.y, rule.radius))
         return Placement({rule.body: pose for rule, pose in self._placed})
 
     def _draw(self, rule: PlacementRule) -> Pose2D:
@@ -104,8 +112,7 @@ class _Draw:
             if math.hypot(pose.x - site_x, pose.y - site_y) < rule.radius + rule.clear.distance:
                 return False
         return all(
-            math.hypot(pose.x - other.x, pose.y - other.y) >= rule.radius + placed.radius + rule.gap
-            for placed, other in self._placed
+            math.hypot(pose.x - x, pose.y - y) >= rule.radius + radius + rule.gap for x, y, radius in self._taken
         )
 
     def _all_seen(self, rule: PlacementRule, pose: Pose2D) -> bool:

@@ -2,8 +2,8 @@
 
 A rule is a `<custom><text name="place BODY" data="..."/>`, whose data are words and values:
 `x LOW HIGH  y LOW HIGH` (m, required), `gap METRES` to everything else (default 0), `radius METRES` of the
-body's outline (default: from its geoms), `seen_by CAMERA` (the whole body must be in that camera's
-unobstructed view), `clear SITE METRES` (the body's outline keeps this far from an MJCF site, such as a dock).
+body's outline (default: from its geoms). With `seen_by CAMERA` the whole body must be in that camera's
+unobstructed view. With `clear SITE METRES` the body's outline keeps this far from an MJCF site, such as a dock.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Somebody who walks through the world, for robots to stop for.
 
-The world file has a body that slides along x and y and turns about z, by joints named ``visitor_x``,
-``visitor_y`` and ``visitor_yaw``. It is moved along its way; nothing pushes it aside. Cameras see it, because
+The world file has a body that slides along x and y and turns about z. Its joints are ``visitor_x``, ``visitor_y`` and
+``visitor_yaw``. It is moved along its way; nothing pushes it aside. Cameras see it, because
 joints are part of what they are told, and so does the lidar.
 """
 
@@ -39,7 +39,7 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Straight on from waypoint to waypoint (x, y in m, map frame) at a speed (m/s), and back the same way."""
+    """Straight from waypoint to waypoint (x, y in m, map frame) at a speed (m/s), and back."""
 
     waypoints: tuple[tuple[float, float], ...]
     speed: float = DEFAULT_SPEED

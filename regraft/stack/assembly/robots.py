@@ -55,7 +55,7 @@ class Robots:
         yield from sorted(self._uses.values(), key=lambda use: use.name != SINGLE)
 
     def apply(self, fields: dict[str, Node]) -> None:
-        """Take ``robot`` and ``robots`` out of a stack file's fields, and apply them over those of before."""
+        """Take ``robot`` and ``robots`` out of a stack file's fields, and apply them over earlier ones."""
         single, several = fields.pop(ROBOT, None), fields.pop(ROBOTS, None)
         if single is not None:
             self._apply(SINGLE, ROBOT, single)

@@ -73,8 +73,7 @@ def read_component(table: Section, name: str, refused: Collection[str] = ()) -> 
 def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> dict[str, str]:
     """Return the topic of every port: the one that ``connect`` names, or the port's own.
 
-    An input that needs not be fed, and an output that needs no reader, stays unconnected where the stack has no
-    topic of its name.
+    An optional input or output stays unconnected where the stack has no topic of its name.
     """
     return connections(spec, topics, table.section(spec.name).text_map("connect"))
 

@@ -13,7 +13,7 @@ from regraft.stack.yaml.section import Section
 def read_program(section: Section) -> Description | None:
     """Return the description of a program by its ``inputs``, ``outputs`` and ``parameters`` in the file.
 
-    Each port that is stated has the topic of its name by default, and each input that is stated must be fed.
+    Each stated port has the topic of its name by default. Each stated input must be fed.
     A parameter has the type of its value. An unmanaged program without ports has no description.
     """
     if not section.texts("command"):

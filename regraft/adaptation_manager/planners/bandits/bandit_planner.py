@@ -171,7 +171,7 @@ class BanditPlanner(Component):
         return {task: memory.state() for task, memory in self._memories.items()}
 
     def restore(self, state: PlainValue) -> None:
-        """Go on with what was learned."""
+        """Continue with what was learned."""
         for task, kept in state.items():
             self._memories[task] = TaskMemory(task, self._strategies)
             self._memories[task].restore(kept)

@@ -34,7 +34,7 @@ class Dimension:
     name: str
 
     def index_of(self, value: PlainValue) -> int | None:
-        """Return where a value stands among the choices, None if it is none of them."""
+        """Return where a value stands among the choices, None for any other value."""
         wanted = identity(value)
         return next((index for index, choice in enumerate(self.choices) if identity(choice) == wanted), None)
 

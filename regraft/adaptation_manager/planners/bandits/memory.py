@@ -72,7 +72,7 @@ class TaskMemory:
     ) -> Chosen:
         """Choose among ``options``; nothing of what is known changes.
 
-        The chance in it depends on the seed, the task, the strategy, and how many choices of it have been kept.
+        Its chance depends on the seed, the task, the strategy, and the number of its choices so far.
         """
         judge, note = self._judge(strategy, knobs)
         relevant = judge.relevant(context)
@@ -98,7 +98,7 @@ class TaskMemory:
         return known, ""
 
     def keep(self, chosen: Chosen) -> None:
-        """Take note that a choice is being carried out: the next one draws anew, and others rest a turn less."""
+        """Take note that a choice is being carried out: the next one draws again, and others rest a turn less."""
         self._learned[chosen.strategy] = self._judge(chosen.strategy, chosen.knobs)[0]
         self._choices[chosen.strategy] = self._choices.get(chosen.strategy, 0) + 1
         self._resting = {key: turns - 1 for key, turns in self._resting.items() if turns > 1}

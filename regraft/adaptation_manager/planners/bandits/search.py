@@ -1,9 +1,9 @@
 """Finds the combinations that rules allow: depth-first, cutting off what cannot be completed.
 
 A domain is a bit mask over a dimension's choices: bit ``i`` is set while choice ``i`` is still possible. After every
-decision the rules are propagated: a clause of which only one part can still hold makes that part hold, a relation
-takes away what has no partner. Parts of the space that no rule ties together are searched one by one, so that an
-impossible part is not tried again under every combination of the others.
+decision the rules are propagated. A clause of which only one part can still hold makes that part hold. A relation
+takes away what has no partner. Parts of the space that no rule ties together are searched one by one. So an impossible
+part is not tried again under every combination of the others.
 """
 
 from __future__ import annotations

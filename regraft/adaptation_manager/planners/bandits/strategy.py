@@ -1,7 +1,7 @@
 """The interface of a strategy: it chooses among options, and learns what they are worth.
 
-A strategy is a class with a name, a dataclass of knobs, and these methods. One of another package is found by an entry
-point of the group ``regraft.strategies``, or by ``module:Class`` in the planner's parameter ``strategies``.
+A strategy is a class with a name, a dataclass of knobs, and these methods. Another package has an entry point of the
+group ``regraft.strategies``, or the planner's parameter ``strategies`` names it as ``module:Class``.
 
 A strategy knows options by their keys, which are equal for equal content: what it has learned holds when the list of
 options is reordered, shortened or lengthened. Chance comes to it from outside, so that a run can be repeated.
@@ -25,7 +25,7 @@ class Knobs:
     """The base of all strategies: the range that the utility lies in, from ``low`` to ``high``.
 
     A strategy learns from utilities scaled to [0, 1] by this range. The range is fixed: utility outside is clipped to
-    it, and with another range a strategy begins anew.
+    it. With another range a strategy starts without what it learned.
     """
 
     low: float = 0.0

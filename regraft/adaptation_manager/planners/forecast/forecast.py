@@ -21,11 +21,11 @@ MAX_ASSUMED: Final = 32
 class ForecastKnobs:
     """The inputs of the forecast.
 
-    ``utility`` is an expression: what an option is worth, by the estimates of the components that it changes
-    (``navigator.power``), its own values (``navigator.max_velocity``), what is assumed, and the request's context.
-    ``assume`` are the expressions that the components are given as the context of their estimates, worked out for each
-    option from its values and the request's context. An option in force is only changed for one that is better by
-    ``margin``.
+    ``utility`` is an expression for the value of an option. Its names are the estimates of the components that the
+    option changes (``navigator.power``) and its own values (``navigator.max_velocity``). Assumptions and the request's
+    context have names too. ``assume`` are the expressions that become the context of the components' estimates. They
+    are computed for each option from its values and the request's context. An option in force is only changed for one
+    that is better by ``margin``.
     """
 
     utility: str

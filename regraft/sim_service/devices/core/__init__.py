@@ -1,1 +1,1 @@
-"""What all devices share: their base, their kit, failures, and how they are fitted to a world."""
+"""The common parts of all devices: their base, their kit, failures, and how they are fitted to a world."""

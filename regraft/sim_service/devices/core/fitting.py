@@ -115,7 +115,7 @@ def parameters_of(robots: Sequence[RobotSpec]) -> Iterator[Parameter[Any]]:
 def ports_of(robots: Sequence[RobotSpec], handler: str) -> Iterator[Input[Any] | Output[Any]]:
     """Yield the ports that devices bring to their world: an input that several devices share is one.
 
-    What devices handle goes to the world's method ``handler``, with the name of the port.
+    Messages that devices handle go to the world's method ``handler``, with the name of the port.
 
     Raises:
         ParameterError: two devices write to one port, or read it as different types.

@@ -17,8 +17,8 @@ NEAREST = 0.1
 class Radio(Device):
     """Broadcasts messages, and receives those of the other robots' radios in the tick after.
 
-    The path loss is that of ITU-R P.1238: 20 log10(frequency) + ``exponent`` log10(distance) - 28 dB, with exponent 30
-    in offices, plus ``wall_loss`` for each thing between: 3.4 dB for a light wall (COST 231 multi-wall model). Each
+    The path loss is that of ITU-R P.1238: 20 log10(frequency) + ``exponent`` log10(distance) - 28 dB. The exponent is
+    30 in offices. Each thing between adds ``wall_loss``: 3.4 dB for a light wall (COST 231 multi-wall model). Each
     reception fades by a normal deviate of 8 dB, P.1238's in homes. Power and sensitivity are those of a CC2420 (Texas
     Instruments SWRS041). A message is received if its signal is at least as strong as the sensitivity. Messages do not
     collide. A silent radio neither sends nor receives; a dropout loses some of what arrives.

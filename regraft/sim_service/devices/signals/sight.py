@@ -11,7 +11,7 @@ NO_BODY = -1
 MAX_CASTS = 64
 """Surfaces that a line is followed through."""
 PAST = 1e-6
-"""m behind a surface from which the line goes on, so that it does not meet the same surface again."""
+"""m behind a surface from which the line continues, so that it does not meet the same surface again."""
 
 
 def root_of(kit: DeviceKit, site: int) -> int:
@@ -22,8 +22,8 @@ def root_of(kit: DeviceKit, site: int) -> int:
 def obstacles(kit: DeviceKit, start: Point, end: Point, *spared: int, most: int = MAX_CASTS) -> int:
     """Return how many things lie between two points (m, map frame); counting stops at ``most``.
 
-    Each geom of what stands still is a thing, since a room may be one body. What moves is one with all that hangs on
-    it. ``spared`` are outermost bodies that are not counted: the robots at both ends.
+    Each geom of what stands still is a thing, since a room may be one body. A body that moves is one with all that
+    hangs on it. ``spared`` are outermost bodies that are not counted: the robots at both ends.
     """
     way = end - start
     length = float(np.linalg.norm(way))

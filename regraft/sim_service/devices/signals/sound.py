@@ -76,8 +76,8 @@ class Microphone(Sensor):
     """Hears the loudspeakers of all robots, its own too, at an MJCF site.
 
     A sound arrives after its way at 343 m/s, and is taken from where the loudspeaker is now. It is weaker by the
-    inverse square of the distance, and by ``damping`` for each thing between, but at most by ``most_damping``: sound
-    goes around, and ISO 9613-2 allows a single barrier 20 dB. Sounds and ambient noise add up in power. A sound is
+    inverse square of the distance. Each thing between takes ``damping``, all together at most ``most_damping``: sound
+    bends around, and ISO 9613-2 allows a single barrier 20 dB. Sounds and ambient noise add up in power. A sound is
     recognised if it lies ``margin`` above all else. The ambient noise of 35 dB is that which the WHO wants in class
     rooms (Guidelines for community noise, 1999). Damping, margin and the noise of 1 dB are assumptions.
     """

@@ -36,7 +36,7 @@ class LinUcbKnobs(Knobs):
 
 @dataclass(slots=True)
 class Model:
-    """The sums of x x' and of u x over an option's credits (A without the ridge, and b, in the paper)."""
+    """The sums of x x' and of u x over an option's credits (in the paper: A without the ridge, b)."""
 
     products: Vector
     earned: Vector

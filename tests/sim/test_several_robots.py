@@ -1,0 +1,183 @@
+"""Promises about several robots in one world: each has names, commands, noise and contacts of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from regraft.bus_schema.messages.geometry import Twist
+from regraft.bus_schema.messages.sensors import LaserScan, Odometry
+from regraft.bus_schema.messages.world import GroundTruth
+from regraft.component.parameters import ParameterError
+from regraft.sim_service.devices.drive import DifferentialDrive
+from regraft.sim_service.devices.lidar import Lidar
+from regraft.sim_service.layout.placement import Placement, PlacementError
+from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
+from regraft.sim_service.robots import Place, Region, RobotSpec
+from regraft.sim_service.simulation import Simulation
+from regraft.sim_service.world import World
+from regraft.testing import Rig
+from tests.services.rigs import run
+from tests.support.worlds import WAFFLE, robots_as_data, waffle
+
+ROOM = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast" jacobian="dense"/>
+  <worldbody>
+    <geom type="plane" size="6 6 .1"/>
+    <body name="wall"><geom type="box" pos="3 0 .25" size=".1 3 .25"/></body>
+  </worldbody>
+</mujoco>
+"""
+LEFT, RIGHT = Place(0.0, 1.0), Place(0.0, -1.0)
+
+
+@pytest.fixture
+def room(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the file of a room without rules of placement."""
+    file = tmp_path_factory.mktemp("world") / "room.xml"
+    file.write_text(ROOM)
+    return str(file)
+
+
+def two(room: str, left: RobotSpec | None = None, right: RobotSpec | None = None) -> Scene:
+    """Return the room with two robots."""
+    return load_scene(room, (left or waffle("left", LEFT), right or waffle("right", RIGHT)))
+
+
+def test_a_command_moves_the_robot_that_it_is_for(room: str) -> None:
+    simulation = Simulation(two(room), 1)
+    simulation.robot("left").device("drive", DifferentialDrive).command(0.2, 0.0)
+    simulation.advance(0.4)
+    left, right = simulation.robot("left").pose(), simulation.robot("right").pose()
+    assert left.x > 0.05
+    assert (right.x, right.y) == pytest.approx((0.0, -1.0), abs=1e-3)
+
+
+def test_a_further_robot_changes_no_noise_of_the_others(room: str) -> None:
+    alone = Simulation(load_scene(room, (waffle("left", LEFT),)), 5)
+    both = Simulation(two(room, right=waffle("right", Place(-5.0, -5.0))), 5)
+    for simulation in (alone, both):
+        simulation.advance(0.2)
+    turns = [simulation.robot("left").device("scan", Lidar).turn() for simulation in (alone, both)]
+    np.testing.assert_allclose(turns[0].ranges, turns[1].ranges, atol=1e-6)
+
+
+def test_two_of_a_kind_have_noise_of_their_own(room: str) -> None:
+    simulation = Simulation(two(room), 5)
+    left, right = (simulation.robot(name).device("scan", Lidar) for name in ("left", "right"))
+    noise = [device.kit.random("lidar lidar", 0).standard_normal(8) for device in (left, right)]
+    assert (noise[0] != noise[1]).all()
+
+
+def test_robots_that_meet_are_in_contact_with_each_other(room: str) -> None:
+    simulation = Simulation(two(room, right=waffle("right", Place(0.6, 1.0, math.pi))), 1)
+    for _ in range(60):
+        simulation.robot("left").device("drive", DifferentialDrive).command(0.2, 0.0)
+        simulation.advance(0.05)
+    assert [event.body for event in simulation.robot("left").contacts.take_events()][:1] == ["right/base"]
+    assert [event.body for event in simulation.robot("right").contacts.take_events()][:1] == ["left/base"]
+
+
+def test_a_run_with_two_robots_continues_from_its_snapshot_bit_by_bit(room: str) -> None:
+    first = Simulation(two(room), 3)
+    for simulation in (first,):
+        simulation.robot("left").device("drive", DifferentialDrive).command(0.2, 0.5)
+        simulation.advance(0.25)
+    second = Simulation(two(room), 99)
+    second.restore(first.snapshot())
+    for simulation in (first, second):
+        simulation.advance(0.5)
+    assert first.digest() == second.digest()
+    assert first.snapshot() == second.snapshot()
+
+
+def test_a_place_is_drawn_in_a_region_with_room_to_the_other_robot(room: str) -> None:
+    right = replace(waffle("right"), region=Region((-1.0, 1.0), (-1.0, 1.0), 0.2))
+    for seed in range(20):
+        simulation = Simulation(two(room, waffle("left", Place(0.0, 0.0)), right), seed)
+        left, other = simulation.robot("left").pose(), simulation.robot("right").pose()
+        assert math.dist(left.position, other.position) >= 0.44
+
+
+def test_two_robots_in_one_place_are_refused_by_name(room: str) -> None:
+    with pytest.raises(PlacementError, match=r"'left' and 'right' stand 0\.10 m apart: must be at least 0\.44 m"):
+        Simulation(two(room, right=waffle("right", Place(0.1, 1.0))), 1, placement=Placement({}))
+
+
+def test_a_name_used_twice_is_refused(room: str) -> None:
+    with pytest.raises(SceneError, match="two robots have the name 'left'"):
+        two(room, right=waffle("left", RIGHT))
+
+
+def test_a_robot_without_its_body_is_refused_by_file(room: str) -> None:
+    with pytest.raises(SceneError, match=r"waffle\.xml: the robot 'left' has no body 'torso'; there are: base"):
+        two(room, left=replace(waffle("left", LEFT), base="torso"))
+
+
+def test_a_model_that_is_not_mjcf_is_refused_with_mujocos_words(
+    room: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    broken = tmp_path_factory.mktemp("robot") / "broken.xml"
+    broken.write_text("<mujoco><worldbody><body><geom/></worldbody></mujoco>")
+    with pytest.raises(SceneError, match=r"broken\.xml: .*XML"):
+        two(room, left=replace(waffle("left", LEFT), model=str(broken)))
+
+
+def listed(name: str, y: float, **devices: dict[str, object]) -> dict[str, object]:
+    """Return a robot as the parameter ``robots`` has it."""
+    return {**robots_as_data(**devices)[0], "name": name, "place": {"x": 0.0, "y": y}}
+
+
+def test_each_robot_has_topics_and_parameters_under_its_name(room: str) -> None:
+    with Rig(seed=1) as rig:
+        robots = [listed("left", 1.0), listed("right", -1.0, scan={"beams": 90})]
+        world = rig.add(World, parameters={"file": room, "robots": robots, "right/scan_rate": 10.0})
+        odometry = {name: rig.collect(f"{name}/odometry", Odometry) for name in ("left", "right")}
+        scans = {name: rig.collect(f"{name}/scan", LaserScan) for name in ("left", "right")}
+        truth = rig.collect("left/ground_truth", GroundTruth)
+        for _ in range(10):
+            rig.publish("left/velocity", Twist.planar(0.2, 0.0))
+            run(rig, world, 0.1)
+    assert odometry["left"][-1].pose.x > 0.15
+    assert odometry["right"][-1].pose.x == pytest.approx(0.0, abs=0.01)
+    assert (odometry["left"][-1].frame, odometry["left"][-1].child_frame) == ("left/odom", "left/base_link")
+    assert (len(scans["left"]), len(scans["left"][0].ranges)) == (5, 360)
+    assert (len(scans["right"]), len(scans["right"][0].ranges)) == (10, 90)
+    assert truth[-1].pose.x == pytest.approx(odometry["left"][-1].pose.x, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("devices", "complaint"),
+    [
+        ([{"name": "eye", "class": "regraft.sim_service.devices.lidar:Radar"}], r"devices\.0\.class.*Lidar"),
+        ([{"name": "eye", "class": "no_such_module:Eye"}], r"devices\.0\.class.*no_such_module"),
+        (
+            [{"name": "eye", "class": "regraft.sim_service.devices.lidar:Lidar", "parameters": {"beam": 3}}],
+            r"devices\.0\.parameters\.beam.*did you mean 'beams'",
+        ),
+        (
+            [{"name": "eye", "class": "regraft.sim_service.devices.lidar:Lidar", "parameters": {"beams": 0}}],
+            r"devices\.0\.parameters\.beams.*must be at least 1",
+        ),
+        (
+            [{"name": name, "class": "regraft.sim_service.devices.lidar:Lidar"} for name in ("front", "rear")],
+            r"devices\.1\.connect\.scan.*'front' has the port 'scan' already",
+        ),
+    ],
+)
+def test_a_device_that_does_not_fit_is_refused_with_its_place(
+    room: str, devices: list[dict[str, object]], complaint: str
+) -> None:
+    robot = {"name": "", "model": str(WAFFLE), "devices": devices}
+    with Rig() as rig, pytest.raises(ParameterError, match=complaint):
+        rig.add(World, parameters={"file": room, "robots": [robot]})
+
+
+def test_a_schedule_for_a_device_that_is_not_there_is_refused(room: str) -> None:
+    fails = [{"at": 1.0, "device": "skan", "failure": "silent"}]
+    with Rig() as rig, pytest.raises(ParameterError, match=r"failures\.0\.device.*did you mean 'scan'"):
+        rig.add(World, parameters={"file": room, "robots": robots_as_data(), "failures": fails})
