@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import tempfile
+from pathlib import Path
 from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from regraft.stack import StackError, plain_document
 from regraft.stack.assembly.merge import merge
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
@@ -39,9 +43,26 @@ def merged(*documents: Any) -> Any:
     return plain(found)
 
 
-@given(MAPS, MAPS, MAPS)
-def test_it_is_all_one_which_two_files_are_merged_first(one: Any, two: Any, three: Any) -> None:
-    assert merged(merged(one, two), three) == merged(one, merged(two, three))
+def assembled(folder: Path, files: dict[str, Any]) -> object:
+    """Return what files say together, or which fields are refused; a list includes others of the files."""
+    for name, content in files.items():
+        document = {"include": content} if isinstance(content, list) else content
+        (folder / name).write_text(json.dumps(document))
+    try:
+        return plain_document(folder / "stack.yaml")
+    except StackError as error:
+        return {problem.field for problem in error.problems}
+
+
+@given(MAPS, PATCHES, PATCHES)
+def test_it_is_all_one_which_files_are_put_together_first(one: Any, two: Any, three: Any) -> None:
+    parts = {"1.yaml": one, "2.yaml": two, "3.yaml": three}
+    with tempfile.TemporaryDirectory() as folder:
+        at_once = assembled(Path(folder), parts | {"stack.yaml": ["1.yaml", "2.yaml", "3.yaml"]})
+        first = parts | {"12.yaml": ["1.yaml", "2.yaml"], "stack.yaml": ["12.yaml", "3.yaml"]}
+        assert assembled(Path(folder), first) == at_once
+        last = parts | {"23.yaml": ["2.yaml", "3.yaml"], "stack.yaml": ["1.yaml", "23.yaml"]}
+        assert assembled(Path(folder), last) == at_once
 
 
 @given(MAPS, MAPS)

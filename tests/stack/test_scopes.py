@@ -1,0 +1,60 @@
+"""The names of one robot among several: what ports, services and expressions mean by default."""
+
+from __future__ import annotations
+
+import pytest
+
+from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
+from regraft.bus_schema.model.expressions import renamed
+from regraft.bus_schema.model.scopes import component_in_scope, in_scope, scope_of
+from regraft.component.component import describe
+from regraft.stack.sections.components import connections, services
+from tests.stack.parts import Navigator, Signals
+
+
+def topics(*names: str) -> dict[str, TopicSpec]:
+    return {name: TopicSpec(name, "regraft/Twist") for name in names}
+
+
+def test_a_component_is_in_a_scope_if_the_system_has_topics_of_it() -> None:
+    assert scope_of("rescuer.navigator", ["map", "rescuer/scan"]) == "rescuer"
+    assert scope_of("rescuer.navigator", ["map", "rescuers/scan"]) == ""
+    assert scope_of("navigator", ["navigator/scan"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("scope", "name", "topic", "component"),
+    [
+        ("rescuer", "scan", "rescuer/scan", "rescuer.scan"),
+        ("rescuer", "/map", "map", "map"),
+        ("", "scan", "scan", "scan"),
+        ("", "/map", "map", "map"),
+    ],
+)
+def test_a_slash_names_what_all_share(scope: str, name: str, topic: str, component: str) -> None:
+    assert in_scope(scope, name) == topic
+    assert component_in_scope(scope, name) == component
+
+
+def test_a_component_that_is_added_later_has_the_names_of_its_scope() -> None:
+    spec = ComponentSpec("rescuer.helper", description=describe(Navigator))
+    known = topics("rescuer/odometry", "scan", "smell")
+    assert connections(spec, known, {"scan": "scan"}) == {
+        "odometry": "rescuer/odometry",
+        "scan": "scan",
+        "velocity": "rescuer/velocity",
+    }
+    assert services(spec, known, {}) == {"navigate_to": "rescuer/navigate_to"}
+    assert services(spec, known, {"navigate_to": "go"}) == {"navigate_to": "go"}
+
+
+def test_a_default_topic_may_be_shared() -> None:
+    spec = ComponentSpec("rescuer.signals", description=describe(Signals))
+    assert connections(spec, topics("rescuer/scan", "clock_like"), {}) == {"clock_like": "clock_like"}
+
+
+def test_names_in_an_expression_are_renamed_and_nothing_else_is() -> None:
+    text = "a.rate * 2 <= b.rate\\\n and c.kind == 'a.rate é' or not a.active"
+    assert renamed(text, lambda name: f"left.{name}" if name.startswith("a.") else name) == (
+        "left.a.rate * 2 <= b.rate\\\n and c.kind == 'a.rate é' or not left.a.active"
+    )
