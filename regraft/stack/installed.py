@@ -1,4 +1,4 @@
-"""Stacks of installed packages, which are run by their names from any folder."""
+"""Stacks and robots of installed packages, which have names that hold in any folder."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from regraft.bus_schema.suggestions import near
 
 ENTRY_POINTS: Final = "regraft.stacks"
 """The entry point group of stacks: each names the package whose folder has a ``stack.yaml``."""
+ROBOT_ENTRY_POINTS: Final = "regraft.robots"
+"""The entry point group of robots: each names the package whose folder has a ``robot.yaml``."""
 STACK_FILE: Final = "stack.yaml"
 
 
@@ -21,7 +23,7 @@ def stack_file(named: Path) -> Path:
     that is there goes first. Any other path is returned as it is.
     """
     try:
-        path = named if named.exists() else _installed(named) or named
+        path = named if named.exists() else _installed(named, ENTRY_POINTS) or named
         return path / STACK_FILE if path.is_dir() else path
     except OSError:  # such as a name that is too long: reading it says so
         return named
@@ -36,9 +38,19 @@ def instead_of_stack(named: Path) -> str:
     return f"; did you mean {meant!r}?" if meant else f"; installed stacks: {', '.join(names) or 'none'}"
 
 
-def _installed(named: Path) -> Path | None:
+def installed_robot(name: str) -> Path | None:
+    """Return the folder of an installed robot, None if there is none of this name."""
+    return _installed(Path(name), ROBOT_ENTRY_POINTS)
+
+
+def installed_robots() -> list[str]:
+    """Return the names of the installed robots."""
+    return sorted(entry_points(group=ROBOT_ENTRY_POINTS).names)
+
+
+def _installed(named: Path, group: str) -> Path | None:
     name, *inside = named.parts or ("",)
-    folder = next((_folder(entry.value) for entry in entry_points(group=ENTRY_POINTS, name=name)), None)
+    folder = next((_folder(entry.value) for entry in entry_points(group=group, name=name)), None)
     if folder is None:
         return None
     path = folder.joinpath(*inside)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from regraft.bus_schema.model.expressions import renamed
+from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.scopes import component_in_scope, in_scope, scope_of
 from regraft.component.component import describe
 from regraft.stack.sections.components import connections, services

@@ -10,6 +10,7 @@ from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.included_files import IncludedFiles
 from regraft.stack.assembly.merge import merge
+from regraft.stack.installed import installed_robot
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report, StackError
 
@@ -99,7 +100,7 @@ class Robots:
         try:
             if path != ROBOT:
                 keys.robot_name(name)
-            file = self.files.target(robot, f"{path}.{ROBOT}", ROBOT_FILE)
+            file = self.files.target(_located(robot), f"{path}.{ROBOT}", ROBOT_FILE)
             patches = self.files.patches(file, FIELDS) if file else []
         except BadKey as error:
             self.report.add_at(location, path, str(error))
@@ -118,3 +119,12 @@ class Robots:
 
     def _instead_of(self, name: str) -> str:
         return instead_of(name, filter(None, self._uses))
+
+
+def _located(robot: Node) -> Node:
+    """Return a robot's folder or file: one next to the stack goes before an installed robot of the name."""
+    name = robot.value
+    if not isinstance(name, str) or "/" in name or (robot.location.folder / name).exists():
+        return robot
+    folder = installed_robot(name)
+    return robot if folder is None else Node(str(folder.absolute()), robot.location)
