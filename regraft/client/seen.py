@@ -51,7 +51,7 @@ class ComponentSeen:
 
     @property
     def detail(self) -> str:
-        """What it did at its last status, empty if it did not say."""
+        """The text of its last status, empty without one."""
         return self.status.detail if self.status else ""
 
     @property

@@ -4,7 +4,7 @@ A planner never touches a component. It observes the bus like any other componen
 ``AdaptationRequest``, called at the manager's service ``adaptation_manager/adapt``; the ``AdaptationReport``
 that comes back says what became of it. So a planner is an ordinary ``regraft.Component`` of a stack: it can
 be swapped, it can run on another host, it can be written in another language, and REST and the command line
-reach the manager by the same door. ``who`` names the planner in the journal, ``reason`` says why,
+reach the manager by the same door. ``actor`` names the planner in the journal, ``reason`` says why,
 ``revision`` guards a decision that was made on an architecture that may have changed since, and ``dry_run``
 asks whether an option is possible at all.
 

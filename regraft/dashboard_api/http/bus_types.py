@@ -1,6 +1,6 @@
 """Records of the bus as pydantic and FastAPI take them: their shapes check, pack and describe them here too.
 
-A message is declared once, as a dataclass. What a body holds of it, and what an answer shows, follows from that.
+A message is declared once, as a dataclass. The schemas of bodies and answers follow from that.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class _Checked(JsonObject):
 
 @dataclass(frozen=True)
 class Fields:
-    """What a body holds, in ``Annotated[JsonObject, Fields(...)]``: an object of these fields and no others.
+    """The content of a body, in ``Annotated[JsonObject, Fields(...)]``: an object of these fields and no others.
 
     The route receives the fields that were given, by attribute; it knows the others of the record itself.
     """
@@ -123,7 +123,7 @@ class Fields:
 
 @dataclass(frozen=True)
 class Values:
-    """What a body holds whose names are free, in ``Annotated[JsonObject, Values(...)]``: values of one shape."""
+    """The content of a body with free names, in ``Annotated[JsonObject, Values(...)]``: values of one shape."""
 
     shape: Shape
 
