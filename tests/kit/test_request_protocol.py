@@ -1,4 +1,4 @@
-"""What a client's requests promise, whatever comes in whatever order; without time and without a bus."""
+"""Promises of a client's requests, for replies in any order; without time and without a bus."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def number(value: int) -> dict[str, Any]:
 
 @dataclass
 class Model:
-    """What a goal should have become, told in the simplest way."""
+    """Return the end that a goal should have, by the simplest rules."""
 
     accepted: bool = False
     end: Answer | None = None

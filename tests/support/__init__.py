@@ -1,4 +1,4 @@
-"""What tests share: how they wait, and how they start and end what they test. Each file has one subject.
+"""Shared parts of tests: how they wait, and how they start and end what they test. Each file has one subject.
 
 - ``waiting``: conditions, within bounds; ``workers``: how many processes run the tests; ``ports``: free TCP ports
 - ``paths``: where the project's files are; ``wheels``: the project as a package; ``renderers``: ways to draw

@@ -71,7 +71,7 @@ class Command:
 
     @property
     def lines(self) -> list[str]:
-        """What it has printed."""
+        """Its output."""
         return self.log.read_text().splitlines()
 
     def must_run(self) -> None:
