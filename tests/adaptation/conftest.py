@@ -27,5 +27,5 @@ def system(bare_system: System) -> System:
 @pytest.fixture
 def impatient(bare_system: System) -> System:
     """All components and a manager that does not wait long for one that hangs."""
-    bare_system.start_manager(answer_within=1.0, undo_within=1.5)
+    bare_system.start_manager(answer_within=0.4, bind_within=1.0, undo_within=0.6)
     return bare_system

@@ -172,7 +172,7 @@ def test_a_cancelled_removal_changes_nothing(system: System) -> None:
     before = system.views()
     slow = ComponentSpec(cls="tests.adaptation.parts:Newcomer", parameters={"where": "configure", "how": "hangs"})
     pending = system.adapt(Add("slow", slow), Remove("second"), wait=False)
-    wait_until(lambda: "slow" in system.running)
+    wait_until(lambda: "slow" in system.host.processes and system.host.processes["slow"].incarnation == 1)
     Newcomer.release.set()
     ended = system.cancel(pending.id)
     assert ended.outcome in (Outcome.CANCELLED, Outcome.ROLLED_BACK), ended

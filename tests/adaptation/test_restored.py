@@ -160,7 +160,7 @@ def test_what_is_not_as_before_is_told_as_a_difference_and_never_as_undone(
     bare_system: System, monkeypatch: Patch, skipped: type, changes: tuple[Change, ...], way: str
 ) -> None:
     system = bare_system
-    system.start_manager(undo_within=0.3)
+    system.start_manager(answer_within=0.4, bind_within=1.0, undo_within=0.3)
     system.adapt(SetParameters("fragile", {"mood": "refuses"}))
     real: Callable[..., Any] = vars(transaction)["perform"]
     undoing: list[bool] = []

@@ -14,7 +14,7 @@ import pytest
 import behavior_tree
 from behavior_tree import SUCCESS
 from behavior_tree.examples import thermostat
-from tests.support.wheels import build_wheel
+from tests.support.wheels import wheel_of_the_run
 
 ROOT = Path(behavior_tree.__file__).parent.parent
 README = (ROOT / "behavior_tree" / "README.md").read_text(encoding="utf-8")
@@ -55,8 +55,10 @@ def test_it_imports_nothing_but_itself_and_the_standard_library() -> None:
         assert stays_inside(path, ROOT / "behavior_tree"), path
 
 
-def test_out_of_a_wheel_a_tree_runs_without_anything_else(tmp_path: Path) -> None:
-    with zipfile.ZipFile(build_wheel(tmp_path)) as archive:
+def test_out_of_a_wheel_a_tree_runs_without_anything_else(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    with zipfile.ZipFile(wheel_of_the_run(tmp_path_factory)) as archive:
         archive.extractall(tmp_path / "installed")
     script = ALONE.format(wheel=str(tmp_path / "installed"), ours={"regraft"})
     alone = subprocess.run(

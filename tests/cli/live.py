@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,11 +42,11 @@ class System(Command):
         for command in (self, *self.joined):
             command.ended()
 
-    def join(self, *arguments: str) -> subprocess.Popen[bytes]:
+    def join(self, *arguments: str) -> Command:
         """Have one more component join the system."""
         words = ("run", "--join", "tiny", *arguments)
         self.joined.append(Command(*words, log=self.home / "joined.log", cwd=STACK, environment=in_home(self.home)))
-        return self.joined[-1].process
+        return self.joined[-1]
 
     def ask(self, *arguments: str) -> Any:
         """Return the JSON that a command printed."""

@@ -40,7 +40,7 @@ def run_alone(folder: Path, **interrupted: str) -> Done:
     """Run the component, interrupted at some points of its start, until it ends."""
     nowhere = {"imported": "pass", "prepared": "pass", "built": "pass", "started": "pass"}
     (folder / "dropped.py").write_text(DROPPED.format(**nowhere | interrupted))
-    done = run("run", "dropped:Part", cwd=folder, environment=in_home(folder / "home"))
+    done = run("run", "dropped:Part", cwd=folder, environment=in_home(folder / "home"), fresh=True)
     return Done(done.returncode, done.stdout, done.stderr)
 
 

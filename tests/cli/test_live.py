@@ -206,7 +206,7 @@ def test_a_component_can_join_be_changed_directly_and_ends_with_the_system(tmp_p
         assert system.ask("topic", "info", "spare")["readers"] == ["ear.number"]
         system.ask("lifecycle", "set", "ear", "deactivate")
         assert system.ask("lifecycle", "get", "ear")["state"] == "inactive"
-    assert joined.returncode == 0
+    assert joined.process.returncode == 0
 
 
 def test_down_ends_the_system_and_leaves_no_process(tmp_path: Path) -> None:

@@ -5,16 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.support.commands import in_home
+from tests.support.commands import Command, in_home, run
 from tests.support.paths import ROOT
 from tests.support.ports import free_port
 from tests.support.waiting import PATIENCE, wait_until
@@ -49,27 +47,16 @@ class Place:
         self.foreign.mkdir()
         (self.author / "watchman.py").write_text(block_with("python", "class Watchman(Component)"))
         self._environment = in_home(self.home)
-        self._started: list[subprocess.Popen[bytes]] = []
+        self._started: list[Command] = []
 
     def start(self, folder: Path, *words: str) -> None:
         """Start a command that stays."""
-        command = [sys.executable, "-m", "regraft.cli", *words]
-        quiet = subprocess.DEVNULL
-        self._started.append(
-            subprocess.Popen(command, cwd=folder, env=self._environment, stdin=quiet, stdout=quiet, stderr=quiet)
-        )
+        log = self.home.parent / f"{len(self._started)}.log"
+        self._started.append(Command(*words, log=log, cwd=folder, environment=self._environment))
 
     def regraft(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run a command in the foreign folder."""
-        return subprocess.run(
-            [sys.executable, "-m", "regraft.cli", *words],
-            cwd=self.foreign,
-            env=self._environment,
-            capture_output=True,
-            text=True,
-            timeout=4 * PATIENCE,
-            check=False,
-        )
+        return run(*words, cwd=self.foreign, environment=self._environment, within=4 * PATIENCE)
 
     def states(self) -> dict[str, str]:
         """Return the states of the system's components by name."""
@@ -78,13 +65,8 @@ class Place:
 
     def end(self) -> None:
         """End what was started, those that joined first."""
-        for process in reversed(self._started):
-            process.send_signal(signal.SIGINT)
-            try:
-                process.wait(4 * PATIENCE)
-            finally:
-                process.kill()
-                process.wait()
+        for command in reversed(self._started):
+            command.end()
 
 
 def are_active(states: Callable[[], dict[str, str]], *names: str) -> Callable[[], bool]:

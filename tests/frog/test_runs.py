@@ -68,4 +68,4 @@ def test_without_opengl_all_cameras_together_say_once_what_to_install(
 
 
 def _up(*options: str, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-    return run("up", str(FROG), "--headless", *options, environment=environment)
+    return run("up", str(FROG), "--headless", *options, environment=environment, fresh=environment is not None)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from regraft import run_directory
-from tests.support.commands import Command, run
+from tests.support.commands import AnyProcess, Command, run
 from tests.support.processes import children_of
 from tests.support.waiting import wait_until
 
@@ -35,7 +34,7 @@ COMPONENTS = """\
 
 
 @contextmanager
-def _process(log: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+def _process(log: Path, *arguments: str) -> Iterator[AnyProcess]:
     """Run a command until the block ends, then interrupt it as Ctrl-C does."""
     command = Command(*arguments, log=log, prepare=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
     try:

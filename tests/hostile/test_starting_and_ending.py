@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import socket
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,12 +16,12 @@ from regraft import run_directory
 from regraft.run_directory import RunInfo
 from tests.hostile.conftest import SINK, SOURCE, Start
 from tests.hostile.test_broken_stacks import up
-from tests.support.commands import Command
+from tests.support.commands import AnyProcess, Command
 from tests.support.processes import children_of, exists, wait_gone
 from tests.support.waiting import PATIENCE, wait_until
 
 Write = Callable[..., Path]
-Begin = Callable[..., subprocess.Popen[bytes]]
+Begin = Callable[..., AnyProcess]
 
 MANY = "".join(SOURCE.replace("source:", f"source_{n}:") for n in range(6)) + SINK
 
@@ -32,7 +31,7 @@ def begin() -> Iterator[Begin]:
     """Return what has a system start; one that a test leaves running is killed."""
     begun: list[Command] = []
 
-    def start(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> subprocess.Popen[bytes]:
+    def start(stack: Path, *options: str, hangups: signal.Handlers = signal.SIG_DFL) -> AnyProcess:
         words = ("up", str(stack), "--headless", *options)
         log = stack.parent / "up.log"
         begun.append(Command(*words, log=log, prepare=lambda: _as_a_shell_starts_it(hangups)))
@@ -49,7 +48,7 @@ def _as_a_shell_starts_it(hangups: signal.Handlers) -> None:
     signal.signal(signal.SIGHUP, hangups)
 
 
-def _processes(process: subprocess.Popen[bytes], least: int) -> list[int]:
+def _processes(process: AnyProcess, least: int) -> list[int]:
     found: list[int] = []
 
     def there() -> bool:

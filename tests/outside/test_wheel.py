@@ -16,7 +16,7 @@ import pytest
 
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE
-from tests.support.wheels import build_wheel
+from tests.support.wheels import wheel_of_the_run
 
 WEATHER = """\
 system: weather
@@ -60,7 +60,7 @@ class Installed:
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """Install the wheel, and somebody else's package, in an environment of their own."""
     folder = tmp_path_factory.mktemp("environment")
-    wheel = build_wheel(tmp_path_factory.mktemp("wheel"))
+    wheel = wheel_of_the_run(tmp_path_factory)
     venv.create(folder, symlinks=True)
     python = folder / "bin" / "python"
     (site,) = folder.glob("lib/python*/site-packages")

@@ -8,10 +8,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO
 
+from tests.support.launcher import Process, launcher
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE, wait_for
 
+AnyProcess = Process | subprocess.Popen[bytes]
 REGRAFT = (sys.executable, "-m", "regraft.cli")
 
 
@@ -26,20 +30,43 @@ def run(
     cwd: Path = ROOT,
     environment: Mapping[str, str] | None = None,
     program: tuple[str, ...] = REGRAFT,
-    text: str | None = None,
+    fresh: bool = False,
     within: float = 2 * PATIENCE,
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end."""
-    return subprocess.run(
-        [*program, *words],
-        cwd=cwd,
-        env=environment,
-        input=text or "",
-        capture_output=True,
-        text=True,
-        timeout=within,
-        check=False,
-    )
+    """Run a command to its end; ``fresh`` starts an interpreter for it, as any other ``program`` has."""
+    if fresh or program != REGRAFT:
+        return subprocess.run(
+            [*program, *words],
+            cwd=cwd,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=within,
+            check=False,
+        )
+    with TemporaryFile() as output, TemporaryFile() as errors:
+        process = _fork(words, output, errors, cwd, environment)
+        try:
+            code = process.wait(within)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            raise
+        return subprocess.CompletedProcess([*program, *words], code, _content(output), _content(errors))
+
+
+def _fork(
+    words: tuple[str, ...], output: IO[bytes], errors: IO[bytes], cwd: Path, environment: Mapping[str, str] | None
+) -> Process:
+    with Path(os.devnull).open("rb") as nothing:
+        streams = nothing.fileno(), output.fileno(), errors.fileno()
+        return launcher().fork(words, streams, cwd, os.environ if environment is None else environment)
+
+
+def _content(file: IO[bytes]) -> str:
+    file.seek(0)
+    return file.read().decode()
 
 
 Prepare = Callable[[], object] | None
@@ -56,9 +83,13 @@ class Command:
         environment: Mapping[str, str] | None = None,
         prepare: Prepare = None,
     ) -> None:
-        """Start it; ``prepare`` is called in its process first."""
+        """Start it; ``prepare`` is called in its process first, which then has an interpreter of its own."""
         self.log = log
+        self.process: AnyProcess
         with log.open("wb") as output:
+            if prepare is None:
+                self.process = _fork(words, output, output, cwd, environment)
+                return
             self.process = subprocess.Popen(
                 [*REGRAFT, *words],
                 cwd=cwd,

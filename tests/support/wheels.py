@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 from tests.support.paths import ROOT
 
@@ -13,8 +17,18 @@ BOUND = 120.0
 """Seconds."""
 
 
-def build_wheel(folder: Path) -> Path:
-    """Build the wheel in a copy of the sources, so that nothing is left in the checkout; returns its file."""
+def wheel_of_the_run(folders: pytest.TempPathFactory) -> Path:
+    """Return the wheel's file, built once for all processes that run the tests."""
+    own = folders.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "wheel"
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return next(folder.glob("*.whl"), None) or _build(folder)
+
+
+def _build(folder: Path) -> Path:
+    """Build it in a copy of the sources, so that nothing is left in the checkout."""
     source = folder / "source"
     source.mkdir()
     for name in ("pyproject.toml", "README.md", "LICENSE"):
