@@ -49,11 +49,6 @@ class Stack:
         """The folder of the stack file, where relative paths and the stack's own modules are looked for."""
         return self.file.resolve().parent
 
-    @property
-    def python_path(self) -> tuple[str, ...]:
-        """The folders that the components' processes need in ``sys.path`` beyond what is installed."""
-        return (str(self.folder),)
-
 
 def time_sources(architecture: Architecture) -> tuple[str, ...]:
     """Return the components that make simulated time go on, by name; a class without description is none.
