@@ -79,10 +79,6 @@ class Rows:
         """Return the number of rows."""
         return len(next(iter(self._columns.values()), []))
 
-    def __contains__(self, name: str) -> bool:
-        """Tell whether there is such a column."""
-        return name in self._columns
-
     def text(self, name: str) -> list[str]:
         """Return a column as it is written; raises KeyError."""
         return self._columns[name]

@@ -77,7 +77,7 @@ def _range(row: dict[str, Any]) -> str:
 
 
 def _text(row: dict[str, Any]) -> str:
-    return f"{row['text']}{' (read-only)' if row['read_only'] else ''}".strip()
+    return f"{row['description']}{' (read-only)' if row['read_only'] else ''}".strip()
 
 
 @param.command("get")
