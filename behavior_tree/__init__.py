@@ -48,7 +48,7 @@ from .nodes.manifest import Direction, NodeKind, NodeManifest, PortModel
 from .nodes.node import Node, NodeSetup, PostTickHook, PreTickHook
 from .nodes.ports import InOut, Input, Output
 from .nodes.runtime import TransitionHook
-from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status, is_completed, status_from_name, status_name
+from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Status, status_from_name, status_name
 from .substitution import MockConfig
 from .tree import Tree
 from .xml.models import read_manifests
@@ -96,7 +96,6 @@ __all__ = [
     "Tree",
     "TreeError",
     "UnknownTypeError",
-    "is_completed",
     "load_file",
     "load_text",
     "mock_models",

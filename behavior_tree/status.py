@@ -38,8 +38,3 @@ def status_from_name(name: str) -> Status:
         return Status(STATUS_NAMES.index(name.strip()))
     except ValueError:
         raise ValueError(f"'{name}' is not a status; use one of {', '.join(STATUS_NAMES)}") from None
-
-
-def is_completed(status: Status) -> bool:
-    """Return whether a status is SUCCESS or FAILURE."""
-    return status in COMPLETED

@@ -26,7 +26,7 @@ def by_room(files: dict[str, Any]) -> dict[str, tuple[int, int]]:
 
 def main() -> None:
     """Print the table and keep it."""
-    found = by_room(json.loads((FOLDER / "data.json").read_text(encoding="utf-8"))["files"])
+    found = by_room(json.loads((FOLDER / "report.json").read_text(encoding="utf-8"))["files"])
     lines = [f"{room:28}{there:8}{100 * reached / there:8.1f} %" for room, (reached, there) in found.items()]
     lines[-1] += f"  of statements and branches are reached by the tests ({date.today()})"
     table = "\n".join(lines) + "\n"

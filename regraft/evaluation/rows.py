@@ -18,11 +18,11 @@ TIME = "time"
 
 
 class RowRecorder(Component):
-    """Writes down one row of simulated quantities every simulated second; a study states which in a subclass.
+    """Writes down one row of simulated quantities every simulated second; a study says which in a subclass.
 
-    It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have equal files,
-    byte for byte. A recorder that died cannot continue, since what came meanwhile would be missing: the file must not
-    be there when it begins.
+    It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
+    equal files, byte for byte. A recorder that died cannot go on, since what came meanwhile would be missing: the file
+    must not be there when it begins.
     """
 
     resources = Resources(cpu=0.02, memory=25.0)
@@ -79,10 +79,6 @@ class Rows:
         """Return the number of rows."""
         return len(next(iter(self._columns.values()), []))
 
-    def __contains__(self, name: str) -> bool:
-        """Return whether there is such a column."""
-        return name in self._columns
-
     def text(self, name: str) -> list[str]:
         """Return a column as it is written; raises KeyError."""
         return self._columns[name]
@@ -100,7 +96,7 @@ def read_rows(path: Path) -> Rows:
     """Return what a recorder has written.
 
     Raises:
-        ValueError: a line has another number of fields than the first; the error names it.
+        ValueError: a line has another number of fields than the first; says which.
     """
     with path.open(newline="") as file:
         lines = list(csv.reader(file))

@@ -39,11 +39,6 @@ class Gatekeeper:
         self._next_start = 0.0
         self._log = logging.getLogger("host")
 
-    @property
-    def pid(self) -> int:
-        """The gate's process, 0 if it is not running."""
-        return self._process.pid if self._process else 0
-
     def keep(self) -> None:
         """Start the gate if it is not running; cheap enough for every turn of a loop."""
         if self._process is not None and self._process.poll() is not None:

@@ -109,11 +109,6 @@ class Simulation:
         """Simulated time (s) since the start."""
         return self.progress.time
 
-    @property
-    def light(self) -> float:
-        """Level of the lamps: 0 is dark, 1 is full."""
-        return self._light
-
     def advance(self, seconds: float) -> None:
         """Let simulated time pass.
 

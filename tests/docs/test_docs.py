@@ -37,7 +37,10 @@ from tests.support.waiting import PATIENCE
 
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
 FENCE = re.compile(r"^```(\w*) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FOLDERS = tuple(path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith("."))
+BUILT = ("build", "dist")
+FOLDERS = tuple(
+    path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".") and path.name not in BUILT
+)
 """What a path in this project begins with."""
 
 

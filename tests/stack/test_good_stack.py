@@ -27,7 +27,6 @@ def test_head_of_the_file_is_read(tmp_path: Path) -> None:
     assert (stack.name, stack.clock, stack.seed, stack.speed) == ("frog", "simulated", 1, "max")
     assert stack.duration == 120.0
     assert stack.folder == tmp_path
-    assert stack.python_path == (str(tmp_path),)
     assert time_source(stack) == "world"
 
 

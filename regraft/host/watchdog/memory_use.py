@@ -22,7 +22,6 @@ FIND_INTERVAL = 0.2
 SUM_UP_INTERVAL = 1.0
 """Seconds after which shared pages are counted again: their part grows when somebody who shares them ends."""
 MEBIBYTE = 2.0**20
-PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 @dataclass(slots=True)

@@ -7,7 +7,7 @@ a second apart, and so are the times.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -91,8 +91,3 @@ def blocked_by(schedule: Sequence[Mapping[str, PlainValue]]) -> Callable[[float]
         return bool(states) and states[-1]
 
     return is_blocked
-
-
-def summed(found: Mapping[str, Reactions]) -> Reactions:
-    """Return all reactions of several runs or kinds."""
-    return sum(found.values(), NONE)

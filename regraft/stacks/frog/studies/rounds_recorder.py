@@ -20,7 +20,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.evaluation.rows import Cell, RowRecorder
 
 OWN, CORNER = "camera", "corner_camera"
-DRIVE, DRIVER, LOOKER = "MoveSafely", "navigator", "detector"
+DRIVER, LOOKER = "navigator", "detector"
 REQUIREMENTS = ("MoveSafely", "MoveQuickly", "MovePowerEfficiently", "DetectPowerEfficiently", "DetectEffectively")
 LIDAR_LEAST = 0.12
 """m: what is nearer is no echo."""
