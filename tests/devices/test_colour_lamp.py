@@ -84,9 +84,7 @@ def test_a_camera_component_shows_a_lamp(tmp_path: Path) -> None:
         pictures = rig.collect("image", Image)
         rig.publish("light", LightLevel(0.0, 1.0))
         rig.publish("one/colour", Colour(0.0, 0.0, 1.0))
-        for _ in range(4):
-            tick(rig, world)
-            rig.advance(0.05)
+        tick(rig, world, 4)
     assert pictures[-1].pixels[12, 16].tolist() == [0, 0, 255]
 
 
