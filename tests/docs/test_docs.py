@@ -26,6 +26,8 @@ from regraft.dashboard_api.backend.manager import Services
 from regraft.dashboard_api.http.callers import Callers
 from regraft.process.main import load_class
 from regraft.security.tokens import Tokens
+from regraft.sim_service import devices
+from regraft.sim_service.devices.fitting import device_class
 from regraft.stack import StackError, load
 from tests.cli.app import whole
 from tests.schema.strategies import all_types
@@ -152,7 +154,9 @@ def classes_in(page: Path) -> list[str]:
 
 @pytest.mark.parametrize(("page", "place"), in_pages(classes_in))
 def test_every_component_class_named_exists(page: Path, place: str) -> None:
-    if place.split(".")[0] in FOLDERS:
+    if place.startswith(f"{devices.__name__}."):
+        device_class(place)
+    elif place.split(".")[0] in FOLDERS:
         load_class(place)
 
 

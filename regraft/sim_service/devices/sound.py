@@ -17,8 +17,8 @@ SPEED = 343.0
 """m/s, in dry air of 20 degrees Celsius."""
 NEAREST = 0.01
 """m: the inverse square would be infinite at the loudspeaker itself."""
-KEPT = 10.0
-"""s for which a sound is on its way at most, which is 3.4 km."""
+KEPT = 1.0
+"""s for which a sound is on its way at most, which is 343 m."""
 
 
 @dataclass(frozen=True, slots=True)
