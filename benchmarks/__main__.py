@@ -14,7 +14,19 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import adaptations, frog, move, restart, rewire, round_trip, set_parameter, start_up, swap, tree_tick
+from benchmarks import (
+    adaptations,
+    devices,
+    frog,
+    move,
+    restart,
+    rewire,
+    round_trip,
+    set_parameter,
+    start_up,
+    swap,
+    tree_tick,
+)
 from benchmarks.harness import Effort, Result, machine
 from benchmarks.table import table
 
@@ -31,6 +43,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "restart": restart.restart,
     "start_up": start_up.start_up,
     "tree_tick": tree_tick.tree_tick,
+    "devices": devices.devices,
     "frog": frog.frog,
 }
 

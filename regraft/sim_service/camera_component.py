@@ -2,84 +2,26 @@
 
 from __future__ import annotations
 
-from collections import deque
-from functools import cache
+from dataclasses import replace
 
-import cv2
 import numpy as np
 
-from regraft import Component, Input, Output, Parameter, Records
-from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.health import Level
+from regraft import Output, Parameter
 from regraft.bus_schema.messages.sensors import Image
-from regraft.bus_schema.messages.world import WorldState
-from regraft.bus_schema.model.description import Resources
-from regraft.sim_service.cameras import renderers
 from regraft.sim_service.cameras.camera import Camera as Eye
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState, SensorNoise
 from regraft.sim_service.cameras.camera import Image as Pixels
-from regraft.sim_service.cameras.camera_mount import CameraMount, camera_mount
-from regraft.sim_service.cameras.renderers import Probe, RendererName, make_camera
-from regraft.sim_service.devices.core.failures import (
-    BLACK,
-    CAMERA_FAILURES,
-    FROZEN,
-    NONE,
-    SILENT,
-    CameraFails,
-    Schedule,
-)
-from regraft.sim_service.layout.identity import world_hash
-from regraft.sim_service.layout.placement import draw_placement
-from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.robots import RobotSpec
-
-GL_DEFAULTS = (320, 240, 5.0)
-RAY_DEFAULTS = (160, 120, 2.0)
-"""Width, height (pixels) and rate (Hz): the ray camera takes about ten times as long for a pixel."""
-RECENT = 5.0
-"""s over which the rate is taken."""
-LISTENING = 0.012
-"""Share of a core that hearing of 20 world states a second takes."""
-DRAWING = {"egl": (1.3e-3, 1.7e-8), "osmesa": (1.3e-3, 1.7e-8), "ray": (0.2e-3, 4.5e-7)}
-"""s of a core for a picture of FROG's room, and for each of its pixels, by renderer."""
-BASE_FRAME, MAP_FRAME = "base_link", "map"
+from regraft.sim_service.world_camera import View, WorldCamera
 
 
-def usual_of(renderer: str) -> tuple[int, int, float]:
-    """Return width and height (pixels) and rate (Hz) that a renderer does with ease."""
-    return RAY_DEFAULTS if renderer == "ray" else GL_DEFAULTS
-
-
-@cache
-def probed() -> Probe:
-    """Find out which renderer works, once in this process and all that are forked from it."""
-    return renderers.probe()
-
-
-class Camera(Component):
+class Camera(WorldCamera):
     """Renders the pictures of one camera of the world, when they are due and somebody wants them.
 
-    A picture shows the tick it was taken in. ``width``, ``height`` and ``rate`` of 0 are what the renderer
-    does with ease. That is 320 x 240 at 5 Hz with OpenGL, 160 x 120 at 2 Hz with rays.
-
-    The parameter ``failure`` makes it fail at once. The schedule ``failures`` makes it fail by the clock, while the
-    parameter is none.
+    See `WorldCamera` for when it takes pictures and how it can be made to fail.
     """
 
-    handler_timeout = 2.0
-    resources = Resources(cpu=0.05, memory=130.0)
+    pictures = "image"
 
-    file = Parameter("", "the world's MJCF file, the same as the world's", unit="path", exists=True, read_only=True)
-    robots = Records(RobotSpec, "the world's robots, the same as the world's")
-    robot = Parameter(
-        "", "the robot that has it in its MJCF; empty: the world or the robot without a name", read_only=True
-    )
-    camera = Parameter("camera", "the camera's name in the MJCF file", read_only=True)
-    renderer = Parameter("auto", "what draws", choices=("auto", "egl", "osmesa", "ray"), read_only=True)
-    width = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
-    height = Parameter(0, "of a picture; 0: the renderer's default", minimum=0, maximum=4096, unit="px", read_only=True)
-    rate = Parameter(0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz")
     always_lit = Parameter(False, "whether it sees full light however dark it is", read_only=True)
     full_well = Parameter(
         600.0,
@@ -88,157 +30,22 @@ class Camera(Component):
         read_only=True,
     )
     read_noise = Parameter(4.0, "electrons of noise in reading a pixel", minimum=0.0, read_only=True)
-    failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
-    failures = Records(CameraFails, "when it fails and works again, in order, while 'failure' is none")
 
-    world_state = Input(WorldState, latest_only=True, description="the tick to draw")
     image = Output(Image, description="the pictures")
 
-    _eye: Eye | None = None
-
-    @classmethod
-    def preload(cls) -> str | None:
-        """Find out which renderer works, before processes are forked; return what OpenGL lacks here."""
-        return probed().notice()
-
-    @classmethod
-    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Return the ``rate`` (Hz) of the pictures, if somebody wants them, and the ``cpu`` (share of a core)."""
-        wanted = str(parameters.get("renderer", cls.renderer.default))
-        renderer = probed().renderer if wanted == "auto" else wanted
-        width, height, rate = (
-            float(parameters.get(name) or usual)
-            for name, usual in zip(("width", "height", "rate"), usual_of(renderer), strict=True)
-        )
-        picture, pixel = DRAWING[renderer]
-        return {"rate": rate, "cpu": LISTENING + rate * (picture + pixel * width * height)}
-
-    def on_configure(self) -> None:
-        """Load the world and get the renderer ready; raises SceneError, ScheduleError."""
-        if not self.file:
-            raise ValueError("the parameter 'file' must name the world's MJCF file")
-        cv2.setNumThreads(1)  # the other cores are for the other components
-        self._schedule = Schedule(self.failures)
-        self._failing = NONE
-        self._shown: Pixels | None = None
-        self._taken: deque[float] = deque()
-        scene = load_scene(self.file, self.robots)
-        placement = draw_placement(scene, self.kit.seed)
-        renderer = self._choose_renderer()
-        width, height, self._default_rate = usual_of(renderer)
-        self._size = (self.width or width, self.height or height)
-        prefix = f"{self.robot}/" if self.robot else ""
-        camera = prefix + self.camera
+    def settings(self, settings: CameraSettings) -> CameraSettings:
+        """Return the settings with light and noise."""
         noise = SensorNoise(self.full_well, self.read_noise) if self.full_well else None
-        settings = CameraSettings(camera, *self._size, self.always_lit, noise, self.kit.seed)
-        self._mount = camera_mount(scene, placement, camera)
-        self._frame = prefix + BASE_FRAME if self._mount.on_board else MAP_FRAME
-        self._hash = world_hash(scene, placement)
-        self._foreign = ""
-        self._eye = make_camera(renderer, scene, placement, settings)
-        self.kit.set_status_text(f"renders {self._size[0]}x{self._size[1]} on {renderer}", renderer=renderer)
+        return replace(settings, always_lit=self.always_lit, noise=noise)
 
-    def _choose_renderer(self) -> RendererName:
-        for name in renderers.NAMES:
-            if self.renderer == name:
-                return name
-        return probed().renderer
+    def take(self, eye: Eye, moment: RenderState) -> Pixels:
+        """Return the picture of a moment."""
+        return eye.render(moment)
 
-    def on_activate(self) -> None:
-        """Begin to take pictures."""
-        self._active_since = self.kit.now()
-        self._taken.clear()
-        self.kit.spawn(self._take_pictures(), "take pictures")
+    def black(self, width: int, height: int) -> Pixels:
+        """Return a black picture."""
+        return np.zeros((height, width, 3), np.uint8)
 
-    async def _take_pictures(self) -> None:
-        due = self.kit.now()
-        while True:
-            due = max(due + 1.0 / (self.rate or self._default_rate), self.kit.now())
-            await self.kit.sleep(due - self.kit.now())
-            try:
-                self._take_picture()
-            except Exception as error:
-                self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
-
-    def _take_picture(self) -> None:
-        failure = self._note_failure()
-        state = self.world_state.latest if self.image.wanted and failure != SILENT else None
-        if state is None or self._eye is None or not self._is_ours(state):
-            return
-        eye = self._eye
-        self._note_rate()
-        self.image.publish_deferred(lambda: self._picture(eye, state, failure))
-
-    def _picture(self, eye: Eye, state: WorldState, failure: str) -> Image:
-        try:
-            pixels = self._pixels(eye, state, failure)
-        except Exception as error:
-            self.kit.diagnose("rendering", Level.ERROR, f"{type(error).__name__}: {error}")
-            raise
-        mount: CameraMount = self._mount
-        return Image(
-            state.stamp,
-            f"{self.kit.name.replace('.', '/')}_optical",
-            self._frame,
-            mount.pose,
-            mount.horizontal_field_of_view(*self._size),
-            pixels,
-        )
-
-    def _note_rate(self, count: int = 1) -> float:
-        """Count pictures that were just taken; returns the rate (Hz) of the last seconds."""
-        now = self.kit.now()
-        self._taken.extend([now] * count)
-        while self._taken and self._taken[0] <= now - RECENT:
-            self._taken.popleft()
-        seconds = min(RECENT, now - self._active_since)
-        return len(self._taken) / seconds if seconds > 0.0 else 0.0
-
-    def _note_failure(self) -> str:
-        """Return how the camera fails now, and tell when that changes."""
-        failure = self.failure if self.failure != NONE else self._schedule.at(self.kit.now())
-        if failure != self._failing:
-            self._failing = failure
-            self.kit.event("camera.failure", f"image: {failure}", sensor="image", failure=failure)
-        return failure
-
-    def _pixels(self, eye: Eye, state: WorldState, failure: str) -> Pixels:
-        if failure == BLACK:
-            return np.zeros((self._size[1], self._size[0], 3), np.uint8)
-        if failure != FROZEN or self._shown is None:
-            # The step seeds the noise: the number of the tick tells moments apart just as well.
-            colours = {shown.geom: (shown.red, shown.green, shown.blue) for shown in state.colours}
-            self._shown = eye.render(RenderState(state.positions, state.light, state.tick, colours))
-        return self._shown
-
-    def _is_ours(self, state: WorldState) -> bool:
-        """Refuse to draw a world that is not the one in the file: the picture would be a lie."""
-        if state.model_hash == self._hash:
-            self._foreign = ""
-            return True
-        if self._foreign != state.model_hash:
-            self._foreign = state.model_hash
-            text = f"the world that runs (seed {state.seed}) is not {self.file} with seed {self.kit.seed}"
-            self.kit.diagnose("world_state", Level.ERROR, f"{text}: no pictures")
-        return False
-
-    def evaluate(self) -> dict[str, float]:
-        """Return the ``rate`` (Hz) at which pictures were taken in the last 5 s: none while nobody wants them."""
-        return {"rate": self._note_rate(0)}
-
-    def on_cleanup(self) -> None:
-        """Give the renderer back."""
-        self._close()
-
-    def on_shutdown(self) -> None:
-        """Give the renderer back."""
-        self._close()
-
-    def on_error(self) -> None:
-        """Give the renderer back; the camera may be configured again."""
-        self._close()
-
-    def _close(self) -> None:
-        eye, self._eye = self._eye, None
-        if eye is not None:
-            eye.close()
+    def message(self, view: View, pixels: Pixels) -> Image:
+        """Return the message with a picture."""
+        return Image(view.stamp, view.frame, view.pose_frame, view.pose, view.horizontal_field_of_view, pixels)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft.bus_schema.messages.ranging import BeaconSighting
+from regraft.bus_schema.messages.devices.ranging import BeaconSighting
 from regraft.sim_service.devices.signals.beacon import Beacon, BeaconReceiver
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.devices.signals import Colour
 from regraft.bus_schema.messages.sensors import Image, LightLevel
-from regraft.bus_schema.messages.signals import Colour
 from regraft.bus_schema.messages.world import WorldState
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.cameras.camera import CameraSettings, RenderState
@@ -84,9 +84,7 @@ def test_a_camera_component_shows_a_lamp(tmp_path: Path) -> None:
         pictures = rig.collect("image", Image)
         rig.publish("light", LightLevel(0.0, 1.0))
         rig.publish("one/colour", Colour(0.0, 0.0, 1.0))
-        for _ in range(4):
-            tick(rig, world)
-            rig.advance(0.05)
+        tick(rig, world, 4)
     assert pictures[-1].pixels[12, 16].tolist() == [0, 0, 255]
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft.bus_schema.messages.joints import GripperCommand
+from regraft.bus_schema.messages.devices.joints import GripperCommand
 from regraft.sim_service.devices.gripper import ParallelGripper
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from regraft.bus_schema.messages.joints import JointCommand, JointMode
+from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState
 from regraft.sim_service.devices.joint_motors import JointMotors
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation
@@ -39,30 +39,34 @@ def command(simulation: Simulation, mode: JointMode, value: float, joint: str = 
     found(simulation, JointMotors).on_command(JointCommand(mode, {joint: value}))
 
 
+def elbow(simulation: Simulation) -> JointState:
+    """Return the measured state of the elbow."""
+    return found(simulation, JointMotors).measure().joints["elbow"]
+
+
 def test_a_position_is_reached_and_held(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "position")
     command(simulation, JointMode.POSITION, 0.7)
     run(simulation, 3.0)
-    states = found(simulation, JointMotors).measure()
-    assert states.names == ("elbow",)
-    assert states.positions == pytest.approx([0.7], abs=1e-3)
-    assert states.velocities == pytest.approx([0.0], abs=1e-3)
+    assert list(found(simulation, JointMotors).measure().joints) == ["elbow"]
+    states = elbow(simulation)
+    assert states.position == pytest.approx(0.7, abs=1e-3)
+    assert states.velocity == pytest.approx(0.0, abs=1e-3)
 
 
 def test_without_a_command_a_position_stays_that_of_the_start(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "position")
     run(simulation, 1.0)
-    assert found(simulation, JointMotors).measure().positions == pytest.approx([0.0], abs=1e-6)
+    assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_velocity_holds_until_it_times_out(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "velocity")
-    motors = found(simulation, JointMotors)
     command(simulation, JointMode.VELOCITY, 0.5)
     run(simulation, 0.45)
-    assert motors.measure().velocities == pytest.approx([0.5], rel=0.02)
+    assert elbow(simulation).velocity == pytest.approx(0.5, rel=0.02)
     run(simulation, 0.5)
-    assert motors.measure().velocities == pytest.approx([0.0], abs=0.02)
+    assert elbow(simulation).velocity == pytest.approx(0.0, abs=0.02)
 
 
 def test_a_torque_accelerates_as_inertia_says(tmp_path: Path) -> None:
@@ -71,24 +75,23 @@ def test_a_torque_accelerates_as_inertia_says(tmp_path: Path) -> None:
     motors.kit.model.dof_damping[:] = 0.0
     command(simulation, JointMode.TORQUE, 0.02)
     run(simulation, 0.2)
-    states = motors.measure()
+    states = elbow(simulation)
     box = 0.3 * (0.2**2 + 0.02**2) / 12.0 + 0.3 * 0.1**2
     ball = 0.4 * 0.1 * 0.02**2
-    assert states.torques == pytest.approx([0.02])
-    assert states.velocities == pytest.approx([0.02 / (box + ball) * 0.2], rel=1e-3)
+    assert states.torque == pytest.approx(0.02)
+    assert states.velocity == pytest.approx(0.02 / (box + ball) * 0.2, rel=1e-3)
 
 
 def test_positions_come_in_steps_and_the_rest_with_noise(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "position", resolution=0.1, velocity_noise=0.02, torque_noise=0.3)
     command(simulation, JointMode.POSITION, 0.74)
     run(simulation, 3.0)
-    motors = found(simulation, JointMotors)
     values = []
     for _ in range(300):
         run(simulation)
-        states = motors.measure()
-        assert states.positions == pytest.approx([0.7])
-        values.append([*states.velocities, *states.torques])
+        states = elbow(simulation)
+        assert states.position == pytest.approx(0.7)
+        values.append([states.velocity, states.torque])
     assert np.std(values, axis=0) == pytest.approx([0.02, 0.3], rel=0.15)
 
 
@@ -106,16 +109,16 @@ def test_a_command_that_does_not_fit_is_refused_whole(
     with pytest.raises(ValueError, match=complaint):
         command(simulation, mode, 0.7, joint)
     run(simulation, 0.5)
-    assert found(simulation, JointMotors).measure().positions == pytest.approx([0.0], abs=1e-6)
+    assert elbow(simulation).position == pytest.approx(0.0, abs=1e-6)
 
 
 def test_failures_add_a_bias_or_noise_to_positions(tmp_path: Path) -> None:
     simulation = moved(tmp_path, "position", bias=0.3)
     motors = found(simulation, JointMotors)
     motors.kit.failing = "bias"
-    assert motors.measure().positions == pytest.approx([0.3])
+    assert elbow(simulation).position == pytest.approx(0.3)
     motors.kit.failing = "noise"
-    assert motors.measure().positions[0] != 0.0
+    assert elbow(simulation).position != 0.0
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity", "torque"])

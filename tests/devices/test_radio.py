@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.signals import RadioMessage, RadioReception
+from regraft.bus_schema.messages.devices.signals import RadioMessage, RadioReception
 from regraft.sim_service.devices.signals.radio import Radio
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft.bus_schema.messages.signals import Hearing, Sound
+from regraft.bus_schema.messages.devices.signals import Hearing, Sound
 from regraft.sim_service.devices.signals.sound import Loudspeaker, Microphone
 from regraft.sim_service.layout.scene import SceneError
 from regraft.sim_service.simulation import Simulation

@@ -31,7 +31,7 @@ from regraft.bus_schema.encoding.shapes import (
     TupleShape,
 )
 from regraft.bus_schema.messages.protocol.requests import Request
-from regraft.bus_schema.messages.sensors import Image
+from regraft.bus_schema.messages.sensors import DepthImage, Image
 
 Values = SearchStrategy[Any]
 
@@ -43,6 +43,7 @@ _built: dict[int, tuple[Shape, Values]] = {}
 FIELDS: dict[tuple[type, str], Values] = {
     (Request, "client"): st.from_regex(r"[A-Za-z0-9_.-]{1,30}", fullmatch=True),
     (Image, "horizontal_field_of_view"): st.floats(0.001, 3.09),
+    (DepthImage, "horizontal_field_of_view"): st.floats(0.001, 3.09),
 }
 """Fields whose class demands more than their shape says."""
 

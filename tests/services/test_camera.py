@@ -11,7 +11,7 @@ from regraft.bus_schema.messages.health import Diagnostic, Level
 from regraft.bus_schema.messages.sensors import Image, LightLevel
 from regraft.bus_schema.messages.world import WorldState
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.sim_service import camera_component
+from regraft.sim_service import world_camera
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.cameras import renderers
 from regraft.sim_service.cameras.renderers import RendererName
@@ -51,7 +51,7 @@ def test_nothing_is_rendered_while_nobody_looks(monkeypatch: pytest.MonkeyPatch)
         eye.render = lambda state: rendered.append(state) or draw(state)  # type: ignore[method-assign, func-returns-value]
         return eye
 
-    monkeypatch.setattr(camera_component, "make_camera", counting)
+    monkeypatch.setattr(world_camera, "make_camera", counting)
     with Rig(seed=3) as rig:
         world = world_on(rig)
         camera_on(rig)

@@ -55,6 +55,6 @@ def test_a_default_topic_may_be_shared() -> None:
 
 def test_names_in_an_expression_are_renamed_and_nothing_else_is() -> None:
     text = "a.rate * 2 <= b.rate\\\n and c.kind == 'a.rate é' or not a.active"
-    assert renamed(text, lambda name: f"left.{name}" if name.startswith("a.") else name) == (
+    assert Expression(text).renamed(lambda name: f"left.{name}" if name.startswith("a.") else name) == (
         "left.a.rate * 2 <= b.rate\\\n and c.kind == 'a.rate é' or not left.a.active"
     )

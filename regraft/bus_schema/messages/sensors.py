@@ -64,6 +64,29 @@ class Image:
             raise BadMessage("must lie between 0 and 3.1 rad", ("horizontal_field_of_view",))
 
 
+@message("regraft/DepthImage")
+@dataclass(frozen=True, slots=True)
+class DepthImage:
+    """Depths (m) along the optical axis, rows from the top; shape (height, width). As in REP 118, it has no colours.
+
+    A depth is +inf where nothing is within ``range_max``, and -inf where something is nearer than ``range_min``.
+    ``frame``, ``pose_frame``, ``pose`` and ``horizontal_field_of_view`` are as in ``regraft/Image``.
+    """
+
+    stamp: Seconds
+    frame: str
+    pose_frame: str
+    pose: Pose
+    horizontal_field_of_view: Radians
+    range_min: Metres
+    range_max: Metres
+    depths: Annotated[FloatArray, Array("<f4", (None, None), tail=True)]
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.horizontal_field_of_view < 3.1:
+            raise BadMessage("must lie between 0 and 3.1 rad", ("horizontal_field_of_view",))
+
+
 @message("regraft/LightLevel")
 @dataclass(frozen=True, slots=True)
 class LightLevel:

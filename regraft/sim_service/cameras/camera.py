@@ -18,6 +18,9 @@ NOISE_STOCK = 2**20
 Image = npt.NDArray[np.uint8]
 """A picture (height, width, 3) of RGB values, row 0 at the top."""
 
+Depths = npt.NDArray[np.float32]
+"""Depths (height, width) in m along the optical axis, row 0 at the top; +inf where nothing is."""
+
 Rgb = tuple[float, float, float]
 """Red, green and blue between 0 and 1."""
 
@@ -70,6 +73,9 @@ class Camera(Protocol):
 
     def render(self, state: RenderState) -> Image:
         """Return the picture of a moment."""
+
+    def depths(self, state: RenderState) -> Depths:
+        """Return the depths of a moment."""
 
     def close(self) -> None:
         """Give back what the renderer holds; the camera is of no use afterwards."""

@@ -16,7 +16,7 @@ from typing import Any, Literal, Self
 import mujoco
 import numpy as np
 
-from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, Rgb, expose, image_size
+from regraft.sim_service.cameras.camera import CameraSettings, Depths, Image, RenderState, Rgb, expose, image_size
 from regraft.sim_service.cameras.lights import Lighting
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import Scene
@@ -76,6 +76,26 @@ class GLCamera:
 
     def render(self, state: RenderState) -> Image:
         """Return the picture of a moment."""
+        area = self._draw(state)
+        image = np.empty((self._height, self._width, 3), np.uint8)
+        mujoco.mjr_readPixels(image, None, area, self._resources)
+        return expose(image[::-1].copy(), self._settings, state.step)
+
+    def depths(self, state: RenderState) -> Depths:
+        """Return the depths of a moment; nearer than the near plane of the MJCF's map nothing is seen."""
+        self._resources.readDepthMap = int(mujoco.mjtDepthMap.mjDEPTH_ZEROFAR)
+        area = self._draw(state)
+        buffer = np.empty((self._height, self._width), np.float32)
+        mujoco.mjr_readPixels(None, buffer, area, self._resources)
+        extent, planes = float(self._model.stat.extent), self._model.vis.map
+        near, far = float(planes.znear) * extent, float(planes.zfar) * extent
+        # The buffer is 1 at the near plane and 0 at the far one, and linear in the inverse of the depth.
+        shares = buffer[::-1].astype(np.float64)
+        depths = near * far / (near + shares * (far - near))
+        return np.where(shares > 0.0, depths, np.inf).astype(np.float32)
+
+    def _draw(self, state: RenderState) -> Any:
+        """Draw a moment off screen and return the area of the picture."""
         self._context.make_current()
         self._select_buffer()
         self._lighting.set_level(1.0 if self._settings.always_lit else state.light)
@@ -94,9 +114,7 @@ class GLCamera:
         )
         self._paint(state.colours)
         mujoco.mjr_render(area, self._picture, self._resources)
-        image = np.empty((self._height, self._width, 3), np.uint8)
-        mujoco.mjr_readPixels(image, None, area, self._resources)
-        return expose(image[::-1].copy(), self._settings, state.step)
+        return area
 
     def _paint(self, colours: Mapping[int, Rgb]) -> None:
         """Let geoms of the scene shine in colours of their own, until it is updated again."""

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderState, Rgb, expose, image_size
+from regraft.sim_service.cameras.camera import CameraSettings, Depths, Image, RenderState, Rgb, expose, image_size
 from regraft.sim_service.cameras.lights import Brightness, Floats, Lighting, is_directional, lamp_share
 from regraft.sim_service.cameras.surfaces import geom_colours, painted, plane_textures
 from regraft.sim_service.cameras.vectors import dot, rotate
@@ -47,11 +47,7 @@ class RayCamera:
     def render(self, state: RenderState) -> Image:
         """Return the picture of a moment."""
         self._lighting.set_level(1.0 if self._settings.always_lit else state.light)
-        self._data.qpos[:] = state.qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
-        eye = self._data.cam_xpos[self._camera]
-        rays = rotate(self._fan, self._data.cam_xmat[self._camera])
+        eye, rays = self._rays(state)
         geoms, distances, normals = self._cast(eye, rays)
         hit = np.flatnonzero(geoms >= 0)
         points = eye + distances[hit, None] * rays[hit]
@@ -60,6 +56,19 @@ class RayCamera:
         picture[hit] = self._shade(geoms[hit], points, light, state.colours)
         image = np.rint(picture * 255.0).astype(np.uint8).reshape(self._height, self._width, 3)
         return expose(image, self._settings, state.step)
+
+    def depths(self, state: RenderState) -> Depths:
+        """Return the depths of a moment."""
+        geoms, distances, _ = self._cast(*self._rays(state))
+        depths = np.where(geoms >= 0, distances * -self._fan[:, 2], np.inf)
+        return depths.astype(np.float32).reshape(self._height, self._width)
+
+    def _rays(self, state: RenderState) -> tuple[Floats, Floats]:
+        """Bring the world to a moment; return where the camera is and its rays (n, 3), in the world frame."""
+        self._data.qpos[:] = state.qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        return self._data.cam_xpos[self._camera], rotate(self._fan, self._data.cam_xmat[self._camera])
 
     def close(self) -> None:
         """Nothing is held."""

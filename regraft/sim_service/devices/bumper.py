@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from regraft import Output, Parameter
-from regraft.bus_schema.messages.touch import BumperState, Touch
+from regraft.bus_schema.messages.devices.touch import BumperState, Touch
 from regraft.sim_service.contacts import bodies_around
 from regraft.sim_service.devices.core.failures import DROPOUT, STUCK
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from regraft import Input, Output, Parameter
-from regraft.bus_schema.messages.joints import GripperCommand, GripperState, JointMode
+from regraft.bus_schema.messages.devices.joints import GripperCommand, GripperState, JointMode
 from regraft.sim_service.devices.core.failures import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo, slide

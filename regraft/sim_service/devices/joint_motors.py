@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from regraft import Input, Output, Parameter
-from regraft.bus_schema.messages.joints import JointCommand, JointMode, JointStates
+from regraft.bus_schema.messages.devices.joints import JointCommand, JointMode, JointState, JointStates
 from regraft.sim_service.devices.core.failures import BIAS, NOISE
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
 from regraft.sim_service.devices.servo import servo
@@ -91,7 +91,8 @@ class JointMotors(Sensor):
             positions += self.more_noise * errors[2]
         velocities = kit.data.qvel[self._velocities] + self.velocity_noise * errors[0]
         torques = kit.data.qfrc_actuator[self._velocities] + self.torque_noise * errors[1]
-        return JointStates(kit.stamp, self._names, positions, velocities, torques)
+        values = np.stack([positions, velocities, torques], axis=1).tolist()
+        return JointStates(kit.stamp, {n: JointState(*state) for n, state in zip(self._names, values, strict=True)})
 
     def snapshot(self) -> dict[str, Any]:
         """Return the commands and the last message."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from regraft.bus_schema.messages.joints import JointMode
+from regraft.bus_schema.messages.devices.joints import JointMode
 from regraft.sim_service.devices.core.device_kit import DeviceKit
 from regraft.sim_service.layout.scene import SceneError
 

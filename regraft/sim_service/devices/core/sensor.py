@@ -47,9 +47,9 @@ class Sensor(Device):
 
     def snapshot(self) -> dict[str, Any]:
         """Return the last message."""
-        return {"shown": None if self._shown is None else codec.to_plain(self._shown)}
+        return {"shown": None if self._shown is None else codec.encode(self._shown)}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take over the last message."""
         message = declared(type(self)).outputs[self.measures].message
-        self._shown = None if state["shown"] is None else codec.from_plain(state["shown"], message)
+        self._shown = None if state["shown"] is None else codec.decode(state["shown"], message)

@@ -3,7 +3,7 @@
 import math
 
 from regraft import Output, Parameter
-from regraft.bus_schema.messages.ranging import BeaconSighting, BeaconSightings
+from regraft.bus_schema.messages.devices.ranging import BeaconSighting, BeaconSightings
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.failures import BIAS, DROPOUT, NOISE, NONE, SILENT
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter

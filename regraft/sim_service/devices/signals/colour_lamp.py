@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from regraft import Input, Parameter
-from regraft.bus_schema.messages.signals import Colour
+from regraft.bus_schema.messages.devices.signals import Colour
 from regraft.sim_service.cameras.camera import Rgb
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.failures import BLACK, FROZEN, NONE

@@ -7,7 +7,7 @@ from itertools import chain
 from typing import Any
 
 from regraft import Input, Output, Parameter
-from regraft.bus_schema.messages.signals import HeardSound, Hearing, Sound
+from regraft.bus_schema.messages.devices.signals import HeardSound, Hearing, Sound
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.failures import BIAS, NOISE, NONE, SILENT
 from regraft.sim_service.devices.core.sensor import Sensor, failure_parameter
@@ -17,8 +17,8 @@ SPEED = 343.0
 """m/s, in dry air of 20 degrees Celsius."""
 NEAREST = 0.01
 """m: the inverse square would be infinite at the loudspeaker itself."""
-KEPT = 10.0
-"""s for which a sound is on its way at most, which is 3.4 km."""
+KEPT = 1.0
+"""s for which a sound is on its way at most, which is 343 m."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
-from regraft.bus_schema.annotations import Array, Bounds, Metres, Newtons, Seconds
+from regraft.bus_schema.annotations import Bounds, Metres, Newtons, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.errors import BadMessage
-
-JointValues = Annotated[NDArray[np.float64], Array("<f8", (None,))]
 
 
 class JointMode(Enum):
@@ -36,21 +30,22 @@ class JointCommand:
     values: dict[str, float]
 
 
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """Position (rad, m), velocity (rad/s, m/s) and torque (N m, N) of a joint."""
+
+    position: float
+    velocity: float
+    torque: float
+
+
 @message("regraft/JointStates")
 @dataclass(frozen=True, slots=True)
 class JointStates:
-    """Positions (rad, m), velocities (rad/s, m/s) and torques (N m, N) of joints, in the order of their names."""
+    """The states of joints, by their names."""
 
     stamp: Seconds
-    names: tuple[str, ...]
-    positions: JointValues
-    velocities: JointValues
-    torques: JointValues
-
-    def __post_init__(self) -> None:
-        for name in ("positions", "velocities", "torques"):
-            if len(getattr(self, name)) != len(self.names):
-                raise BadMessage(f"must have one value for each of {len(self.names)} names", (name,))
+    joints: dict[str, JointState]
 
 
 @message("regraft/GripperCommand")
