@@ -157,7 +157,7 @@ def test_a_wrong_setting_of_a_device_is_told_in_the_robots_file(tmp_path: Path) 
         ("{lidar: {", "{lidr: {", "6: robots.right.devices.lidr: there is no device 'lidr' to change, and a new one"),
         ("devices: {", "components: {eys: ~}, devices: {", "6: robots.right.components.eys: there is no component"),
         ("devices: {", "wheels: 3, devices: {", "6: robots.right.wheels: there is no such field; there are: "),
-        ("{x: 1.0}", "3", "5: robots.left.place: must be a map such as {x: 0.5, y: 0.0}, is a number"),
+        ("{x: 1.0}", "3", "5: robots.left.place: must be a map with x and y, is a number"),
         (
             "robot: rover, place",
             "place",
@@ -194,14 +194,14 @@ def test_a_wrong_use_is_refused_in_the_stack_file(tmp_path: Path, old: str, new:
         ("topics:", "topcs:", "6: topcs: there is no such field; did you mean 'topics'?"),
         ("constraints:", "system: a\nconstraints:", "15: system: there is no such field; there are: "),
         (
-            '{class: "devices:Drive", s',
-            "{s",
+            '{class: "devices:Drive", p',
+            "{p",
             "4: robots.left.devices.drive: has no 'class': must name one as module:Class",
         ),
         (
             "parameters: {limit: $speed}",
             "sets: 3",
-            "4: robots.left.devices.drive.sets: there is no such field; did you mean",
+            "4: robots.left.devices.drive.sets: there is no such field; there are: class, connect, parameters",
         ),
         ("{limit: $speed}", "[3]", "4: robots.left.devices.drive.parameters: must be a map, is a list"),
         ("speed: 0.2", "robot: 0.2", "2: robots.left.parameters.robot: 'robot' cannot name a parameter of a robot"),
