@@ -15,9 +15,9 @@ from regraft.sim_service.world_camera import View, WorldCamera
 class DepthCamera(WorldCamera):
     """Measures how far away is what one camera of the world sees, when that is due and somebody wants it.
 
-    The deviation of a depth z is ``noise`` * z squared. The defaults are those of a Kinect (K. Khoshelham, S. O.
-    Elberink: Accuracy and resolution of Kinect depth data for indoor mapping applications, Sensors 12(2), 2012): 0.5 to
-    5 m, with 4 cm at 5 m. A black camera finds nothing anywhere. See `WorldCamera` for all else.
+    The deviation of a depth z is ``noise`` * z squared. The defaults are a Kinect's: 0.5 to 5 m, with 4 cm at 5 m
+    (K. Khoshelham, S. O. Elberink: Accuracy and resolution of Kinect depth data, Sensors 12(2), 2012).
+    A black camera finds nothing anywhere. See `WorldCamera` for all else.
     """
 
     pictures = "depth"
@@ -31,7 +31,7 @@ class DepthCamera(WorldCamera):
     def take(self, eye: Eye, moment: RenderState) -> Depths:
         """Return the depths of a moment as the sensor measures them."""
         true = eye.depths(moment)
-        # What is not measured must not become infinity times a random number.
+        # A depth beyond reach must not become infinity times a random number.
         depths = np.minimum(true, np.float32(self.range_max))
         if self.noise > 0.0:
             random = generator(self.kit.seed, f"depth {self.kit.name}", moment.step)

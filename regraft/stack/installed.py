@@ -39,7 +39,7 @@ def instead_of_stack(named: Path) -> str:
 
 
 def installed_robot(name: str) -> Path | None:
-    """Return the folder of an installed robot, None if there is none of this name."""
+    """Return the folder of an installed robot, None if no robot has this name."""
     return _installed(Path(name), ROBOT_ENTRY_POINTS)
 
 

@@ -78,6 +78,6 @@ def test_noise_grows_with_the_square_of_the_depth_and_is_repeatable(tmp_path: Pa
 def test_each_failure_shows_in_its_way(tmp_path: Path) -> None:
     assert (pictures(tmp_path, failure="black")[-1].depths == np.inf).all()
     assert pictures(tmp_path, failure="silent") == []
-    frozen = pictures(tmp_path, 3, failures="0.15 frozen")
+    frozen = pictures(tmp_path, 3, failures=[{"at": 0.15, "failure": "frozen"}])
     np.testing.assert_array_equal(frozen[-1].depths, frozen[-2].depths)
     assert frozen[-1].stamp > frozen[-2].stamp

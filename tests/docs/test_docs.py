@@ -108,7 +108,7 @@ def stack_problems(text: str, folder: Path) -> list[str]:
 
 def test_stacks_in_the_docs_load(tmp_path: Path) -> None:
     def loads(_: Path, text: str) -> None:
-        for named in re.findall(r"(?:mission|file): (\w+\.xml)", text):
+        for named in re.findall(r"(?:mission|file|world): (\w+\.xml)", text):
             (tmp_path / named).write_text("")
         if "system:" in text:
             assert stack_problems(text, tmp_path) == []

@@ -89,7 +89,7 @@ class GLCamera:
         mujoco.mjr_readPixels(None, buffer, area, self._resources)
         extent, planes = float(self._model.stat.extent), self._model.vis.map
         near, far = float(planes.znear) * extent, float(planes.zfar) * extent
-        # The buffer is 1 at the near plane and 0 at the far one, and linear in the inverse of the depth.
+        # The buffer is linear in the inverse of the depth: 1 at the near plane, 0 at the far one.
         shares = buffer[::-1].astype(np.float64)
         depths = near * far / (near + shares * (far - near))
         return np.where(shares > 0.0, depths, np.inf).astype(np.float32)
