@@ -35,15 +35,15 @@ PACKAGE = "regraft.sim_service.devices."
 DEVICES: dict[str, tuple[dict[str, Any], object]] = {
     "bumper:Bumper": ({}, None),
     "proximity:ProximityRing": ({"rate": 20.0}, None),
-    "beacon:BeaconReceiver": ({"rate": 20.0}, None),
+    "signals.beacon:BeaconReceiver": ({"rate": 20.0}, None),
     "light_sensor:LightSensor": ({"rate": 20.0}, None),
     "imu:InertialUnit": ({}, None),
     "joint_motors:JointMotors": ({"actuators": "grip"}, JointCommand(JointMode.POSITION, {"grip": 0.01})),
     "gripper:ParallelGripper": ({}, GripperCommand(0.01)),
-    "colour_lamp:ColourLamp": ({}, Colour(1.0, 0.0, 0.0)),
-    "sound:Loudspeaker": ({}, Sound("word")),
-    "sound:Microphone": ({"rate": 20.0}, None),
-    "radio:Radio": ({}, RadioMessage("word")),
+    "signals.colour_lamp:ColourLamp": ({}, Colour(1.0, 0.0, 0.0)),
+    "signals.sound:Loudspeaker": ({}, Sound("word")),
+    "signals.sound:Microphone": ({"rate": 20.0}, None),
+    "signals.radio:Radio": ({}, RadioMessage("word")),
 }
 """Parameters of each device, at a measurement a tick, and a message that it gets at each tick."""
 
@@ -76,7 +76,11 @@ def _microseconds(world: Path, body: Path, name: str, ticks: int) -> float:
     spec = DeviceSpec("device", PACKAGE + name, parameters)
     others = tuple(
         DeviceSpec(kind, PACKAGE + path)
-        for kind, path in (("beacon", "beacon:Beacon"), ("mouth", "sound:Loudspeaker"), ("radio", "radio:Radio"))
+        for kind, path in (
+            ("beacon", "signals.beacon:Beacon"),
+            ("mouth", "signals.sound:Loudspeaker"),
+            ("radio", "signals.radio:Radio"),
+        )
     )
     robots = [RobotSpec("one", str(body), radius=0.05, place=Place(0.0, 0.0), devices=(spec,))]
     robots += [

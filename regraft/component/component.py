@@ -94,6 +94,18 @@ class Component:
         return ()
 
     @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Find what would keep a component with these ``parameters`` from being configured, before anything starts.
+
+        It runs on the machine where the stack is started, and may read files. It must start no thread and open no
+        device.
+
+        Raises:
+            ParameterError: with the dotted paths of values and why they are wrong.
+            ValueError: all of it is wrong.
+        """
+
+    @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Report what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
         return {}

@@ -21,8 +21,8 @@ class RowRecorder(Component):
     """Writes down one row of simulated quantities every simulated second; a study says which in a subclass.
 
     It wakes once a second and disturbs nobody. The rows depend on the run's seed alone: equal runs have
-    equal files, byte for byte. A recorder that died cannot continue, since what came meanwhile would be missing: the file
-    must not be there when it begins.
+    equal files, byte for byte. A recorder that died cannot continue: what came
+    meanwhile would be missing. So the file must not be there when it begins.
     """
 
     resources = Resources(cpu=0.02, memory=25.0)

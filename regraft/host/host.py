@@ -44,7 +44,7 @@ class Host(Supervisor):
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
-        self.questions = HostApi(self, Describer(zygote, plan.stack_folder, plan.folder))
+        self.questions = HostApi(self, Describer(zygote, plan))
 
     # --- life ---
 

@@ -19,7 +19,8 @@ class HostPlan:
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
     the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
-    that are elsewhere on this machine than on the first host, by theirs.
+    that are elsewhere on this machine than on the first host, by theirs. ``references`` has what ``$world`` and
+    ``$robots`` stand for in parameters of components to come.
     """
 
     architecture: Architecture
@@ -34,6 +35,7 @@ class HostPlan:
     duration: float | None = None
     name: str = LOCAL
     paths: dict[str, str] = field(default_factory=dict)
+    references: dict[str, PlainValue] = field(default_factory=dict)
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters with paths as they are on this machine."""
@@ -44,7 +46,9 @@ class HostPlan:
             for there, here in self.paths.items():
                 if value == there or value.startswith(f"{there}/"):
                     return here + value[len(there) :]
-        return value
+        if isinstance(value, list):
+            return [self._found_here(part) for part in value]
+        return self.found_here(value) if isinstance(value, dict) else value
 
     def updated(self, update: UpdateSpecs) -> HostPlan:
         """Return the plan with the architecture as an update says that it is to be; its revision stays the start's."""
@@ -60,6 +64,7 @@ class HostPlan:
             run=joined.run,
             seed=joined.seed,
             paths={there: here for there, here in paths.items() if there != here},
+            references=joined.references,
         )
 
     def mine(self) -> dict[str, ComponentSpec]:

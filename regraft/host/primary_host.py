@@ -112,6 +112,7 @@ class PrimaryHost(Host):
             plan.architecture.rules(asked.host).lost_after,
             tuple(_further(self.past, name) for name in self.others.placed(asked.host)),
             by_certificate=self._witness.wanted,
+            references=plan.references,
         )
 
     def _renew(self, payload: bytes) -> Lease:

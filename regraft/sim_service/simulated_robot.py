@@ -11,6 +11,7 @@ import numpy as np
 
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.contacts import ContactMonitor
+from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.layout.headings import yaw_of_matrix
 from regraft.sim_service.layout.scene import Scene, SceneError
@@ -73,7 +74,7 @@ class SimulatedRobot:
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state that is not part of the physics, as plain data."""
-        devices = {name: device.snapshot() for name, device in self.devices.items()}
+        devices = {name: call(device, "snapshot") for name, device in self.devices.items()}
         return {"contacts": self.contacts.snapshot(), "devices": devices}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -82,4 +83,4 @@ class SimulatedRobot:
         for name, device in self.devices.items():
             state = snapshot["devices"].get(name)
             if state is not None:
-                device.restore(state)
+                call(device, "restore", state)

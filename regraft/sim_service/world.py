@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from regraft import Input, Output, Parameter, Records
@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
+from regraft.sim_service.devices.core.calling import call_each
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of
 from regraft.sim_service.layout.identity import world_hash
@@ -21,6 +22,7 @@ from regraft.sim_service.layout.visitor import DEFAULT_SPEED, Walk, Waypoint
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulated_robot import SimulatedRobot
 from regraft.sim_service.simulation import Simulation, SimulationSettings
+from regraft.sim_service.trial import try_world
 from regraft.sim_service.wiring import DeviceWiring, check_failures
 
 MAP_FRAME = "map"
@@ -67,18 +69,16 @@ class World(TimeSource):
             what = "what really is, every tick; for evaluation and tests only"
             yield Output(GroundTruth, topic=topic, name=topic, required=False, description=what)
 
+    @classmethod
+    def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
+        """Load the world, place everything, and let a moment pass."""
+        try_world(load_scene(_named(parameters["file"]), parameters["robots"]), seed, _settings(parameters))
+
     def on_configure(self) -> None:
-        """Load the world and place everything; raises SceneError, PlacementError, ScheduleError, WalkError."""
-        if not self.file:
-            raise ValueError("the parameter 'file' must name the world's MJCF file")
-        tick = 1.0 / self.tick_rate
-        settings = SimulationSettings(
-            tick=tick,
-            control_period=min(tick, SimulationSettings().control_period),
-            walk=Walk(tuple((at.x, at.y) for at in self.visitor), self.visitor_speed) if self.visitor else None,
-        )
+        """Load the world and place everything; raises SceneError, PlacementError, DeviceError, WalkError."""
+        scene = load_scene(_named(self.file), self.robots)
         self._wiring = DeviceWiring(self.kit, self.robots, self.failures)
-        scene = load_scene(self.file, self.robots)
+        settings = _settings(self.kit.parameters.values)
         self.simulation = Simulation(scene, self.kit.seed, settings, parameters=self._wiring.parameters)
         self._contacts = dict.fromkeys(self.simulation.robots, 0)
         self._learn_the_world()
@@ -109,8 +109,7 @@ class World(TimeSource):
         self.simulation.advance(seconds)
         for robot in self.simulation.robots.values():
             self._note_contacts(robot)
-            for device in robot.devices.values():
-                device.sense()
+            call_each(robot.devices.values(), "sense")
         truths = [self._publish_truth(now, robot) for robot in self.simulation.robots.values()]
         if self.world_state.wanted:
             self._publish_state(now, truths[0].pose if truths else Pose.planar(0.0, 0.0, 0.0))
@@ -163,3 +162,19 @@ def _pose(pose: Pose2D) -> Pose:
 
 def _twist(twist: Twist2D) -> Twist:
     return Twist.planar(twist.v, twist.w)
+
+
+def _named(file: str) -> str:
+    if not file:
+        raise ValueError("the parameter 'file' must name the world's MJCF file")
+    return file
+
+
+def _settings(parameters: Mapping[str, Any]) -> SimulationSettings:
+    tick = 1.0 / parameters["tick_rate"]
+    waypoints = tuple((at.x, at.y) for at in parameters["visitor"])
+    return SimulationSettings(
+        tick=tick,
+        control_period=min(tick, SimulationSettings().control_period),
+        walk=Walk(waypoints, parameters["visitor_speed"]) if waypoints else None,
+    )

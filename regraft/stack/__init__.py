@@ -1,6 +1,7 @@
 """Stack files: what a robot system consists of, on one screen, checked before anything runs."""
 
 from regraft.stack.assembly.assemble import plain_document
+from regraft.stack.class_checks import check_with_classes
 from regraft.stack.load import load
 from regraft.stack.overrides import apply_overrides, with_seed, with_speed, with_system
 from regraft.stack.parameter_files import apply_parameter_files
@@ -14,6 +15,7 @@ __all__ = [
     "StackError",
     "apply_overrides",
     "apply_parameter_files",
+    "check_with_classes",
     "load",
     "plain_document",
     "time_source",

@@ -77,7 +77,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         duration=root.number("duration", minimum=0.001, maximum=LONGEST),
         imports=imports,
         document=assembly.document,
-        folders=assembly.folders,
+        references=assembly.references,
     )
     report.raise_if_any()
     return stack

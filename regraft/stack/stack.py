@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
@@ -17,8 +18,9 @@ from regraft.stack.yaml.problems import Problem, nearest
 class Stack:
     """A checked stack. ``duration`` (seconds of the system's time) None runs until it is ended.
 
-    ``file`` is the stack file as it was named, ``folders`` are those of all files that were read. ``document`` is what
-    these say together, and where. ``imports`` are modules to import for the message types that they define.
+    ``file`` is the stack file as it was named. ``document`` is what it says with all that it includes, and where.
+    ``imports`` are modules to import for the message types that they define.
+    ``references`` has what ``$world`` and ``$robots`` stand for.
     """
 
     file: Path
@@ -27,7 +29,7 @@ class Stack:
     duration: float | None = None
     imports: tuple[str, ...] = ()
     document: Node = field(default=Node({}), repr=False, compare=False)
-    folders: tuple[Path, ...] = ()
+    references: dict[str, PlainValue] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -52,11 +54,6 @@ class Stack:
     def folder(self) -> Path:
         """The folder of the stack file, where relative paths and the stack's own modules are looked for."""
         return self.file.resolve().parent
-
-    @property
-    def python_path(self) -> tuple[str, ...]:
-        """The folders that the components' processes need in ``sys.path`` beyond what is installed."""
-        return tuple(dict.fromkeys(map(str, (self.folder, *self.folders))))
 
     @property
     def locations(self) -> dict[str, Location]:

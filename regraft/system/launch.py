@@ -161,6 +161,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         free_endpoint() if source else "",
         stack.seed,
         duration,
+        references=stack.references,
     )
 
 

@@ -28,7 +28,7 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.host.zygote.describe_process import describe_component
+from regraft.host.zygote.describe_process import Surroundings, describe_component
 
 
 class HostStub:
@@ -135,7 +135,7 @@ class HostStub:
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)
-        query.reply(codec.encode(describe_component(wanted.spec, Path("/stack"), "/run", wanted.context)))
+        query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"), wanted.context)))
 
     def _start(self, query: MemoryQuery) -> None:
         if "start" in self.deaf:

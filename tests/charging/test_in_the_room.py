@@ -12,15 +12,16 @@ from regraft.services.navigator.navigator import Navigator
 from regraft.services.power_model import total_power
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
+from tests.support.worlds import FROG_WORLD
 
-from ..services.rigs import FROG, finish, run, world_on
+from ..services.rigs import finish, run, world_on
 
 
 @pytest.mark.parametrize("seed", [2, 5])
 def test_frog_finds_its_dock_charges_and_touches_nothing(seed: int) -> None:
     with Rig(seed=seed) as rig:
         world = world_on(rig)
-        rig.add(MapServer, "map_server", {"file": FROG})
+        rig.add(MapServer, "map_server", FROG_WORLD)
         rig.add(Navigator)
         battery = rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.95})
         docking = rig.add(Docking)

@@ -24,7 +24,8 @@ from regraft.sim_service import survey
 from regraft.sim_service.map_server import MapServer
 from regraft.sim_service.world import World
 from regraft.testing import Rig
-from tests.services.rigs import FROG, TICK, finish, run, world_on
+from tests.services.rigs import TICK, finish, run, world_on
+from tests.support.worlds import FROG_WORLD
 
 TRAVEL_NOISE = 0.01
 MAPPERS: dict[type[MappingComponent], str] = {Mapper: "matched", OdometryMapper: "trusted"}
@@ -83,8 +84,8 @@ class Course:
     """A robot that drives from goal to goal of FROG's room."""
 
     def __init__(self, rig: Rig, kind: type[Navigator], max_velocity: float, **battery: float) -> None:
-        self.rig, self.world = rig, world_on(rig, travel_noise=TRAVEL_NOISE)
-        rig.add(MapServer, "map_server", {"file": FROG})
+        self.rig, self.world = rig, world_on(rig, odometry_travel_noise=TRAVEL_NOISE)
+        rig.add(MapServer, "map_server", FROG_WORLD)
         self.navigator = rig.add(kind, "navigator", {"max_velocity": max_velocity}, {"odometry": "matched/place"})
         for cls, name in MAPPERS.items():
             rig.add(cls, name, connections={"map": f"{name}/map", "localization": f"{name}/place"})

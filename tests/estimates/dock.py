@@ -11,7 +11,8 @@ from regraft.services.charging.docking import Docking
 from regraft.services.navigator.navigator import Navigator
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from tests.services.rigs import FROG, TICK, finish, run, run_until, world_on
+from tests.services.rigs import TICK, finish, run, run_until, world_on
+from tests.support.worlds import FROG_WORLD
 
 CAPACITY, CHARGE, UNTIL = 2000.0, 0.95, 0.97
 
@@ -32,7 +33,7 @@ def charge(seed: int) -> tuple[dict[str, float], Charging]:
     """Charge once in a room; returns what was estimated and what it took."""
     with Rig(seed=seed) as rig:
         world = world_on(rig)
-        rig.add(MapServer, "map_server", {"file": FROG})
+        rig.add(MapServer, "map_server", FROG_WORLD)
         rig.add(Navigator)
         battery = rig.add(Battery, parameters={"capacity": CAPACITY, "initial_charge": CHARGE})
         docking = rig.add(Docking)

@@ -20,10 +20,11 @@ from regraft.services.power_model import total_power
 from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
 from regraft.testing import Rig
-from tests.services.rigs import FROG, run, run_until, set_parameters, world_on
+from tests.services.rigs import run, run_until, set_parameters, world_on
 from tests.support.waiting import PATIENCE
+from tests.support.worlds import FROG_WORLD
 
-RAY = {"file": FROG, "renderer": "ray", "width": 80, "height": 60}
+RAY = {**FROG_WORLD, "renderer": "ray", "width": 80, "height": 60}
 
 
 class Asker(Component):

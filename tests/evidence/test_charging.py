@@ -13,7 +13,8 @@ from regraft.services.charging.docking import Docking
 from regraft.services.navigator.navigator import Navigator
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
-from tests.services.rigs import FROG, finish, run, world_on
+from tests.services.rigs import finish, run, world_on
+from tests.support.worlds import FROG_WORLD
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(1800)]
 
@@ -27,7 +28,7 @@ def test_frog_charges_wherever_it_starts_even_where_the_dock_is_not_where_it_sho
         aside = ASIDE if seed > 10 else 0.0
         with Rig(seed=seed) as rig:
             world = world_on(rig)
-            rig.add(MapServer, "map_server", {"file": FROG})
+            rig.add(MapServer, "map_server", FROG_WORLD)
             rig.add(Navigator)
             rig.add(Battery, parameters={"capacity": 2000.0, "initial_charge": 0.92})
             docking = rig.add(Docking, parameters={"dock_x": aside, "dock_y": -aside / 2})

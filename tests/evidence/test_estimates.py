@@ -126,7 +126,7 @@ def test_exploring_in_real_physics_takes_the_way_estimated(strategy: str) -> Non
 
 def _explore(seed: int, strategy: str) -> Exploration:
     with Rig(seed=seed) as rig:
-        world = world_on(rig, travel_noise=TRAVEL_NOISE)
+        world = world_on(rig, odometry_travel_noise=TRAVEL_NOISE)
         rig.add(Mapper)
         place = {"odometry": "localization"}
         explorer = rig.add(Explorer, "explorer", {"strategy": strategy}, place)

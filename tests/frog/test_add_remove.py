@@ -34,7 +34,7 @@ CAMERA = {
     "component": "camera",
     "spec": {
         "class": "regraft.sim_service.camera_component:Camera",
-        "parameters": {"file": "world.xml", "camera": "camera", "always_lit": True},
+        "parameters": {"file": "$world", "robots": "$robots", "camera": "camera", "always_lit": True},
         "connect": {"image": "camera/image"},
     },
     "topics": [{"name": "camera/image", "type": "regraft/Image", "rate": 5.0, "reliable": False}],

@@ -13,8 +13,9 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlError
 from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.host.zygote.describe_process import be_describer, describe_component
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.host.plan import HostPlan
+from regraft.host.zygote.describe_process import Surroundings, be_describer, describe_component
 from regraft.host.zygote.describer import DESCRIBED_TIMEOUT, MAX_AT_ONCE, Describer
 from regraft.host.zygote.zygote import Zygote
 
@@ -35,7 +36,8 @@ class Recorded:
 
 def _asked(folder: Path, cls: str) -> tuple[Recorded, Describer, MemoryQuery, str]:
     zygote = Recorded()
-    describer = Describer(cast("Zygote", zygote), folder, folder)
+    plan = HostPlan(Architecture("s", 0, simulated=False, components={}, topics={}), folder, folder, "run", "", "")
+    describer = Describer(cast("Zygote", zygote), plan)
     query = MemoryQuery("k", codec.encode(DescribeComponent(ComponentSpec("new", cls))))
     describer.ask(query)
     return zygote, describer, query, next(iter(zygote.orders))
@@ -80,6 +82,17 @@ def test_a_storm_of_questions_is_bounded(tmp_path: Path) -> None:
 def test_paths_are_those_of_the_host(tmp_path: Path) -> None:
     parameters = {"file": "world.xml", "folder": "$RUN/maps"}
     spec = ComponentSpec("m", "regraft.services.mapper.mapper:Mapper", parameters={"folder": "$RUN/maps"})
-    assert describe_component(spec, tmp_path, "/run").spec.parameters == {"folder": "/run/maps"}
+    here = Surroundings(tmp_path, "/run")
+    assert describe_component(spec, here).spec.parameters == {"folder": "/run/maps"}
     world = ComponentSpec("w", "regraft.sim_service.map_server:MapServer", parameters={"file": parameters["file"]})
-    assert describe_component(world, tmp_path, "/run").spec.parameters == {"file": str(tmp_path / "world.xml")}
+    assert describe_component(world, here).spec.parameters == {"file": str(tmp_path / "world.xml")}
+
+
+def test_references_of_the_stack_have_their_values_and_others_are_named(tmp_path: Path) -> None:
+    def described(**parameters: object) -> DescribedComponent:
+        spec = ComponentSpec("c", "regraft.sim_service.camera_component:Camera", parameters=dict(parameters))
+        return describe_component(spec, Surroundings(tmp_path, "/run", {"world": "/w.xml", "robots": [{"name": "a"}]}))
+
+    assert described(file="$world", robots="$robots").spec.parameters == {"file": "/w.xml", "robots": [{"name": "a"}]}
+    (violation,) = described(file="$wrld").violations
+    assert violation.field == "parameters.file"

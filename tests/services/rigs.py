@@ -18,7 +18,7 @@ from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.world import World
 from regraft.testing import Rig
 from tests.support.paths import ROOT
-from tests.support.worlds import frog_scene
+from tests.support.worlds import FROG_WORLD, frog_scene
 
 FROG = str(ROOT / "regraft" / "stacks" / "frog" / "world.xml")
 TICK = 0.05
@@ -27,7 +27,7 @@ SIZES = {"ray": (160, 120), "egl": (320, 240), "osmesa": (320, 240)}
 
 def world_on(rig: Rig, **parameters: object) -> World:
     """Add FROG's world to a rig."""
-    return rig.add(World, parameters={"file": FROG, **parameters})
+    return rig.add(World, parameters={**FROG_WORLD, **parameters})
 
 
 def run(rig: Rig, world: World, seconds: float) -> None:

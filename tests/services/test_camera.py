@@ -16,12 +16,13 @@ from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.cameras import renderers
 from regraft.sim_service.cameras.renderers import RendererName
 from regraft.testing import Rig
+from tests.support.worlds import FROG_WORLD
 
-from .rigs import FROG, run, world_on
+from .rigs import run, world_on
 
 
 def camera_on(rig: Rig, renderer: str = "ray", name: str = "camera", **parameters: object) -> Camera:
-    given = {"file": FROG, "renderer": renderer, **parameters}
+    given = {**FROG_WORLD, "renderer": renderer, **parameters}
     return rig.add(Camera, name, given, {"image": f"{name}/image"})
 
 

@@ -16,7 +16,7 @@ from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.world import World
 from regraft.testing import Rig
-from tests.support.worlds import frog_scene
+from tests.support.worlds import FROG_WORLD, frog_scene
 
 from .rigs import FROG, run, set_parameters, world_on
 
@@ -26,8 +26,13 @@ def entries(schedule: str) -> list[dict[str, object]]:
     return [{"at": float(at), "failure": failure} for at, failure in (entry.split() for entry in schedule.split(","))]
 
 
+def of_device(device: str, schedule: str) -> list[dict[str, object]]:
+    """Return a schedule of one device as the world's parameter ``failures`` takes it."""
+    return [{"device": device, **entry} for entry in entries(schedule)]
+
+
 def camera_on(rig: Rig, **parameters: object) -> Camera:
-    given = {"file": FROG, "renderer": "ray", "width": 40, "height": 30, "rate": 2.0, **parameters}
+    given = {**FROG_WORLD, "renderer": "ray", "width": 40, "height": 30, "rate": 2.0, **parameters}
     return rig.add(Camera, "camera", given, {"image": "camera/image"})
 
 
@@ -63,8 +68,8 @@ def test_a_camera_is_made_to_fail_over_the_bus() -> None:
 
 def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
     with Rig(seed=3) as rig:
-        schedule = entries("1 frozen, 2 dropout, 3 silent, 4 none")
-        world = world_on(rig, scan_failures=schedule, scan_dropout=0.4)
+        schedule = of_device("scan", "1 frozen, 2 dropout, 3 silent, 4 none")
+        world = world_on(rig, failures=schedule, scan_dropout=0.4)
         scans = rig.collect("scan", LaserScan)
         run(rig, world, 5.0)
     at = {round(scan.stamp, 2): scan.ranges for scan in scans}
@@ -79,7 +84,7 @@ def test_the_lidar_fails_as_it_is_told_and_comes_back() -> None:
 
 def test_the_odometry_fails_as_it_is_told_and_comes_back() -> None:
     with Rig(seed=3) as rig:
-        world = world_on(rig, odometry_failures=entries("2 frozen, 4 silent, 5 none"))
+        world = world_on(rig, failures=of_device("odometry", "2 frozen, 4 silent, 5 none"))
         odometry, truth = rig.collect("odometry", Odometry), rig.collect("ground_truth", GroundTruth)
         for _ in range(140):
             rig.publish("velocity", Twist.planar(0.0, 0.5))
@@ -110,10 +115,8 @@ def test_a_drift_is_set_over_the_bus_and_its_error_stays() -> None:
 
 
 def test_failures_survive_a_restart_from_a_checkpoint() -> None:
-    schedules = {
-        "scan_failures": entries("0.5 frozen, 3 dropout"),
-        "odometry_failures": entries("1 frozen, 2.5 drift"),
-    }
+    scan, odometry = of_device("scan", "0.5 frozen, 3 dropout"), of_device("odometry", "1 frozen, 2.5 drift")
+    failures = [scan[0], *odometry, scan[1]]
 
     def go_on(rig: Rig, world: World) -> list[bytes]:
         scans, odometry = rig.collect("scan", LaserScan), rig.collect("odometry", Odometry)
@@ -123,12 +126,12 @@ def test_failures_survive_a_restart_from_a_checkpoint() -> None:
         return [codec.encode(message) for message in (*scans, *odometry)]
 
     with Rig(seed=3) as rig:
-        world = world_on(rig, **schedules)
+        world = world_on(rig, failures=failures)
         run(rig, world, 1.5)
         checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
         expected = go_on(rig, world)
     with Rig(seed=3, start=1.5) as rig:
-        successor = world_on(rig, **schedules)
+        successor = world_on(rig, failures=failures)
         successor.restore(codec.unpack_plain(checkpoint)["state"])
         assert go_on(rig, successor) == expected
 
@@ -138,8 +141,8 @@ def test_failures_survive_a_restart_from_a_checkpoint() -> None:
     [
         (
             World,
-            {"scan_failures": entries("30 black")},
-            r"scan_failures.0.failure: is 'black', must be one of: none, s",
+            {"failures": of_device("scan", "30 black")},
+            "failures.0.failure: 'black': scan can fail as one of: none, silent",
         ),
         (
             Camera,
@@ -149,6 +152,8 @@ def test_failures_survive_a_restart_from_a_checkpoint() -> None:
         (Camera, {"failures": entries("-1 black")}, "failures.0.at: is -1.0, must be at least 0.0"),
         (Camera, {"failures": [{"failure": "black"}]}, "failures.0.at: is missing"),
         (Camera, {"failures": "30 black"}, "failures: must be a list of records, is str"),
+        (World, {"failures": of_device("scann", "30 frozen")}, "failures.0.device: there is no device 'scann'.*'scan'"),
+        (World, {"failures": of_device("scan", "30 silent, 20 none")}, "failures.1.at: 20 s comes after 30 s: put the"),
         (World, {"visitor": [{"x": 1.0}]}, "visitor.0.y: is missing"),
     ],
 )
@@ -156,25 +161,13 @@ def test_a_component_does_not_start_with_failures_or_walks_that_cannot_be(
     cls: type[World | Camera], parameters: dict[str, object], complaint: str
 ) -> None:
     with Rig() as rig, pytest.raises(ParameterError, match=complaint):
-        rig.add(cls, "it", {"file": FROG, **parameters}, state=State.UNCONFIGURED)
+        rig.add(cls, "it", {**FROG_WORLD, **parameters}, state=State.UNCONFIGURED)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "complaint"),
-    [
-        (
-            {"scan_failures": entries("30 silent, 20 none")},
-            "scan_failures.1: 20 s comes after 30 s: put the entries in",
-        ),
-        ({"visitor": [{"x": 1.0, "y": 0.0}]}, "two or more waypoints"),
-    ],
-)
-def test_entries_that_do_not_go_together_keep_the_world_from_being_configured(
-    parameters: dict[str, object], complaint: str
-) -> None:
+def test_a_walk_of_one_waypoint_keeps_the_world_from_being_configured() -> None:
     with Rig() as rig:
-        rig.add(World, "it", {"file": FROG, **parameters}, state=State.UNCONFIGURED)
-        with pytest.raises(TransitionFailed, match=complaint):
+        rig.add(World, "it", {**FROG_WORLD, "visitor": [{"x": 1.0, "y": 0.0}]}, state=State.UNCONFIGURED)
+        with pytest.raises(TransitionFailed, match="two or more waypoints"):
             rig.transition("it", Transition.CONFIGURE)
 
 
@@ -224,7 +217,7 @@ def test_a_visitor_is_sent_on_a_walk_by_a_parameter() -> None:
     with Rig(seed=3) as rig:
         file = FROG.replace("world.xml", "world_with_visitor.xml")
         walk = {"visitor": [{"x": 2.0, "y": -2.0}, {"x": -2.0, "y": -2.0}], "visitor_speed": 0.8}
-        world = rig.add(World, parameters={"file": file, **walk})
+        world = rig.add(World, parameters={**FROG_WORLD, "file": file, **walk})
         scans = rig.collect("scan", LaserScan)
         run(rig, world, 3.0)
     seen = np.isfinite(scans[0].ranges) & np.isfinite(scans[-1].ranges)

@@ -5,14 +5,15 @@ import math
 from regraft.bus_schema.messages.maps import Goals, OccupancyGrid
 from regraft.sim_service.map_server import MapServer
 from regraft.testing import Rig
+from tests.support.worlds import FROG_WORLD
 
-from .rigs import FROG, world_on
+from .rigs import world_on
 
 
 def test_map_and_goals_fit_the_world_of_the_same_seed() -> None:
     with Rig(seed=3) as rig:
         world = world_on(rig)
-        rig.add(MapServer, parameters={"file": FROG})
+        rig.add(MapServer, parameters=FROG_WORLD)
         maps, goals = rig.collect("map", OccupancyGrid), rig.collect("goals", Goals)
         rig.advance(4.0)
         places = world.simulation.placement.poses

@@ -19,8 +19,9 @@ from regraft.services.navigator.navigator import Navigator
 from regraft.sim_service.map_server import MapServer
 from regraft.sim_service.world import World
 from regraft.testing import Rig
+from tests.support.worlds import FROG_WORLD
 
-from .rigs import FROG, finish, run, set_parameters, world_on
+from .rigs import finish, run, set_parameters, world_on
 
 Drive = Goal[Arrival, NavigationProgress]
 
@@ -51,7 +52,7 @@ def course() -> Iterator[Course]:
     """Return FROG with everything in place, two seconds into the run."""
     with Rig(seed=2) as rig:
         world = world_on(rig)
-        rig.add(MapServer, "map_server", {"file": FROG})
+        rig.add(MapServer, "map_server", FROG_WORLD)
         goals = rig.collect("goals", Goals)
         navigator = rig.add(Navigator)
         commands, truth = rig.collect("velocity", Twist), rig.collect("ground_truth", GroundTruth)

@@ -17,8 +17,9 @@ from regraft.services.sensor_monitor import SensorMonitor
 from regraft.sim_service.camera_component import Camera
 from regraft.sim_service.world import World
 from regraft.testing import Rig
+from tests.support.worlds import FROG_WORLD
 
-from .rigs import FROG, run, set_parameters, world_on
+from .rigs import run, set_parameters, world_on
 
 
 @dataclass
@@ -50,7 +51,7 @@ def watched() -> Iterator[Watched]:
     """Return FROG with a camera and a monitor, two seconds into the run."""
     with Rig(seed=3) as rig:
         world = world_on(rig)
-        given = {"file": FROG, "renderer": "ray", "width": 40, "height": 30}
+        given = {**FROG_WORLD, "renderer": "ray", "width": 40, "height": 30}
         rig.add(Camera, "camera", given, {"image": "camera/image"})
         diagnostics: list[Diagnostic] = []
         rig.bus.subscribe(rig.keys.diagnostics, lambda s: diagnostics.append(codec.decode(s.payload, Diagnostic)))

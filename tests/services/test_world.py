@@ -85,12 +85,12 @@ def continued(rig: Rig, world: World) -> list[bytes]:
 
 def test_a_world_continued_from_its_checkpoint_goes_on_identically() -> None:
     with Rig(seed=3) as rig:
-        world = world_on(rig, travel_noise=0.01)
+        world = world_on(rig, odometry_travel_noise=0.01)
         continued(rig, world)
         checkpoint = codec.encode(rig.runtimes["world"].checkpoints.snapshot())
         expected = continued(rig, world)
     with Rig(seed=3, start=2.0) as rig:
-        successor = world_on(rig, travel_noise=0.01)
+        successor = world_on(rig, odometry_travel_noise=0.01)
         successor.restore(codec.unpack_plain(checkpoint)["state"])
         assert continued(rig, successor) == expected
 

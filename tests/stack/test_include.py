@@ -75,7 +75,6 @@ def test_classes_beside_an_included_file_are_found(tmp_path: Path) -> None:
     (tmp_path / "common" / "included_parts.py").write_text(text)
     stack = load(tmp_path / "stack.yaml")
     assert stack.architecture.components["bell"].description is not None
-    assert stack.python_path == (str(tmp_path), str(tmp_path / "common"))
 
 
 def test_a_wrong_value_is_told_where_it_is_written(tmp_path: Path) -> None:

@@ -41,6 +41,10 @@ def robots_as_data(**devices: Values) -> list[dict[str, Any]]:
     return [{"name": "", "model": str(WAFFLE), "radius": 0.22, "devices": listed}]
 
 
+FROG_WORLD = {"file": str(WORLD), "robots": robots_as_data()}
+"""The parameters that the world, cameras and map servers of FROG's room have in common."""
+
+
 def frog_scene(**devices: Values) -> Scene:
     """Return FROG's world with its robot; ``devices`` gives parameters by device."""
     return with_waffle(WORLD, **devices)

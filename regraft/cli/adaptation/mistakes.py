@@ -124,12 +124,13 @@ class _Draft:
 
     def _swap(self, change: Swap, spec: ComponentSpec, changes: Sequence[Change]) -> Iterator[str]:
         host = next((c.host for c in changes if isinstance(c, Move) and c.component == spec.name), spec.host)
-        new = replace(spec, host=host)
+        new, given = replace(spec, host=host), dict(change.parameters)
         if change.cls not in ("", spec.cls) or _decides_on_ports(spec.description, change.parameters):
             parameters = spec.parameters | change.parameters
             new, problems = self._start(replace(new, cls=change.cls, parameters=parameters, description=None))
             yield from problems
-        yield from _of_values(new, change.parameters, starting=True)
+            given = {name: new.parameters[name] for name in given}
+        yield from _of_values(new, given, starting=True)
         yield from self._of_ports(new, change.connections)
         self.components[spec.name] = new
 
@@ -137,7 +138,7 @@ class _Draft:
         self.topics = self.topics | {topic.name: topic for topic in change.topics}
         spec, problems = self._start(replace(change.spec, name=change.component, description=None))
         yield from problems
-        yield from _of_values(spec, change.spec.parameters, starting=True)
+        yield from _of_values(spec, spec.parameters, starting=True)
         yield from self._of_ports(spec, change.spec.connections)
         self.components.setdefault(change.component, spec)
 

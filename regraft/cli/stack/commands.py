@@ -15,7 +15,7 @@ from regraft.cli.stack.yaml_text import yaml_text
 from regraft.cli.terminal.options import JsonOption, OverridesOption, ParametersOption, PlacesOption, StackArgument
 from regraft.cli.terminal.output import complain, say, show_json
 from regraft.stack import Stack as StackFile
-from regraft.stack import apply_overrides, apply_parameter_files, load, with_places
+from regraft.stack import apply_overrides, apply_parameter_files, check_with_classes, load, with_places
 from regraft.stack.installed import stack_file
 
 stack = typer.Typer(
@@ -35,6 +35,7 @@ def check(
 ) -> None:
     """Check a stack with all that it includes; tell everything that is wrong."""
     found = _loaded(file, overrides, params, places)
+    check_with_classes(found)
     parts = {name: len(getattr(found.architecture, name)) for name in ("components", "topics", "constraints", "modes")}
     if as_json:
         show_json({"system": found.name, **parts})

@@ -19,6 +19,8 @@ SETTLED_TIMEOUT = 0.5
 LOOK_INTERVAL = 0.05
 """Seconds between two looks at the system: the host has better things to do than to be looked at."""
 SHOW_INTERVAL = 0.25
+LAST_STATUS_TIMEOUT = 1.0
+"""Seconds after the end of simulated time in which components may still report that they came up."""
 PROGRESS_INTERVAL = 1.0
 SAY_WHY_TIMEOUT = 10.0
 """Seconds after which start-up is slow enough to say who is waited for; and again after as many more."""
@@ -46,6 +48,7 @@ class Run:
         self._next_look = self._next_show = self._next_progress = 0.0
         self._next_why = self._started + SAY_WHY_TIMEOUT
         self._url: str | None = None
+        self._finished_at: float | None = None
         self._asked: SummaryAsked | None = None
         self._stopping_shown = False
 
@@ -152,8 +155,14 @@ class Run:
 
     def _is_over(self, watch: Watch, running: Running, now: float) -> bool:
         if running.info.simulated:
+            if running.host.plan.source in watch.quarantined():
+                return True
             clock = watch.clock()
-            return clock is not None and clock.finished
+            if clock is None or not clock.finished:
+                return False
+            if self._finished_at is None:
+                self._finished_at = now
+            return self._up_at is not None or now - self._finished_at > LAST_STATUS_TIMEOUT
         assert self._duration is not None
         return self._counting_from is not None and now - self._counting_from >= self._duration
 

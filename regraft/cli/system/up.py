@@ -36,6 +36,7 @@ from regraft.stack import (
     Stack,
     apply_overrides,
     apply_parameter_files,
+    check_with_classes,
     load,
     with_places,
     with_seed,
@@ -109,6 +110,7 @@ def up(
     # That it runs already is the better reason than that its gateway's port is in use.
     run_directory.lock(wanted.name).close()
     check_ports(wanted.architecture)
+    check_with_classes(wanted)
     duration = duration if duration is not None else wanted.duration
     log_to_file(run_directory.folder(wanted.name))
     run = Run(display(headless=headless, quiet=quiet or as_json), duration)

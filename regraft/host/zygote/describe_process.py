@@ -6,7 +6,7 @@ import logging
 import math
 import os
 import shutil
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
+from regraft.stack.assembly.references import replaced
 from regraft.stack.classes import describe_class
 from regraft.stack.files import file_problems
 from regraft.stack.sections.components import in_run_folder, with_absolute_paths
@@ -25,22 +26,36 @@ from regraft.stack.sections.components import in_run_folder, with_absolute_paths
 def be_describer(order: dict[str, Any]) -> int:
     """Write what a spec would be to the file that the order names; for a process of its own."""
     spec = codec.from_plain(order["spec"], ComponentSpec)
-    described = describe_component(spec, Path(order["stack_folder"]), order["folder"], order["context"])
+    surroundings = Surroundings(Path(order["stack_folder"]), order["folder"], order["references"])
+    described = describe_component(spec, surroundings, order["context"])
     partial = f"{order['answer']}.part"
     Path(partial).write_bytes(codec.encode(described))
     os.replace(partial, order["answer"])
     return 0
 
 
-def describe_component(
-    spec: ComponentSpec, stack_folder: Path, folder: str, context: dict[str, PlainValue] | None = None
-) -> DescribedComponent:
-    """Return a spec completed by its class, as a component of a stack file is, and its problems.
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What parameters mean on this host.
 
-    A relative path is looked for from ``stack_folder``; ``$RUN`` is ``folder``.
+    A relative path is looked for from ``stack_folder``, ``$RUN`` is ``folder``, ``references`` has what further names
+    such as ``$robots`` stand for.
     """
+
+    stack_folder: Path
+    folder: str
+    references: dict[str, PlainValue] = field(default_factory=dict)
+
+
+def describe_component(
+    spec: ComponentSpec, surroundings: Surroundings, context: dict[str, PlainValue] | None = None
+) -> DescribedComponent:
+    """Return a spec completed by its class, as a component of a stack file is, and its problems."""
+    folder = surroundings.folder
     if not spec.cls:
         return DescribedComponent(in_run_folder(spec, folder), tuple(_program_problems(spec)))
+    parameters = {name: replaced(value, surroundings.references) for name, value in spec.parameters.items()}
+    spec = replace(spec, parameters=parameters)
     try:
         description, problems = describe_class(spec.cls, spec.parameters)
     except NoSuchClass as error:
@@ -52,7 +67,7 @@ def describe_component(
     completed = replace(
         spec,
         description=description,
-        parameters=with_absolute_paths(description, dict(spec.parameters), stack_folder),
+        parameters=with_absolute_paths(description, dict(spec.parameters), surroundings.stack_folder),
         services={offered.name: offered.name for offered in description.services} | spec.services,
     )
     found += [

@@ -20,6 +20,7 @@ from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.host.host_publisher import refuse
+from regraft.host.plan import HostPlan
 from regraft.host.zygote.zygote import Zygote
 
 DESCRIBE = "describe"
@@ -41,11 +42,12 @@ class _Asked:
 class Describer:
     """The host's questions about classes that are under way."""
 
-    def __init__(self, zygote: Zygote, stack_folder: Path, folder: Path) -> None:
-        """Nothing has been asked; ``folder`` is the running system's."""
+    def __init__(self, zygote: Zygote, plan: HostPlan) -> None:
+        """Nothing has been asked."""
         self._zygote = zygote
-        self._stack_folder = stack_folder
-        self._folder = folder
+        self._stack_folder = plan.stack_folder
+        self._folder = plan.folder
+        self._references = plan.found_here(plan.references)
         self._asked: dict[str, _Asked] = {}
         self._count = 0
 
@@ -64,6 +66,7 @@ class Describer:
             "answer": str(answer),
             "stack_folder": str(self._stack_folder),
             "folder": str(self._folder),
+            "references": self._references,
         }
         log = str(self._folder / "logs" / f"{DESCRIBE}.log")
         self._asked[name] = _Asked(query, spec, answer, time.monotonic() + DESCRIBED_TIMEOUT)

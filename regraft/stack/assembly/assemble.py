@@ -23,11 +23,15 @@ ASSEMBLED = (INCLUDE, WORLD, ROBOT, ROBOTS)
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """A stack's document with a report that knows where its fields stand, and the folders of its files."""
+    """A stack's document with a report that knows where its fields stand, and the folders of its files.
+
+    ``references`` has what ``$world`` and ``$robots`` stand for.
+    """
 
     document: Node
     report: Report
     folders: tuple[Path, ...]
+    references: dict[str, PlainValue]
 
 
 def assemble(file: Path) -> Assembly:
@@ -40,13 +44,13 @@ def assemble(file: Path) -> Assembly:
     files = IncludedFiles(report)
     robots = Robots(files, report)
     document = _merged(files.patches(file), robots, report)
-    fields = _expanded(document, robots, files, report)
+    fields, known = _expanded(document, robots, files, report)
     report.raise_if_any()
     document = Node(fields, document.location)
     if size_of(document) > MAX_NODES:
         fail(str(file), None, f"holds more than {MAX_NODES} values with all its robots")
     report.locations = locations_of(document)
-    return Assembly(document, report, tuple(files.folders))
+    return Assembly(document, report, tuple(files.folders), {name: plain(node) for name, node in known.items()})
 
 
 def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
@@ -63,7 +67,10 @@ def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
     return Node(document.value, patches[-1].location)
 
 
-def _expanded(document: Node, robots: Robots, files: IncludedFiles, report: Report) -> dict[str, Node]:
+def _expanded(
+    document: Node, robots: Robots, files: IncludedFiles, report: Report
+) -> tuple[dict[str, Node], dict[str, Node]]:
+    """Return the fields with robots and without references, and what references stand for."""
     assert isinstance(document.value, dict)
     fields = dict(document.value)
     known: dict[str, Node] = {}
@@ -75,7 +82,7 @@ def _expanded(document: Node, robots: Robots, files: IncludedFiles, report: Repo
     known[ROBOTS] = Node(tuple(robot.for_worlds(files) for robot in found), NOWHERE)
     references = References(report, known)
     fields = {key: references.resolved(node, key) for key, node in fields.items()}
-    return _Combination(fields, report).with_robots(found, known[ROBOTS])
+    return _Combination(fields, report).with_robots(found, known[ROBOTS]), known
 
 
 class _Combination:

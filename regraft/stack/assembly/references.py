@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.sections.components import RUN_FOLDER
 from regraft.stack.yaml.document import DEEPEST, MAX_NODES
@@ -17,6 +18,16 @@ REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 ROBOT, WORLD, ROBOTS = "robot", "world", "robots"
 NEVER_PARAMETERS = (ROBOT, WORLD, ROBOTS)
 """Names of references that mean the same everywhere: a robot's parameters cannot have them."""
+
+
+def replaced(value: PlainValue, known: Mapping[str, PlainValue]) -> PlainValue:
+    """Return a plain value with the values of ``known`` references; other texts stay as they are."""
+    if isinstance(value, dict):
+        return {key: replaced(part, known) for key, part in value.items()}
+    if isinstance(value, list):
+        return [replaced(part, known) for part in value]
+    match = REFERENCE.fullmatch(value) if isinstance(value, str) else None
+    return known.get(match[1], value) if match else value
 
 
 @dataclass(slots=True)

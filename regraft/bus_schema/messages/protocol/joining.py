@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
-from regraft.bus_schema.annotations import Count, Seconds, Text
+from regraft.bus_schema.annotations import Count, PlainValue, Seconds, Text
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import Architecture
 
-PROTOCOL = 3
+PROTOCOL = 4
 """The version that hosts of one system must have in common: raised with every change that older ones would misread."""
 
 
@@ -71,7 +71,8 @@ class PastRun:
 class JoinedSystem:
     """The knowledge that a host needs to take part. The folders are those of the first host.
 
-    ``source`` is the component that makes simulated time continue, empty under the real clock. ``lease`` is how long a
+    ``source`` is the component that makes simulated time continue, empty under the real clock. ``references`` has what
+    ``$world`` and ``$robots`` stand for in parameters of components to come. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are.
     """
 
@@ -86,6 +87,7 @@ class JoinedSystem:
     lease: Seconds
     past: tuple[PastRun, ...] = ()
     by_certificate: bool = False
+    references: dict[str, PlainValue] = field(default_factory=dict)
 
 
 @message("regraft/RenewLease")

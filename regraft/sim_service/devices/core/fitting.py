@@ -84,6 +84,13 @@ def fitted(robots: Sequence[RobotSpec]) -> list[Fitted]:
     return devices
 
 
+def place_of(robots: Sequence[RobotSpec], robot: str, device: str) -> str:
+    """Return where a list of robots has a device."""
+    number = next(n for n, each in enumerate(robots) if each.name == robot)
+    index = next(n for n, spec in enumerate(robots[number].devices) if spec.name == device)
+    return f"robots.{number}.devices.{index}"
+
+
 def _misnamed(
     device: Fitted, field: str, given: Mapping[str, object], known: Mapping[str, object]
 ) -> Iterator[tuple[str, str]]:

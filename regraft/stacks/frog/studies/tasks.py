@@ -15,12 +15,13 @@ ADDITIONS = {
     "components": {
         "gateway": {"parameters": {"port": 0}},
         "explorer": {"parameters": {"strategy": "furthest"}},  # as the original's
-        "battery": {"parameters": {"capacity": 900.0}},  # lasts for a frontier or two, as the original's limit
         "rows": {
             "class": "regraft.stacks.frog.studies.exploring_recorder:ExploringRecorder",
             "parameters": {"file": "$RUN/rows.csv"},
         },
-    }
+    },
+    # Lasts for a frontier or two, as the original's limit.
+    "robot": {"components": {"battery": {"parameters": {"capacity": 900.0}}}},
 }
 STUDY = Study(
     "frog-tasks",

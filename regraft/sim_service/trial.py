@@ -1,0 +1,69 @@
+"""Lets a moment of a world pass before anything starts, to find what would fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from regraft.bus_schema.encoding import codec
+from regraft.component.component import declared
+from regraft.component.parameters import ParameterError
+from regraft.sim_service.devices.core.calling import DeviceError, call, call_each
+from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.devices.core.fitting import place_of
+from regraft.sim_service.layout.scene import Scene
+from regraft.sim_service.simulation import Simulation, SimulationSettings
+
+
+class _Input:
+    """An input to which nothing has come."""
+
+    latest = None
+
+
+class _Output:
+    """An output whose messages must fit its type, and go nowhere."""
+
+    wanted = True
+
+    def __init__(self, message: type) -> None:
+        self._message = message
+
+    def publish(self, message: object) -> None:
+        """Encode a message."""
+        if not isinstance(message, self._message):
+            raise TypeError(f"publishes {type(message).__name__}, must be {self._message.__name__}")
+        codec.encode(message)
+
+    def publish_deferred(self, make: Callable[[], Any]) -> None:
+        """Encode a message that is made when it is needed."""
+        self.publish(make())
+
+
+def try_world(scene: Scene, seed: int, settings: SimulationSettings) -> None:
+    """Build a world with its devices, let a tick pass, and restore it from a snapshot.
+
+    Raises:
+        ParameterError: a device fails; with its place in the list of robots.
+        SceneError, PlacementError, WalkError: see `Simulation`.
+    """
+    try:
+        simulation = Simulation(scene, seed, settings)
+        devices = [device for robot in simulation.robots.values() for device in robot.devices.values()]
+        for device in devices:
+            _connect_to_nothing(device)
+        simulation.advance(settings.tick)
+        call_each(devices, "sense")
+        for device in devices:
+            call(device, "truth")
+            call(device, "evaluate")
+        simulation.render_state()
+        simulation.restore(simulation.snapshot())
+    except DeviceError as error:
+        raise ParameterError([(place_of(scene.robots, error.robot, error.device), str(error))]) from error
+
+
+def _connect_to_nothing(device: Device) -> None:
+    ports = declared(type(device))
+    vars(device).update(dict.fromkeys(ports.inputs, _Input()))
+    vars(device).update({name: _Output(port.message) for name, port in ports.outputs.items()})

@@ -1,0 +1,29 @@
+"""Has the classes of components check their parameters before anything starts."""
+
+from __future__ import annotations
+
+from regraft.component.component import parameter_set
+from regraft.component.parameters import ParameterError
+from regraft.process.main import load_class
+from regraft.stack.sections.hosts import FIRST
+from regraft.stack.stack import Stack
+from regraft.stack.yaml.problems import Problem, StackError
+
+
+def check_with_classes(stack: Stack) -> None:
+    """Have each class check its components of this machine; raises StackError with everything that is wrong."""
+    problems: list[Problem] = []
+    for name, spec in stack.architecture.components.items():
+        if spec.cls and spec.host == FIRST:
+            cls = load_class(spec.cls)
+            at = f"components.{name}.parameters"
+            try:
+                cls.check_parameters(parameter_set(cls, spec.parameters).values, stack.seed)
+            except ParameterError as error:
+                problems += [stack.problem(f"{at}.{place}", why) for place, why in error.parts]
+            # An author's class may raise anything.
+            except Exception as error:
+                named = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+                problems.append(stack.problem(f"components.{name}", f"{named}{error}"))
+    if problems:
+        raise StackError(problems)
