@@ -36,10 +36,10 @@ def be_describer(order: dict[str, Any]) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What parameters mean on this host.
+    """The meaning of parameters on this host.
 
-    A relative path is looked for from ``stack_folder``, ``$RUN`` is ``folder``, ``references`` has what further names
-    such as ``$robots`` stand for.
+    A relative path is looked for from ``stack_folder``, and ``$RUN`` is ``folder``. ``references`` has the values of
+    further names, such as ``$robots``.
     """
 
     stack_folder: Path

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from regraft.sim_service.devices.core.device import Device
+from regraft.sim_service.layout.scene import SceneError
 
 
-class DeviceError(ValueError):
+class DeviceError(SceneError):
     """A device raised an exception; the text names both."""
 
     def __init__(self, robot: str, device: str, error: Exception) -> None:
