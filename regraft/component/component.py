@@ -198,6 +198,7 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
     of_class = declared(cls).parameters
     fixed = ParameterSet({name: parameter for name, parameter in of_class.items() if parameter.read_only})
     fixed.set({name: value for name, value in given.items() if name in fixed.declared}, starting=True)
+    of_class = {name: _limited(parameter, fixed.values) for name, parameter in of_class.items()}
     by_parameters = {parameter.name: parameter for parameter in cls.parameters_for(fixed.values)}
     twice = sorted(by_parameters.keys() & of_class.keys())
     if twice:
@@ -205,6 +206,10 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
     values = ParameterSet({**of_class, **by_parameters})
     values.set(given, starting=True)
     return values
+
+
+def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any]) -> Parameter[Any]:
+    return parameter.at_most(fixed[parameter.limit]) if parameter.limit else parameter
 
 
 def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:

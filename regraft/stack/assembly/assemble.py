@@ -7,7 +7,7 @@ from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.scopes import SHARED
-from regraft.stack.assembly.expansion import Robot, robot_of
+from regraft.stack.assembly.expansion import Robot, RobotData, robot_of
 from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
 from regraft.stack.assembly.merge import merge
 from regraft.stack.assembly.references import WORLD, References
@@ -23,11 +23,15 @@ ASSEMBLED = (INCLUDE, WORLD, ROBOT, ROBOTS)
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """A stack's document with a report that knows where its fields stand, and the folders of its files."""
+    """A stack's document with a report that knows where its fields stand, and the folders of its files.
+
+    ``robots`` are the parameters of each robot by its name, which is empty for the single one.
+    """
 
     document: Node
     report: Report
     folders: tuple[Path, ...]
+    robots: dict[str, RobotData]
 
 
 def assemble(file: Path) -> Assembly:
@@ -40,13 +44,13 @@ def assemble(file: Path) -> Assembly:
     files = IncludedFiles(report)
     robots = Robots(files, report)
     document = _merged(files.patches(file), robots, report)
-    fields = _expanded(document, robots, files, report)
+    fields, found = _expanded(document, robots, files, report)
     report.raise_if_any()
     document = Node(fields, document.location)
     if size_of(document) > MAX_NODES:
         fail(str(file), None, f"holds more than {MAX_NODES} values with all its robots")
     report.locations = locations_of(document)
-    return Assembly(document, report, tuple(files.folders))
+    return Assembly(document, report, tuple(files.folders), {robot.use.name: robot.data for robot in found})
 
 
 def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
@@ -63,7 +67,10 @@ def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
     return Node(document.value, patches[-1].location)
 
 
-def _expanded(document: Node, robots: Robots, files: IncludedFiles, report: Report) -> dict[str, Node]:
+def _expanded(
+    document: Node, robots: Robots, files: IncludedFiles, report: Report
+) -> tuple[dict[str, Node], list[Robot]]:
+    """Return the fields of a stack with those of its robots, and the robots."""
     assert isinstance(document.value, dict)
     fields = dict(document.value)
     known: dict[str, Node] = {}
@@ -73,9 +80,10 @@ def _expanded(document: Node, robots: Robots, files: IncludedFiles, report: Repo
         known[WORLD] = Node(str(path.absolute()) if path else "", world.location)
     found = [robot_of(use, known, report) for use in robots]
     known[ROBOTS] = Node(tuple(robot.for_worlds(files) for robot in found), NOWHERE)
-    references = References(report, known)
+    single = {name: node for robot in found if not robot.use.name for name, node in robot.data.parameters.items()}
+    references = References(report, single | known)
     fields = {key: references.resolved(node, key) for key, node in fields.items()}
-    return _Combination(fields, report).with_robots(found, known[ROBOTS])
+    return _Combination(fields, report).with_robots(found, known[ROBOTS]), found
 
 
 class _Combination:
