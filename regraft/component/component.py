@@ -11,6 +11,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.description import Description, Resources
+from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
@@ -209,7 +210,12 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
 
 
 def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any]) -> Parameter[Any]:
-    return parameter.at_most(fixed[parameter.limit]) if parameter.limit else parameter
+    if not parameter.limit:
+        return parameter
+    if parameter.limit not in fixed:
+        why = f"its limit {parameter.limit!r} must be a read-only parameter of the same class"
+        raise BadType(f"parameter {parameter.name!r}: {why}; {instead_of(parameter.limit, fixed)}")
+    return parameter.at_most(fixed[parameter.limit])
 
 
 def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:
