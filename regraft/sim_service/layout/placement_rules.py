@@ -85,7 +85,7 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
 
 
 def _radius(scene: Scene, body: str, number: int) -> float:
-    """Return the radius (m) that a robot's file gives for its base, and that of the outline for any other body."""
+    """Return the radius (m) of a body: a robot's is in its file, any other's is that of its outline."""
     of_robots = {robot.body: robot.radius for robot in scene.robots}
     return of_robots.get(body) or body_radius(scene, number)
 

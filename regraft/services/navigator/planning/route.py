@@ -9,7 +9,7 @@ from regraft.planar import FloatArray, Point, Pose2D
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner, NoPath, Path
 from regraft.services.navigator.polyline import lengths_along, polyline_length
 
-# The path ahead is watched this far, and to each side as far as the robot reaches and this much farther.
+# m: the path is watched this far ahead, and to each side this much farther than the robot reaches.
 WATCHED_AHEAD = 1.5
 WATCHED_MARGIN = 0.027
 # A new path is taken only if it costs this much less, lest the robot dither between two.
