@@ -6,7 +6,7 @@ hold where a component runs without a robot; a robot that lacks one is refused. 
 
 from __future__ import annotations
 
-from regraft import Parameter, Records
+from regraft import Parameter, ParameterError, Records
 from regraft.services.power_model import CONSUMERS, MOTION_POWER, Consumer
 
 RADIUS = 0.22
@@ -22,7 +22,7 @@ LIDAR = (-0.064, 0.0, 0.0)
 """m, m, rad: where it is on the base. Range and place are in each scan; these are for scans without a message."""
 
 
-def radius() -> Parameter[float]:
+def radius(*, read_only: bool = False) -> Parameter[float]:
     """Return how near the robot's centre comes to things on a path."""
     return Parameter(
         RADIUS,
@@ -30,11 +30,12 @@ def radius() -> Parameter[float]:
         minimum=0.01,
         maximum=2.0,
         unit="m",
+        read_only=read_only,
         from_robot="radius",
     )
 
 
-def turning_room() -> Parameter[float]:
+def turning_room(*, read_only: bool = False) -> Parameter[float]:
     """Return how far from things the robot turns in place, with something to spare."""
     return Parameter(
         TURNING_ROOM,
@@ -42,6 +43,7 @@ def turning_room() -> Parameter[float]:
         minimum=0.01,
         maximum=3.0,
         unit="m",
+        read_only=read_only,
         from_robot="turning_room",
     )
 
@@ -56,6 +58,13 @@ def outline() -> Parameter[tuple[float, ...]]:
         read_only=True,
         from_robot="outline",
     )
+
+
+def check_outline(given: tuple[float, ...]) -> None:
+    """Check the value of an `outline`; raises ParameterError."""
+    if len(given) not in (0, 3):
+        why = "must be [ahead, behind, to each side] in m, or empty for a disc of the radius"
+        raise ParameterError([("outline", f"{list(given)}: {why}")])
 
 
 def velocity_limit() -> Parameter[float]:

@@ -12,7 +12,6 @@ from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.model.description import Resources
-from regraft.component.parameters import ParameterError
 from regraft.services import robot_parameters
 from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
 from regraft.services.navigator.driving.local_controller import Controller, Manoeuvres
@@ -72,8 +71,8 @@ class Navigator(Component):
     )
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
 
-    radius = robot_parameters.radius()
-    turning_room = robot_parameters.turning_room()
+    radius = robot_parameters.radius(read_only=True)
+    turning_room = robot_parameters.turning_room(read_only=True)
     outline = robot_parameters.outline()
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
@@ -91,9 +90,7 @@ class Navigator(Component):
     @classmethod
     def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
         """Add none; raises ParameterError if the outline is none."""
-        if len(parameters["outline"]) not in (0, 3):
-            why = "must be [ahead, behind, to each side] in m, or empty for a disc of the radius"
-            raise ParameterError([("outline", f"{list(parameters['outline'])}: {why}")])
+        robot_parameters.check_outline(parameters["outline"])
         return ()
 
     def on_configure(self) -> None:
