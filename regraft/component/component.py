@@ -11,6 +11,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.description import Description, Resources
+from regraft.bus_schema.suggestions import instead_of
 from regraft.component.handlers import Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
@@ -210,6 +211,7 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
     of_class = declared(cls).parameters
     fixed = ParameterSet({name: parameter for name, parameter in of_class.items() if parameter.read_only})
     fixed.set({name: value for name, value in given.items() if name in fixed.declared}, starting=True)
+    of_class = {name: _limited(parameter, fixed.values) for name, parameter in of_class.items()}
     by_parameters = {parameter.name: parameter for parameter in cls.parameters_for(fixed.values)}
     twice = sorted(by_parameters.keys() & of_class.keys())
     if twice:
@@ -217,6 +219,15 @@ def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSe
     values = ParameterSet({**of_class, **by_parameters})
     values.set(given, starting=True)
     return values
+
+
+def _limited(parameter: Parameter[Any], fixed: Mapping[str, Any]) -> Parameter[Any]:
+    if not parameter.limit:
+        return parameter
+    if parameter.limit not in fixed:
+        why = f"its limit {parameter.limit!r} must be a read-only parameter of the same class"
+        raise BadType(f"parameter {parameter.name!r}: {why}; {instead_of(parameter.limit, fixed)}")
+    return parameter.at_most(fixed[parameter.limit])
 
 
 def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:

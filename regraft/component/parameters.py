@@ -75,15 +75,20 @@ class Parameter(Generic[V]):
         unit: str = "",
         read_only: bool = False,
         exists: bool = False,
+        from_robot: str = "",
+        limit: str = "",
     ) -> None:
         """Declare a parameter by its default, whose type is the parameter's type.
 
         One that ``exists`` is a path (its unit) to a file. A file that is named has to be there before the component
-        starts.
+        starts. A stack that leaves out a parameter ``from_robot`` gives it the parameter of this name of the
+        component's robot. ``limit`` names a read-only number of the same component, whose value is the maximum.
         """
         self.name = ""
         self.default: V = default
         self.read_only = read_only
+        self.from_robot = from_robot
+        self.limit = limit
         if type(default) not in JSON_TYPES:
             raise TypeError(f"a parameter's default is of type {type(default).__name__}, must be of {_NAMES_OF_TYPES}")
         schema: dict[str, Any] = {"type": JSON_TYPES[type(default)]}
@@ -138,6 +143,12 @@ class Parameter(Generic[V]):
         other.name = name
         other._described = replace(self._described, name=name, default=self.plain(other.default))
         return other
+
+    def at_most(self, maximum: Any) -> Parameter[V]:
+        """Return the same parameter with another maximum, which its default keeps too; raises ParameterError."""
+        other = copy(self)
+        other._described = replace(self._described, schema={**self._described.schema, "maximum": maximum})
+        return other.renamed(self.name, min(self.default, maximum))
 
     def plain(self, value: Any) -> Any:
         """Return a value as plain data."""

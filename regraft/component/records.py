@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class Records(Parameter[Any], Generic[T]):
-    """A parameter that lists records; empty by default, and read-only: set when the component starts.
+    """A parameter that lists records; empty unless it has a default, and read-only: set when the component starts.
 
     The dataclass defines a record, as for messages: types, bounds and units are checked, absent fields take
     their defaults, and ``__post_init__`` may raise BadMessage.
@@ -29,10 +29,13 @@ class Records(Parameter[Any], Generic[T]):
     ...     beacons = Records(Beacon, "what flashes, and how often")
     """
 
-    def __init__(self, record: type[T], description: str = "") -> None:
+    def __init__(
+        self, record: type[T], description: str = "", *, default: tuple[T, ...] = (), from_robot: str = ""
+    ) -> None:
         described: Any = record
         self._shape = record_shape(described)
-        super().__init__((), description, read_only=True)
+        super().__init__((), description, read_only=True, from_robot=from_robot)
+        self.default = default
         schema = {"type": "array", "items": self._shape.json_schema()}
         self._described = replace(self._described, schema=schema)
 

@@ -19,8 +19,8 @@ class HostPlan:
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
     the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
-    that are elsewhere on this machine than on the first host, by theirs. ``references`` has what ``$world`` and
-    ``$robots`` stand for in parameters of components to come.
+    that are elsewhere on this machine than on the first host, by theirs. ``references`` has the
+    values that components to come may refer to, by robot: see `Stack`.
     """
 
     architecture: Architecture
@@ -35,7 +35,7 @@ class HostPlan:
     duration: float | None = None
     name: str = LOCAL
     paths: dict[str, str] = field(default_factory=dict)
-    references: dict[str, PlainValue] = field(default_factory=dict)
+    references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters with paths as they are on this machine."""

@@ -8,7 +8,8 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
 from regraft.bus_schema.messages.sensors import Odometry
 from regraft.bus_schema.model.description import Resources
-from regraft.services.power_model import IDLE_POWER, LIDAR_POWER, motion_power, total_power
+from regraft.services import robot_parameters
+from regraft.services.power_model import motion_power, total_power
 
 EMPTY, LOW, BELOW_LIMIT, FULL = "empty", "low", "below_limit", "ok"
 SEVERITY = {EMPTY: Level.ERROR, LOW: Level.WARNING, BELOW_LIMIT: Level.WARNING, FULL: Level.OK}
@@ -18,7 +19,7 @@ CHARGER_HOLDS = 2.0
 
 
 class Battery(Component):
-    """Keeps account of the energy: integrates what motion, lidar and the rest draw, books single uses, and charges.
+    """Keeps account of the energy: integrates what motion and constant consumers draw, books single uses, and charges.
 
     The robot's speed is taken from every odometry message since the last account, and holds until the next; so
     does what the charger gives. Below its ``limit`` the battery asks to be charged, until it is ``recharged``.
@@ -34,6 +35,9 @@ class Battery(Component):
     limit = Parameter(0.9, "charge that is wanted at all times; 0: none", minimum=0.0, maximum=1.0)
     recharged = Parameter(0.98, "charge at which one below the limit is all right again", minimum=0.0, maximum=1.0)
     low = Parameter(0.2, "charge below which it is called low", minimum=0.0, maximum=1.0)
+
+    motion_power = robot_parameters.motion_power()
+    consumers = robot_parameters.consumers()
 
     odometry = Input(Odometry, keep=4096, description="how fast the robot drives")
     energy = Input(EnergyUse, keep=4096, required=False, description="what is taken at once, as for a picture")
@@ -52,7 +56,9 @@ class Battery(Component):
         limit = float(parameters.get("limit", cls.limit.default))
         initial = float(parameters.get("initial_charge", cls.initial_charge.default))
         charge = float(context.get("charge", initial))
-        power = float(context.get("power", total_power(float(context.get("speed", 0.0)))))
+        powers = parameters.get("motion_power", cls.motion_power.default)
+        consumers = cls.consumers.checked(parameters.get("consumers", cls.consumers.default))
+        power = float(context.get("power", total_power(float(context.get("speed", 0.0)), powers, consumers)))
         return {"power": power} | cls._times(charge, limit, capacity, power)
 
     @staticmethod
@@ -84,8 +90,7 @@ class Battery(Component):
         since = now if self._until is None else self._until
         spent = {
             "motion": self._motion_energy(since, now),
-            "lidar": LIDAR_POWER * (now - since),
-            "idle": IDLE_POWER * (now - since),
+            **{consumer.name: consumer.power * (now - since) for consumer in self.consumers},
         }
         for use in self.energy.take():
             spent[use.consumer] = spent.get(use.consumer, 0.0) + use.energy
@@ -106,9 +111,12 @@ class Battery(Component):
         energy, time = 0.0, since
         for odometry in self.odometry.take():
             then = min(max(odometry.stamp, time), now)
-            energy += motion_power(self._speed) * (then - time)
+            energy += self._motion_power() * (then - time)
             time, self._speed = then, odometry.twist.forward
-        return energy + motion_power(self._speed) * (now - time)
+        return energy + self._motion_power() * (now - time)
+
+    def _motion_power(self) -> float:
+        return motion_power(self._speed, self.motion_power)
 
     def _charger_energy(self, since: float, now: float) -> float:
         """Return the energy (J) that the charger offers between two times (s), its power being piecewise constant."""

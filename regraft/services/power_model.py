@@ -1,11 +1,20 @@
 """The power that the robot's parts draw.
 
 The numbers are those of FROG (ReBeT, E. G. Alberts et al., ACSOS 2024), which follows L. Jaiem et al. with a
-similar robot.
+similar robot. A robot's file may give others: docs/robots.md.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+from regraft.bus_schema.annotations import Bounds, Text, Unit
+
+MOTION_POWER = (3.66, 9.79, 6.25)
+"""W of the drive standing, W for each m/s, and W for each (m/s)²."""
 LIDAR_POWER = 2.34
 """W, while it turns."""
 IDLE_POWER = 1.14
@@ -14,12 +23,32 @@ PICTURE_ENERGY = 59.275
 """J, to take one on-board picture and look for objects in it."""
 
 
-def motion_power(speed: float) -> float:
-    """Return the power (W) of the drive at a speed (m/s): standing, it still takes 3.66 W."""
-    speed = abs(speed)
-    return 6.25 * speed**2 + 9.79 * speed + 3.66
+@dataclass(frozen=True, slots=True)
+class Consumer:
+    """A part of a robot that draws the same power all the time."""
+
+    name: Annotated[str, Text(64)]
+    power: Annotated[float, Unit("W"), Bounds(minimum=0.0)]
 
 
-def total_power(speed: float) -> float:
+CONSUMERS = (Consumer("lidar", LIDAR_POWER), Consumer("idle", IDLE_POWER))
+
+
+def motion_power(speed: float, coefficients: Sequence[float] = MOTION_POWER) -> float:
+    """Return the power (W) of the drive at a speed (m/s): a polynomial in it, the constant term first."""
+    speed, power = abs(speed), 0.0
+    for degree in reversed(range(len(coefficients))):
+        power += coefficients[degree] * speed**degree
+    return power
+
+
+def constant_power(consumers: Iterable[Consumer] = CONSUMERS) -> float:
+    """Return the power (W) of all that is always on."""
+    return math.fsum(consumer.power for consumer in consumers)
+
+
+def total_power(
+    speed: float, coefficients: Sequence[float] = MOTION_POWER, consumers: Iterable[Consumer] = CONSUMERS
+) -> float:
     """Return the power (W) of the whole robot at a speed (m/s), pictures left out."""
-    return motion_power(speed) + LIDAR_POWER + IDLE_POWER
+    return motion_power(speed, coefficients) + constant_power(consumers)

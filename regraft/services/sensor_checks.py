@@ -24,8 +24,6 @@ SILENT, FROZEN, BLACK, BLANK, BLIND, DROPOUTS, JUMPY = (
 PIXELS_LOOKED_AT = 400
 MIN_MOTION = 0.02
 """m/s and rad/s: slower is standing."""
-FASTEST, FASTEST_TURN = 0.5, 2.0
-"""m/s and rad/s: faster the robot can't be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,15 +96,18 @@ class Jumps:
     def __init__(self) -> None:
         self._last: tuple[float, Pose] | None = None
 
-    def jump(self, stamp: float, pose: Pose, tolerance: float) -> float:
-        """Return how far (m) a pose at a time (s) has jumped; 0 within the tolerance (m, rad of yaw)."""
+    def jump(self, stamp: float, pose: Pose, limits: tuple[float, float], tolerance: float) -> float:
+        """Return how far (m) a pose at a time (s) has jumped; 0 within the tolerance (m, rad of yaw).
+
+        ``limits`` are how fast the robot can be (m/s, rad/s).
+        """
         last, self._last = self._last, (stamp, pose)
         if last is None or stamp <= last[0]:
             return 0.0
         seconds = stamp - last[0]
         moved = math.hypot(pose.x - last[1].x, pose.y - last[1].y)
         turned = abs(math.remainder(pose.yaw - last[1].yaw, math.tau))
-        jumped = moved > FASTEST * seconds + tolerance or turned > FASTEST_TURN * seconds + tolerance
+        jumped = moved > limits[0] * seconds + tolerance or turned > limits[1] * seconds + tolerance
         return max(moved, turned) if jumped else 0.0
 
 

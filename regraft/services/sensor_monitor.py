@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.health import Level, SensorFault, SensorHealth
 from regraft.bus_schema.messages.sensors import Image, LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.sensor_checks import (
     FROZEN,
     JUMPY,
@@ -63,6 +64,9 @@ class SensorMonitor(Component):
     most_gaps = Parameter(0.1, "share of neighbouring rays of which only one may hit", minimum=0.0, maximum=1.0)
     largest_jump = Parameter(0.2, "how far a pose may jump beyond what the robot can drive", minimum=0.0, unit="m")
     jumpy_for = Parameter(5.0, "how long a jump is held against a pose", minimum=0.0, unit="s")
+
+    velocity_limit = robot_parameters.velocity_limit()
+    turn_rate_limit = robot_parameters.turn_rate_limit()
 
     image = Input(Image, latest_only=True, required=False, description="the pictures to watch")
     scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")
@@ -142,7 +146,8 @@ class SensorMonitor(Component):
         return Finding(FROZEN, "exactly the same comes again and again") if seconds >= self.frozen_after else None
 
     def _judge_pose(self, watch: _Watch, message: Odometry, now: float) -> Finding | None:
-        jump = watch.jumps.jump(message.stamp, message.pose, self.largest_jump)
+        limits = (self.velocity_limit, self.turn_rate_limit)
+        jump = watch.jumps.jump(message.stamp, message.pose, limits, self.largest_jump)
         if jump > 0.0:
             watch.jumped_at, watch.jumped_by = now, jump
         if not (is_moving(message.twist) or self._is_commanded(now)):

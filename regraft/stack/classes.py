@@ -9,7 +9,7 @@ from pathlib import Path
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.parameter_values import parameter_problem
-from regraft.component.component import describe
+from regraft.component.component import declared, describe
 from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass, load_class
 from regraft.process.modules import CannotImport, hidden_file, imported, text_of
@@ -28,6 +28,21 @@ def import_problem(module: str) -> str | None:
     except CannotImport as error:
         return str(error)
     return hidden_file(module) or None
+
+
+def taken_from_robot(path: str) -> dict[str, str]:
+    """Return the robot's parameter for each parameter that the class at ``module:Class`` takes from its robot.
+
+    It is empty where there is no such class: `describe_class` reports that.
+    """
+    try:
+        parameters = declared(load_class(path)).parameters
+    except KeyboardInterrupt:
+        raise
+    # An author's class may raise anything, leaving included.
+    except BaseException:
+        return {}
+    return {name: parameter.from_robot for name, parameter in parameters.items() if parameter.from_robot}
 
 
 def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Description, tuple[tuple[str, str], ...]]:

@@ -13,6 +13,7 @@ from regraft.stack.assembly.assemble import ASSEMBLED, assemble
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import import_problem, look_in
 from regraft.stack.imports import try_modules
+from regraft.stack.robot_data import with_robot_data
 from regraft.stack.sections.components import read_component, read_connections, read_services
 from regraft.stack.sections.constraints import read_constraints
 from regraft.stack.sections.hosts import read_hosts
@@ -20,6 +21,7 @@ from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.modes import read_modes
 from regraft.stack.sections.topics import read_topics
 from regraft.stack.stack import Stack, time_sources
+from regraft.stack.yaml.nodes import locations_of
 from regraft.stack.yaml.section import Section
 
 FIELDS = (
@@ -67,6 +69,9 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         look_in(folder)
     refused = try_modules(root, notice)
     imports = _imports(root, refused)
+    document = with_robot_data(assembly.document, assembly.robots, report, refused)
+    report.locations = locations_of(document)
+    root = Section(document, "", report)
     architecture = _with_speed(root, _architecture(root, refused))
     for place, problem in stack_problems(architecture):
         report.add(place, problem)
@@ -76,7 +81,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         seed=root.integer("seed", 0, 0, MAX_SEED),
         duration=root.number("duration", minimum=0.001, maximum=LONGEST),
         imports=imports,
-        document=assembly.document,
+        document=document,
         references=assembly.references,
     )
     report.raise_if_any()

@@ -20,7 +20,7 @@ class Stack:
 
     ``file`` is the stack file as it was named. ``document`` is what it says with all that it includes, and where.
     ``imports`` are modules to import for the message types that they define.
-    ``references`` has what ``$world`` and ``$robots`` stand for.
+    ``references`` has the values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
     """
 
     file: Path
@@ -29,7 +29,7 @@ class Stack:
     duration: float | None = None
     imports: tuple[str, ...] = ()
     document: Node = field(default=Node({}), repr=False, compare=False)
-    references: dict[str, PlainValue] = field(default_factory=dict)
+    references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -19,6 +19,8 @@ from regraft.host.zygote.describe_process import Surroundings, be_describer, des
 from regraft.host.zygote.describer import DESCRIBED_TIMEOUT, MAX_AT_ONCE, Describer
 from regraft.host.zygote.zygote import Zygote
 
+CAMERA = "regraft.sim_service.camera_component:Camera"
+
 
 class Recorded:
     """Stands where the zygote does, and keeps what it is told."""
@@ -89,10 +91,16 @@ def test_paths_are_those_of_the_host(tmp_path: Path) -> None:
 
 
 def test_references_of_the_stack_have_their_values_and_others_are_named(tmp_path: Path) -> None:
-    def described(**parameters: object) -> DescribedComponent:
-        spec = ComponentSpec("c", "regraft.sim_service.camera_component:Camera", parameters=dict(parameters))
-        return describe_component(spec, Surroundings(tmp_path, "/run", {"world": "/w.xml", "robots": [{"name": "a"}]}))
+    shared: dict[str, Any] = {"world": "/w.xml", "robots": [{"name": "a"}]}
+    references = {"": shared, "a": {"base_height": 0.1, **shared}}
+
+    def described(name: str = "c", cls: str = CAMERA, **parameters: object) -> DescribedComponent:
+        spec = ComponentSpec(name, cls, parameters=dict(parameters))
+        return describe_component(spec, Surroundings(tmp_path, "/run", references))
 
     assert described(file="$world", robots="$robots").spec.parameters == {"file": "/w.xml", "robots": [{"name": "a"}]}
+    detector = "regraft.services.detector.detector:Detector"
+    assert described("a.detector", detector).spec.parameters == {"base_height": 0.1}
+    assert described("detector", detector).spec.parameters == {}
     (violation,) = described(file="$wrld").violations
     assert violation.field == "parameters.file"

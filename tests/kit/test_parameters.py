@@ -7,14 +7,44 @@ from typing import Any
 
 import pytest
 
-from regraft import Parameter, ParameterError, Records
+from regraft import Component, Parameter, ParameterError, Records
+from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.model.parameter_values import parameter_problem
+from regraft.component.component import parameter_set
 
 
 def declared(default: Any, **more: Any) -> Parameter[Any]:
     parameter: Parameter[Any] = Parameter(default, **more)
     parameter.__set_name__(Parameter, "knob")
     return parameter
+
+
+class Mover(Component):
+    """Moves no faster than it can."""
+
+    fastest = Parameter(1.0, minimum=0.1, unit="m/s", read_only=True, from_robot="max_velocity")
+    speed = Parameter(0.8, minimum=0.0, unit="m/s", limit="fastest")
+
+
+class Boundless(Component):
+    """Has a limit that there is not."""
+
+    speed = Parameter(0.8, limit="fastst")
+    fastest = Parameter(1.0, read_only=True)
+
+
+@pytest.mark.parametrize(("fastest", "default"), [(2.0, 0.8), (0.8, 0.8), (0.5, 0.5)])
+def test_a_limit_is_the_maximum_and_keeps_the_default(fastest: float, default: float) -> None:
+    parameters = parameter_set(Mover, {"fastest": fastest})
+    assert parameters.values["speed"] == default
+    parameters.set({"speed": fastest})
+    with pytest.raises(ParameterError, match=f"must be at most {fastest} m/s"):
+        parameters.set({"speed": fastest + 0.01})
+
+
+def test_a_limit_that_the_class_lacks_is_refused() -> None:
+    with pytest.raises(BadType, match=r"'speed': its limit 'fastst' must be a read-only.*did you mean 'fastest'"):
+        parameter_set(Boundless, {})
 
 
 @pytest.mark.parametrize(

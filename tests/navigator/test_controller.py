@@ -1,5 +1,7 @@
 """What the local controller promises."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -165,3 +167,15 @@ def test_distance_to_the_outline_is_that_to_a_rectangle(x: float, y: float, fron
     assert outline.nearest(np.array([x - outline.centre]), np.array([y])) == pytest.approx(
         -distance if inside else distance, abs=2e-3
     )
+
+
+@given(x=st.floats(-0.5, 0.5), y=st.floats(-0.5, 0.5), radius=st.floats(0.02, 0.4))
+def test_distance_to_a_disc_is_that_to_its_middle_less_its_radius(x: float, y: float, radius: float) -> None:
+    disc = Footprint.disc(radius)
+    assert disc.circumradius == pytest.approx(radius)
+    assert disc.nearest(np.array([x]), np.array([y])) == pytest.approx(math.hypot(x, y) - radius, abs=1e-9)
+
+
+def test_corners_that_do_not_fit_into_an_outline_are_refused() -> None:
+    with pytest.raises(ValueError, match="do not fit"):
+        Footprint(front=0.1, rear=0.1, half_width=0.05, rounding=0.06)

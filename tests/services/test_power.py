@@ -40,6 +40,18 @@ def test_battery_draws_for_standing_lidar_and_idling() -> None:
     assert draws[-1].consumers == pytest.approx({"motion": 3.66, "lidar": 2.34, "idle": 1.14})
 
 
+def test_battery_draws_what_the_robots_parts_draw() -> None:
+    parts = {"motion_power": [1.0, 10.0], "consumers": [{"name": "arm", "power": 2.5}]}
+    with Rig() as rig:
+        rig.add(Battery, parameters=parts)
+        draws = rig.collect("power", PowerDraw)
+        moving(rig, 0.1)
+        rig.advance(2.0)
+    assert draws[-1].consumers == pytest.approx({"motion": 2.0, "arm": 2.5})
+    estimate = Battery.estimate({"capacity": 450.0, **parts}, {"speed": 0.1})
+    assert (estimate["power"], estimate["endurance"]) == pytest.approx((4.5, 100.0))
+
+
 def test_battery_integrates_over_every_change_of_speed() -> None:
     with Rig() as rig:
         rig.add(Battery)

@@ -18,7 +18,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.assembly.references import replaced
-from regraft.stack.classes import describe_class
+from regraft.stack.classes import describe_class, taken_from_robot
 from regraft.stack.files import file_problems
 from regraft.stack.sections.components import in_run_folder, with_absolute_paths
 
@@ -39,12 +39,18 @@ class Surroundings:
     """The meaning of parameters on this host.
 
     A relative path is looked for from ``stack_folder``, and ``$RUN`` is ``folder``. ``references`` has the values of
-    further names, such as ``$robots``.
+    further names such as ``$robots``, by robot; the empty name is the stack itself.
     """
 
     stack_folder: Path
     folder: str
-    references: dict[str, PlainValue] = field(default_factory=dict)
+    references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
+
+    def completed(self, spec: ComponentSpec) -> dict[str, PlainValue]:
+        """Return parameters without references, and with those that the class takes from its robot."""
+        known = self.references.get(spec.name.rpartition(".")[0], self.references.get("", {}))
+        taken = {name: known[datum] for name, datum in taken_from_robot(spec.cls).items() if datum in known}
+        return taken | {name: replaced(value, known) for name, value in spec.parameters.items()}
 
 
 def describe_component(
@@ -54,8 +60,7 @@ def describe_component(
     folder = surroundings.folder
     if not spec.cls:
         return DescribedComponent(in_run_folder(spec, folder), tuple(_program_problems(spec)))
-    parameters = {name: replaced(value, surroundings.references) for name, value in spec.parameters.items()}
-    spec = replace(spec, parameters=parameters)
+    spec = replace(spec, parameters=surroundings.completed(spec))
     try:
         description, problems = describe_class(spec.cls, spec.parameters)
     except NoSuchClass as error:

@@ -47,7 +47,7 @@ class Describer:
         self._zygote = zygote
         self._stack_folder = plan.stack_folder
         self._folder = plan.folder
-        self._references = plan.found_here(plan.references)
+        self._references = {robot: plan.found_here(values) for robot, values in plan.references.items()}
         self._asked: dict[str, _Asked] = {}
         self._count = 0
 

@@ -11,9 +11,10 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.messages.power import BatteryState, Charge, Charged, ChargeProgress, ChargerState
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.charging.search import places_to_try
 from regraft.services.navigator.qualities import drive_energy, drive_time
-from regraft.services.power_model import IDLE_POWER, LIDAR_POWER, total_power
+from regraft.services.power_model import constant_power, total_power
 
 MAP_FRAME = "map"
 LOOK_INTERVAL = 0.25
@@ -21,8 +22,6 @@ LOOK_INTERVAL = 0.25
 FEEDBACK_INTERVAL = 1.0
 STALE = 3.0
 """s: an older word of battery or charger counts for nothing."""
-FASTEST = 0.26
-"""m/s."""
 FOREVER = 1e6
 """s, for what will not end: a message carries finite numbers."""
 
@@ -52,6 +51,10 @@ class Docking(Component):
     patience = Parameter(20.0, "how long the charge may stand still on the dock", minimum=1.0, unit="s")
     expected_power = Parameter(20.0, "what the charger is expected to give", minimum=0.0, unit="W")
 
+    velocity_limit = robot_parameters.velocity_limit()
+    motion_power = robot_parameters.motion_power()
+    consumers = robot_parameters.consumers()
+
     battery = Input(BatteryState, latest_only=True, description="how full it is")
     charger = Input(ChargerState, latest_only=True, description="whether the robot stands on the dock")
 
@@ -61,17 +64,21 @@ class Docking(Component):
 
         ``context`` may give the ``charge`` to begin with, the one to charge ``until``, and the battery's ``capacity``
         (J). It may give the ``power`` (W) that is drawn on the dock.
-        It may give the ``distance`` (m) to drive to it (default 0) and the ``speed`` (m/s; above 0, default 0.26).
+        It may give the ``distance`` (m) to drive to it (default 0) and the ``speed`` (m/s; above 0, by default that of
+        the robot's limit).
 
         Returns:
             ``docking_time`` (s) and ``docking_energy`` (J) of the drive. ``net_power`` (W) gets into the
             battery of a standing robot. ``charging_time`` (s) on the dock is left out if nothing gets into it.
         """
         power = float(parameters.get("expected_power", cls.expected_power.default))
-        net = power - float(context.get("power", total_power(0.0)))
-        distance, speed = float(context.get("distance", 0.0)), float(context.get("speed", FASTEST))
+        powers = parameters.get("motion_power", cls.motion_power.default)
+        consumers = cls.consumers.checked(parameters.get("consumers", cls.consumers.default))
+        net = power - float(context.get("power", total_power(0.0, powers, consumers)))
+        fastest = float(parameters.get("velocity_limit", cls.velocity_limit.default))
+        distance, speed = float(context.get("distance", 0.0)), float(context.get("speed", fastest))
         seconds = drive_time(distance, speed)
-        spent = drive_energy(distance, speed) + (LIDAR_POWER + IDLE_POWER) * seconds
+        spent = drive_energy(distance, speed, powers) + constant_power(consumers) * seconds
         missing = float(context.get("until", Charge().until)) - float(context.get("charge", 0.9))
         energy = max(missing * float(context.get("capacity", 20_000.0)) + spent, 0.0)
         drive = {"docking_time": seconds, "docking_energy": spent, "net_power": net}
@@ -206,7 +213,8 @@ class Docking(Component):
         battery = self.battery.latest
         drive = 0.0 if progress is None else progress.time_left
         drawn = 0.0 if battery is None else battery.power * drive
-        return drive + self._time_to_fill(until, self.expected_power - total_power(0.0), drawn)
+        standing = total_power(0.0, self.motion_power, self.consumers)
+        return drive + self._time_to_fill(until, self.expected_power - standing, drawn)
 
     def _time_to_fill(self, until: float, net_power: float, drawn: float = 0.0) -> float:
         battery = self.battery.latest

@@ -16,6 +16,7 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.perception import Detect, Detection, Detections, Sightings
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
+from regraft.services import robot_parameters
 from regraft.services.detector.confidence import Calibration
 from regraft.services.detector.finder import Finder, Found
 from regraft.services.detector.location import MAP_FRAME, locate
@@ -51,7 +52,7 @@ class HydrantDetector(Component):
     interval = Parameter(0.0, "pause before each picture", minimum=0.0, maximum=60.0, unit="s")
     picture_within = Parameter(5.0, "how long a picture is waited for", minimum=0.1, maximum=60.0, unit="s")
     picture_energy = Parameter(PICTURE_ENERGY, "for one on-board picture", minimum=0.0, unit="J")
-    base_height = Parameter(0.033, "of base_link above the floor", minimum=0.0, unit="m")
+    base_height = robot_parameters.base_height()
     farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, maximum=100.0, unit="m")
 
     image = Input(Image, latest_only=True, description="where to look")

@@ -10,6 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.explorer.forecast import forecast
 from regraft.services.explorer.frontiers import Frontier, FrontierSettings, find_frontiers
 from regraft.services.explorer.ground import Ground
@@ -48,8 +49,9 @@ class Explorer(Component):
     distance_weight = Parameter(1.0, "what a metre of way costs the best strategy", minimum=0.0)
     min_length = Parameter(0.20, "what is shorter is no frontier", minimum=0.0, unit="m")
     min_area = Parameter(0.03, "unknown pockets smaller than this are noise", minimum=0.0, unit="m2")
-    radius = Parameter(0.22, "of the robot, with what it keeps from things", minimum=0.05, maximum=2.0, unit="m")
-    turning_room = Parameter(0.30, "how far from things the robot likes to stand", minimum=0.05, unit="m")
+    radius = robot_parameters.radius()
+    turning_room = robot_parameters.turning_room()
+    range_max = robot_parameters.range_max()
     renewal = Parameter(0.02, "how much must change on the map for another try", minimum=0.0025, unit="m2")
     ready_within = Parameter(5.0, "how long a request waits for the first map and odometry", minimum=0.0, unit="s")
     map_within = Parameter(2.0, "how long a request waits for what was just seen to be mapped", minimum=0.0, unit="s")
@@ -137,7 +139,7 @@ class Explorer(Component):
         except ValueError as error:
             self.kit.diagnose("map", Level.ERROR, f"the map is of no use: {error}")
             raise RequestRefused(f"the map is of no use: {error}", RefusalCode.UNAVAILABLE) from None
-        settings = FrontierSettings(self.radius, self.turning_room, self.min_length, self.min_area)
+        settings = FrontierSettings(self.radius, self.turning_room, self.min_length, self.min_area, self.range_max)
         found = find_frontiers(ground, settings, self._places.useless(ground))
         frontiers = [each for each in found if self._places.open(each, ground)]
         self._seen = _Look(ground, frontiers)

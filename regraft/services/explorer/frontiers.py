@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, find_objects, label  # type: ignore[import-untyped, unused-ignore]
 
 from regraft.planar import FloatArray, Point, Pose2D
+from regraft.services import robot_parameters as usual
 from regraft.services.explorer.ground import EIGHT, Cells, Ground, Mask
 
 TARGETS = 7
@@ -30,15 +31,25 @@ class FrontierSettings:
     """The definition of a frontier, and of the places from which it is looked at; in m and m².
 
     `min_length` is that of the frontier, `min_area` that of the unknown ground behind it: less is noise.
-    The robot turns where it has `turning_room`, and stands nearer to things (`radius`) where it must.
+    The robot turns where it has `turning_room`, and stands nearer to things (`radius`) where it must. Its lidar reaches
+    `range_max`: it looks from `near`, or from `far` if it has to.
     """
 
-    radius: float = 0.22
-    turning_room: float = 0.30
+    radius: float = usual.RADIUS
+    turning_room: float = usual.TURNING_ROOM
     min_length: float = 0.20
     min_area: float = 0.03
-    near: float = 1.5
-    far: float = 3.0
+    range_max: float = usual.RANGE_MAX
+
+    @property
+    def near(self) -> float:
+        """From here (m) a frontier is seen well."""
+        return self.range_max * 3 / 7
+
+    @property
+    def far(self) -> float:
+        """From here (m) a frontier is seen at all."""
+        return self.range_max * 6 / 7
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,13 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
+from regraft.services import robot_parameters
 from regraft.services.mapper.conversions import localized, map_of, planar_pose, scan_of
 from regraft.services.mapper.mapping import GridSettings, Mapping
 from regraft.services.mapper.maps import map_files
 from regraft.services.mapper.maps.grid import Cells
 from regraft.services.mapper.matching.localizer import Localizer
-from regraft.services.mapper.odometry_log import Jump
+from regraft.services.mapper.odometry_log import Jump, OdometryLog
 from regraft.services.mapper.troubles import Troubles
 
 SILENT = 1.0
@@ -45,6 +46,10 @@ class MappingComponent(Component):
     update_map = Parameter(True, "whether scans are written into the map; without, it serves to find one's place alone")
     folder = Parameter("", "where map files are that are not named from the root", unit="path")
 
+    velocity_limit = robot_parameters.velocity_limit()
+    turn_rate_limit = robot_parameters.turn_rate_limit()
+    wheel_separation = robot_parameters.wheel_separation()
+
     odometry = Input(Odometry, description="pose and motion by the wheels")
     scan = Input(LaserScan, description="what is around")
     map = Output(OccupancyGrid, description="the map, while it changes")
@@ -56,7 +61,8 @@ class MappingComponent(Component):
 
     def on_configure(self) -> None:
         """Begin without a map."""
-        self.mapping = Mapping(GridSettings(self.resolution, self.size, self.largest), self.localizer())
+        log = OdometryLog(self.velocity_limit, self.turn_rate_limit)
+        self.mapping = Mapping(GridSettings(self.resolution, self.size, self.largest), self.localizer(), log)
         self.troubles = Troubles(self.kit.diagnose)
         self._published: tuple[float, float, float, Cells] | None = None
         self._map_at = -math.inf

@@ -16,7 +16,6 @@ ODOMETRY_COST = 0.012
 """Share of a core that 20 odometries a second take in a process of their own."""
 INSERTING, MATCHING = 0.0009, 0.0012
 """s of a core per scan, its decoding included."""
-TRACK = 0.287
 LEVER = 0.75
 """m by which an error of the heading by one radian displaces the robot, in a room of 5 m."""
 SMEARED_BY = 0.14
@@ -41,11 +40,11 @@ def of_localizing(resolution: float, context: dict[str, PlainValue]) -> dict[str
     return {"cpu": _cpu(MATCHING, context), "pose_error": 0.003 + 0.3 * resolution}
 
 
-def of_odometry(resolution: float, context: dict[str, PlainValue]) -> dict[str, float]:
+def of_odometry(resolution: float, wheel_separation: float, context: dict[str, PlainValue]) -> dict[str, float]:
     """Estimate a mapper that trusts the odometry: the error of the heading grows with the root of the way."""
     noise = float(context.get("travel_noise", TRAVEL_NOISE))
     travel = noise * math.sqrt(float(context.get("distance", DISTANCE)))
-    error = math.hypot(LEVER * math.sqrt(2.0) * travel / TRACK, travel) + 0.01
+    error = math.hypot(LEVER * math.sqrt(2.0) * travel / wheel_separation, travel) + 0.01
     return {"cpu": _cpu(INSERTING, context), "pose_error": error, "map_quality": _map_quality(error, resolution)}
 
 

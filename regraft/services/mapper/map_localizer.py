@@ -10,12 +10,14 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.maps import OccupancyGrid
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.mapper import estimates
 from regraft.services.mapper.conversions import localized, planar_pose, scan_of
 from regraft.services.mapper.fit_watch import FitWatch
 from regraft.services.mapper.mapping import GridSettings, Mapping
 from regraft.services.mapper.maps.map_files import FiledMap
 from regraft.services.mapper.matching.localizer import Limits, MatchingLocalizer
+from regraft.services.mapper.odometry_log import OdometryLog
 from regraft.services.mapper.troubles import Troubles
 
 SILENT = 1.0
@@ -51,6 +53,9 @@ class MapLocalizer(Component):
         0.35, "how far one scan may turn the pose without a search", minimum=0.01, maximum=1.0, unit="rad"
     )
 
+    velocity_limit = robot_parameters.velocity_limit()
+    turn_rate_limit = robot_parameters.turn_rate_limit()
+
     odometry = Input(Odometry, description="pose and motion by the wheels")
     scan = Input(LaserScan, description="what is around")
     map = Input(OccupancyGrid, latest_only=True, required=False, description="the map, and later better ones")
@@ -67,7 +72,8 @@ class MapLocalizer(Component):
         """Begin without a map."""
         localizer = MatchingLocalizer()
         localizer.limits = self._limits()
-        self.mapping = Mapping(GridSettings(self.resolution, self.resolution, self.largest), localizer)
+        log = OdometryLog(self.velocity_limit, self.turn_rate_limit)
+        self.mapping = Mapping(GridSettings(self.resolution, self.resolution, self.largest), localizer, log)
         self.mapping.updating = False
         self._troubles = Troubles(self.kit.diagnose)
         self._fit_watch = FitWatch(self.kit, self.mapping, self._troubles)

@@ -50,7 +50,7 @@ class Mapping:
         frozen: whether the last scan repeats the one before, to the last digit, though the robot moved.
     """
 
-    def __init__(self, settings: GridSettings, localizer: Localizer) -> None:
+    def __init__(self, settings: GridSettings, localizer: Localizer, log: OdometryLog | None = None) -> None:
         self.localizer = localizer
         self.drift = DriftWatch()
         self.fits = True
@@ -60,7 +60,7 @@ class Mapping:
         self._settings = settings
         self._grid: Grid | None = None
         self._correction = Pose2D()
-        self._odometry = OdometryLog()
+        self._odometry = log or OdometryLog()
         self._waiting: Scan | None = None
         self._last_scan: tuple[Scan, Pose2D] | None = None
         self._inserted: tuple[float, Pose2D] | None = None
@@ -210,7 +210,7 @@ class Mapping:
             grid.restore(state["grid"])
             self._grid = grid
         self._correction = Pose2D(*map(float, state["correction"]))
-        self._odometry = OdometryLog()
+        self._odometry.clear()
         if state["odometry"] is not None:
             stamp, *pose = map(float, state["odometry"])
             self._odometry.add(stamp, Pose2D(*pose))

@@ -8,11 +8,12 @@ from collections import deque
 from dataclasses import dataclass
 
 from regraft.planar import Pose2D, wrap_angle
+from regraft.services import robot_parameters as usual
 
 KEPT = 2.0
 """s of odometry that are remembered, for scans that come late."""
-FASTEST, FASTEST_TURN = 1.0, 4.0
-"""m/s and rad/s: more than any wheeled robot of this kind does."""
+TOO_FAST, TOO_FAST_TURN = 4.0, 2.2
+"""Times the robot's limits: wheels that spin freely seem faster than the robot can be, but not so much."""
 SLACK, SLACK_TURN = 0.05, 0.1
 """m and rad that a pose may be off at any rate."""
 
@@ -26,9 +27,15 @@ class Jump:
 
 
 class OdometryLog:
-    """Remembers poses in the odometry's frame by their stamps (s)."""
+    """Remembers poses in the odometry's frame by their stamps (s).
 
-    def __init__(self) -> None:
+    The limits are how fast the robot can drive (m/s) and turn (rad/s).
+    """
+
+    def __init__(
+        self, velocity_limit: float = usual.MAX_VELOCITY, turn_rate_limit: float = usual.MAX_TURN_RATE
+    ) -> None:
+        self._fastest, self._fastest_turn = TOO_FAST * velocity_limit, TOO_FAST_TURN * turn_rate_limit
         self._stamps: deque[float] = deque()
         self._poses: deque[Pose2D] = deque()
 
@@ -48,17 +55,21 @@ class OdometryLog:
             if elapsed <= 0.0:
                 return None
             last = self._poses[-1]
-            far = last.distance(pose) > FASTEST * elapsed + SLACK
-            if far or abs(wrap_angle(pose.yaw - last.yaw)) > min(FASTEST_TURN * elapsed + SLACK_TURN, math.pi):
+            far = last.distance(pose) > self._fastest * elapsed + SLACK
+            if far or abs(wrap_angle(pose.yaw - last.yaw)) > min(self._fastest_turn * elapsed + SLACK_TURN, math.pi):
                 jump = Jump(last, pose)
-                self._stamps.clear()
-                self._poses.clear()
+                self.clear()
         self._stamps.append(stamp)
         self._poses.append(pose)
         while self._stamps[0] < stamp - KEPT:
             self._stamps.popleft()
             self._poses.popleft()
         return jump
+
+    def clear(self) -> None:
+        """Forget all poses."""
+        self._stamps.clear()
+        self._poses.clear()
 
     def at(self, stamp: float) -> Pose2D | None:
         """Return the pose at a time (s), between two entries in proportion; None outside of what is remembered."""

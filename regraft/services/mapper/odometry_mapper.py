@@ -21,7 +21,9 @@ class OdometryMapper(MappingComponent):
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return ``cpu`` (share of a core), ``pose_error`` (m) and ``map_quality`` (0 to 1); see `estimates`."""
-        return estimates.of_odometry(float(parameters.get("resolution", cls.resolution.default)), context)
+        resolution = float(parameters.get("resolution", cls.resolution.default))
+        separation = float(parameters.get("wheel_separation", cls.wheel_separation.default))
+        return estimates.of_odometry(resolution, separation, context)
 
     def localizer(self) -> Localizer:
         """Return what believes the odometry."""

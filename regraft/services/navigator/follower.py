@@ -90,7 +90,7 @@ class Follower:
         self._planner = planner
         self._controller = controller or RolloutController()
         self._tolerances = tolerances or Tolerances()
-        self._sight = Sight()
+        self._sight = Sight(self._controller.manoeuvres.footprint.half_width)
         self._scans = ScanWatch()
         self._motion = MotionWatch()
         self._time: float | None = None
@@ -199,7 +199,8 @@ class Follower:
         self._held_until = None
         self._spent = 0.0
         self._turning = False
-        self._route = Route(self._tolerances.replan, self._tolerances.goal)
+        half_width = self._controller.manoeuvres.footprint.half_width
+        self._route = Route(self._tolerances.replan, self._tolerances.goal, half_width)
         self._monitor = ProgressMonitor()
         self._recovery = Recovery()
         self._motion.reset()

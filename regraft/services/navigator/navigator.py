@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import ClassVar
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, action, every
 from regraft.bus_schema.annotations import PlainValue
@@ -12,13 +12,24 @@ from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.navigation import Arrival, NavigateTo, NavigationProgress
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.navigator.conversions import grid_of, planar_pose, planar_twist, same_map, scan_of
-from regraft.services.navigator.driving.local_controller import Controller
-from regraft.services.navigator.driving.robot import Limits
+from regraft.services.navigator.driving.local_controller import Controller, Manoeuvres
+from regraft.services.navigator.driving.robot import Footprint, Limits
 from regraft.services.navigator.driving.rollout_controller import RolloutController
 from regraft.services.navigator.follower import STATE_VERSION, Command, Follower, Tolerances
 from regraft.services.navigator.planning.grid_planner import GridPlanner
-from regraft.services.navigator.qualities import ROLLOUTS, Caution, drive_energy, drive_time, driving_qualities, is_safe
+from regraft.services.navigator.planning.terrain import Inflation
+from regraft.services.navigator.qualities import (
+    NEAR,
+    ROLLOUTS,
+    Caution,
+    drive_energy,
+    drive_time,
+    driving_qualities,
+    is_safe,
+    near_of,
+)
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.services.navigator.sensing.senses import Fault
 from regraft.services.power_model import motion_power
@@ -40,23 +51,47 @@ class Navigator(Component):
     state_version = STATE_VERSION
     checkpoint_every = 2.0
     resources = Resources(cpu=0.05, memory=30.0)
-    controller: ClassVar[Controller] = RolloutController()
-    """Chooses the twists; a sibling of this class differs in nothing else."""
+    controller: ClassVar[Callable[[Manoeuvres], Controller]] = RolloutController
+    """Makes what chooses the twists; a sibling of this class differs in nothing else."""
     caution: ClassVar[Caution] = ROLLOUTS
     """How safe that is expected to be."""
 
-    max_velocity = Parameter(0.26, "how fast the robot may drive", minimum=0.0, maximum=0.26, unit="m/s")
-    max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, maximum=1.82, unit="rad/s")
+    max_velocity = Parameter(
+        robot_parameters.MAX_VELOCITY,
+        "how fast the robot may drive",
+        minimum=0.0,
+        unit="m/s",
+        limit="velocity_limit",
+        from_robot="max_velocity",
+    )
+    max_turn_rate = Parameter(1.0, "how fast the robot may turn", minimum=0.05, unit="rad/s", limit="turn_rate_limit")
     goal_distance = Parameter(0.08, "how near to a goal is there", minimum=0.02, maximum=1.0, unit="m", read_only=True)
     goal_angle = Parameter(
         0.10, "how near to a goal's heading is there", minimum=0.02, maximum=3.2, unit="rad", read_only=True
     )
     ready_within = Parameter(5.0, "how long a goal waits for the first map and odometry", minimum=0.0, unit="s")
 
+    radius = robot_parameters.radius(read_only=True)
+    turning_room = robot_parameters.turning_room(read_only=True)
+    outline = robot_parameters.outline()
+    velocity_limit = robot_parameters.velocity_limit()
+    turn_rate_limit = robot_parameters.turn_rate_limit()
+    acceleration = robot_parameters.acceleration()
+    turn_acceleration = robot_parameters.turn_acceleration()
+    wheel_speed = robot_parameters.wheel_speed()
+    wheel_separation = robot_parameters.wheel_separation()
+    motion_power = robot_parameters.motion_power()
+
     odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is and how it moves")
     scan = Input(sensors.LaserScan, latest_only=True, description="what is around")
     map = Input(maps.OccupancyGrid, latest_only=True, description="what stands still")
     velocity = Output(geometry.Twist, description="what the robot shall do; nothing while there is no goal")
+
+    @classmethod
+    def parameters_for(cls, parameters: dict[str, Any]) -> Iterable[Parameter[Any]]:
+        """Add none; raises ParameterError if the outline is none."""
+        robot_parameters.check_outline(parameters["outline"])
+        return ()
 
     def on_configure(self) -> None:
         """Begin without a map and without a goal."""
@@ -74,8 +109,8 @@ class Navigator(Component):
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
         """Return the qualities of driving straight on as fast as allowed, and of a whole drive.
 
-        ``context`` may give ``near``, the share of the time that something is within 0.458 m of the lidar. It may give
-        the ``distance`` (m) of a drive from pose to pose.
+        ``context`` may give ``near``, the share of the time that something is within a tenth of the lidar's range. It
+        may give the ``distance`` (m) of a drive from pose to pose.
 
         Returns:
             ``speed`` (m/s), ``power`` of the wheels (W), and ``energy_per_metre`` (J/m). ``safety`` is the
@@ -84,11 +119,12 @@ class Navigator(Component):
         """
         speed = float(parameters.get("max_velocity", cls.max_velocity.default))
         near, distance = context.get("near"), context.get("distance")
-        qualities = driving_qualities(speed, cls.caution, None if near is None else float(near))
+        powers = parameters.get("motion_power", cls.motion_power.default)
+        qualities = driving_qualities(speed, cls.caution, None if near is None else float(near), powers)
         if distance is None or speed <= 0.0:
             return qualities
         way = float(distance)
-        return qualities | {"drive_time": drive_time(way, speed), "drive_energy": drive_energy(way, speed)}
+        return qualities | {"drive_time": drive_time(way, speed), "drive_energy": drive_energy(way, speed, powers)}
 
     def evaluate(self) -> dict[str, float]:
         """Return what holds now: ``speed`` (m/s), ``power`` of the wheels (W), ``safety`` (1 or 0), ``clearance`` (m).
@@ -100,7 +136,9 @@ class Navigator(Component):
         scan = self._scan()
         clearance = math.inf if scan is None else scan.nearest()
         commanded = abs(self._command.v) if self._moving else 0.0
-        qualities = {"speed": speed, "power": motion_power(speed), "safety": float(is_safe(clearance, commanded))}
+        near = NEAR if scan is None else near_of(scan.range_min, scan.range_max)
+        power = motion_power(speed, self.motion_power)
+        qualities = {"speed": speed, "power": power, "safety": float(is_safe(clearance, commanded, near))}
         return qualities | ({"clearance": clearance} if math.isfinite(clearance) else {})
 
     @action("navigate_to", feedback=NavigationProgress)
@@ -199,7 +237,14 @@ class Navigator(Component):
             self.velocity.publish(geometry.Twist())
 
     def _limits(self) -> Limits:
-        return replace(Limits(), max_velocity=self.max_velocity, max_turn_rate=self.max_turn_rate)
+        return Limits(
+            self.max_velocity,
+            self.max_turn_rate,
+            self.acceleration,
+            self.turn_acceleration,
+            self.wheel_speed,
+            self.wheel_separation,
+        )
 
     def _scan(self) -> Scan | None:
         """Return the latest scan, converted once."""
@@ -222,7 +267,7 @@ class Navigator(Component):
 
     def _use_map(self, message: maps.OccupancyGrid) -> None:
         try:
-            planner = GridPlanner(grid_of(message))
+            planner = GridPlanner(grid_of(message), Inflation.of(self.radius, self.turning_room))
         except ValueError as error:
             self.kit.diagnose("map", Level.ERROR, f"the map is of no use: {error}")
             return
@@ -230,7 +275,9 @@ class Navigator(Component):
             self._follower.planner = planner
             return
         tolerances = Tolerances(position=self.goal_distance, yaw=self.goal_angle)
-        self._follower = Follower(planner, self._limits(), self.controller, tolerances)
+        outline = Footprint(*self.outline) if self.outline else Footprint.disc(self.radius)
+        controller = type(self).controller(Manoeuvres(outline))
+        self._follower = Follower(planner, self._limits(), controller, tolerances)
         if self._restored is not None:
             self._follower.restore(self._restored)
             self._restored = None

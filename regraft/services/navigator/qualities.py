@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from regraft.services.power_model import motion_power
+from regraft.services import robot_parameters as usual
+from regraft.services.power_model import MOTION_POWER, motion_power
 
-NEAR = 0.458
-"""m: the first tenth of the lidar's range (FROG, requirement B1-1)."""
+NEAR_SHARE = 0.1
+"""Of the lidar's range: an obstacle within it is near (FROG, requirement B1-1)."""
 SLOW = 0.18
 """m/s: slower is safe also near obstacles."""
 TURNING = 4.5
 """s of a drive from pose to pose that go into turning, speeding up and slowing down, in FROG's room."""
+
+
+def near_of(range_min: float, range_max: float) -> float:
+    """Return how near (m) is near to a lidar that measures from ``range_min`` to ``range_max`` (m)."""
+    return range_min + NEAR_SHARE * (range_max - range_min)
+
+
+NEAR = near_of(usual.RANGE_MIN, usual.RANGE_MAX)
+"""m: 0.458."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +53,9 @@ ROLLOUTS = Caution(near=0.08, full=0.77)
 PURSUIT = Caution(near=0.08, full=0.08)
 
 
-def is_safe(clearance: float, speed: float) -> bool:
+def is_safe(clearance: float, speed: float, near: float = NEAR) -> bool:
     """Return whether it is safe to drive at ``speed`` (m/s) with the nearest echo at ``clearance`` (m)."""
-    return clearance > NEAR or speed < SLOW
+    return clearance > near or speed < SLOW
 
 
 def drive_time(distance: float, speed: float) -> float:
@@ -52,14 +63,19 @@ def drive_time(distance: float, speed: float) -> float:
     return distance / speed + TURNING if distance > 0.0 else 0.0
 
 
-def drive_energy(distance: float, speed: float) -> float:
+def drive_energy(distance: float, speed: float, powers: Sequence[float] = MOTION_POWER) -> float:
     """Return what the wheels take (J) for a drive over a distance (m) at a speed (m/s) above 0."""
     turning = TURNING if distance > 0.0 else 0.0
-    return distance / speed * motion_power(speed) + turning * motion_power(0.0)
+    return distance / speed * motion_power(speed, powers) + turning * motion_power(0.0, powers)
 
 
-def driving_qualities(max_velocity: float, caution: Caution, near: float | None = None) -> dict[str, float]:
-    """Return speed (m/s), power (W), safety, and energy per metre (J/m) if it moves, at the speed allowed."""
-    power = motion_power(max_velocity)
+def driving_qualities(
+    max_velocity: float, caution: Caution, near: float | None = None, powers: Sequence[float] = MOTION_POWER
+) -> dict[str, float]:
+    """Return speed (m/s), power (W), safety, and energy per metre (J/m) if it moves, at the speed allowed.
+
+    ``powers`` are the coefficients of the drive's power.
+    """
+    power = motion_power(max_velocity, powers)
     qualities = {"speed": max_velocity, "power": power, "safety": caution.safety(max_velocity, near)}
     return qualities | ({"energy_per_metre": power / max_velocity} if max_velocity > 0.0 else {})

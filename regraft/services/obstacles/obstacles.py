@@ -9,6 +9,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.model.description import Resources
+from regraft.services import robot_parameters
 from regraft.services.explorer.ground import Ground
 from regraft.services.navigator.conversions import grid_of, planar_pose, same_map
 from regraft.services.obstacles.survey import Survey, SurveySettings, Viewed
@@ -29,8 +30,8 @@ class Obstacles(Component):
     rate = Parameter(1.0, "how often a changed map is looked at, at the most", minimum=0.01, maximum=10.0, unit="Hz")
     repeat = Parameter(5.0, "interval of repeating unchanged goals", minimum=0.1, unit="s")
     standoff = Parameter(0.65, "how far from an object to look at it", minimum=0.3, maximum=2.0, unit="m")
-    room = Parameter(0.30, "how far from everything the robot stands", minimum=0.05, maximum=1.0, unit="m")
-    radius = Parameter(0.22, "of the robot, with what it keeps from things", minimum=0.05, maximum=2.0, unit="m")
+    room = robot_parameters.turning_room()
+    radius = robot_parameters.radius()
     smallest = Parameter(0.12, "diagonal below which an object is noise", minimum=0.0, unit="m")
     largest = Parameter(1.5, "diagonal above which an object is a wall", minimum=0.0, unit="m")
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D
+from regraft.services import robot_parameters as usual
 from regraft.services.explorer.ground import Ground, Mask
 from regraft.services.obstacles.things import Thing
 
@@ -30,7 +31,7 @@ class ViewSettings:
     """How far (m) from a thing's outline to look at it, and how far from everything to stand."""
 
     standoff: float = 0.65
-    room: float = 0.30
+    room: float = usual.TURNING_ROOM
 
 
 def find_view(ground: Ground, thing: Thing, settings: ViewSettings) -> Pose2D | None:

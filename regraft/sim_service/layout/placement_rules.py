@@ -69,7 +69,7 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
             x_range=(float(values["x"][0]), float(values["x"][1])),
             y_range=(float(values["y"][0]), float(values["y"][1])),
             gap=float(values["gap"][0]) if "gap" in values else 0.0,
-            radius=float(values["radius"][0]) if "radius" in values else body_radius(scene, number),
+            radius=float(values["radius"][0]) if "radius" in values else _radius(scene, body, number),
             seen_by=values["seen_by"][0] if "seen_by" in values else None,
             clear=Clearance(values["clear"][0], float(values["clear"][1])) if "clear" in values else None,
         )
@@ -82,6 +82,12 @@ def _parse(scene: Scene, body: str, data: str) -> PlacementRule:
     if rule.clear is not None:
         scene.index("site", rule.clear.site)
     return rule
+
+
+def _radius(scene: Scene, body: str, number: int) -> float:
+    """Return the radius (m) of a body: a robot's is in its file, any other's is that of its outline."""
+    of_robots = {robot.body: robot.radius for robot in scene.robots}
+    return of_robots.get(body) or body_radius(scene, number)
 
 
 def _words(scene: Scene, body: str, data: str) -> dict[str, list[str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.scopes import SHARED
-from regraft.stack.assembly.expansion import Robot, robot_of
+from regraft.stack.assembly.expansion import Robot, RobotData, robot_of
 from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
 from regraft.stack.assembly.merge import merge
 from regraft.stack.assembly.references import WORLD, References
@@ -25,13 +25,15 @@ ASSEMBLED = (INCLUDE, WORLD, ROBOT, ROBOTS)
 class Assembly:
     """A stack's document with a report that knows where its fields stand, and the folders of its files.
 
-    ``references`` has what ``$world`` and ``$robots`` stand for.
+    ``robots`` are the parameters of each robot by its name, which is empty for the single one. ``references`` has the
+    values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
     """
 
     document: Node
     report: Report
     folders: tuple[Path, ...]
-    references: dict[str, PlainValue]
+    references: dict[str, dict[str, PlainValue]]
+    robots: dict[str, RobotData]
 
 
 def assemble(file: Path) -> Assembly:
@@ -44,13 +46,20 @@ def assemble(file: Path) -> Assembly:
     files = IncludedFiles(report)
     robots = Robots(files, report)
     document = _merged(files.patches(file), robots, report)
-    fields, known = _expanded(document, robots, files, report)
+    fields, known, found = _expanded(document, robots, files, report)
     report.raise_if_any()
     document = Node(fields, document.location)
     if size_of(document) > MAX_NODES:
         fail(str(file), None, f"holds more than {MAX_NODES} values with all its robots")
     report.locations = locations_of(document)
-    return Assembly(document, report, tuple(files.folders), {name: plain(node) for name, node in known.items()})
+    data = {robot.use.name: robot.data for robot in found}
+    return Assembly(document, report, tuple(files.folders), _values(known, data), data)
+
+
+def _values(known: dict[str, Node], data: dict[str, RobotData]) -> dict[str, dict[str, PlainValue]]:
+    shared = {name: plain(node) for name, node in known.items()}
+    own = {robot: {name: plain(node) for name, node in of.parameters.items()} for robot, of in data.items()}
+    return {robot: own.get(robot, {}) | shared for robot in ("", *own)}
 
 
 def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
@@ -69,8 +78,8 @@ def _merged(patches: list[Node], robots: Robots, report: Report) -> Node:
 
 def _expanded(
     document: Node, robots: Robots, files: IncludedFiles, report: Report
-) -> tuple[dict[str, Node], dict[str, Node]]:
-    """Return the fields with robots and without references, and what references stand for."""
+) -> tuple[dict[str, Node], dict[str, Node], list[Robot]]:
+    """Return the fields of a stack with those of its robots, what references stand for, and the robots."""
     assert isinstance(document.value, dict)
     fields = dict(document.value)
     known: dict[str, Node] = {}
@@ -80,9 +89,10 @@ def _expanded(
         known[WORLD] = Node(str(path.absolute()) if path else "", world.location)
     found = [robot_of(use, known, report) for use in robots]
     known[ROBOTS] = Node(tuple(robot.for_worlds(files) for robot in found), NOWHERE)
-    references = References(report, known)
+    single = {name: node for robot in found if not robot.use.name for name, node in robot.data.parameters.items()}
+    references = References(report, single | known)
     fields = {key: references.resolved(node, key) for key, node in fields.items()}
-    return _Combination(fields, report).with_robots(found, known[ROBOTS]), known
+    return _Combination(fields, report).with_robots(found, known[ROBOTS]), known, found
 
 
 class _Combination:

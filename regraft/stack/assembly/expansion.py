@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.included_files import IncludedFiles
 from regraft.stack.assembly.references import NEVER_PARAMETERS, REFERENCE, ROBOT, References
 from regraft.stack.assembly.robots import PASSED_ON, PLACES, Use
 from regraft.stack.sections.components import RUN_FOLDER
-from regraft.stack.yaml.nodes import Node
+from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report
 
 MAPS = ("parameters", "devices", "topics", "components", "modes")
 OF_DEVICES = ("class", "parameters", "connect")
 OF_WORLDS = ("parameters", "model", *PASSED_ON, *PLACES, "devices")
 """The fields that a stack does not have: the list of the robots has them."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotData:
+    """The parameters of a robot as a stack uses it; ``path`` is where the stack has them, ``location`` their file."""
+
+    path: str
+    location: Location
+    parameters: dict[str, Node]
 
 
 @dataclass(slots=True)
@@ -26,10 +35,18 @@ class Robot:
     use: Use
     references: References
     report: Report
+    _parameters: dict[str, Node] = field(default_factory=dict)
+
+    @property
+    def data(self) -> RobotData:
+        """Its parameters, once the list for worlds is made."""
+        return RobotData(f"{self.use.path}.parameters", self.use.whole, self._parameters)
 
     def for_worlds(self, files: IncludedFiles) -> Node:
         """Return the robot as worlds take it: a record with name, model, place and devices."""
         fields = {key: self._resolved(key) for key in OF_WORLDS if key in self.use.fields}
+        parameters = fields.get("parameters")
+        self._parameters = parameters.value if parameters and isinstance(parameters.value, dict) else {}
         found = {"name": Node(self.use.name, self.use.location), "model": self._model(fields.get("model"), files)}
         found |= {key: fields[key] for key in (*PASSED_ON, *PLACES) if key in fields}
         for key in PLACES:
@@ -82,10 +99,10 @@ class Robot:
 
 def robot_of(use: Use, known: Mapping[str, Node], report: Report) -> Robot:
     """Return a robot with its parameters as references; what is no robot is noted."""
-    for field in MAPS:
-        node = use.fields.get(field)
+    for key in MAPS:
+        node = use.fields.get(key)
         if node is not None and not isinstance(node.value, dict):
-            report.add_at(node.location, f"{use.path}.{field}", f"must be a map, is {node.kind}")
+            report.add_at(node.location, f"{use.path}.{key}", f"must be a map, is {node.kind}")
     constraints = use.fields.get("constraints")
     if constraints is not None and not isinstance(constraints.value, tuple):
         report.add_at(constraints.location, f"{use.path}.constraints", f"must be a list, is {constraints.kind}")

@@ -71,8 +71,8 @@ class PastRun:
 class JoinedSystem:
     """The knowledge that a host needs to take part. The folders are those of the first host.
 
-    ``source`` is the component that makes simulated time continue, empty under the real clock. ``references`` has what
-    ``$world`` and ``$robots`` stand for in parameters of components to come. ``lease`` is how long a
+    ``source`` is the component that makes simulated time continue, empty under the real clock. ``references`` has the
+    values that components to come may refer to, by robot. ``lease`` is how long a
     sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are.
     """
 
@@ -87,7 +87,7 @@ class JoinedSystem:
     lease: Seconds
     past: tuple[PastRun, ...] = ()
     by_certificate: bool = False
-    references: dict[str, PlainValue] = field(default_factory=dict)
+    references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
 
 
 @message("regraft/RenewLease")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D
+from regraft.services import robot_parameters as usual
 
 
 @lru_cache(maxsize=4)
@@ -31,8 +32,8 @@ class Scan:
     sensor: Pose2D
     angle_min: float = 0.0
     angle_increment: float = math.tau / 360
-    range_min: float = 0.12
-    range_max: float = 3.5
+    range_min: float = usual.RANGE_MIN
+    range_max: float = usual.RANGE_MAX
 
     @property
     def beams(self) -> FloatArray:

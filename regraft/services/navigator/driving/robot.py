@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import Twist2D
+from regraft.services import robot_parameters as usual
 
 Floats = NDArray[np.floating[Any]]
 
@@ -16,17 +17,28 @@ Floats = NDArray[np.floating[Any]]
 class Footprint:
     """Rectangular outline seen from above, in the base frame (origin on the axle's centre), in m.
 
-    The default is a TurtleBot3 Waffle with its wheels.
+    `rounding` is the radius of its corners: a disc is a square that is rounded altogether.
     """
 
-    front: float = 0.07
-    rear: float = 0.20
-    half_width: float = 0.153
+    front: float = usual.OUTLINE[0]
+    rear: float = usual.OUTLINE[1]
+    half_width: float = usual.OUTLINE[2]
+    rounding: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.rounding <= min((self.front + self.rear) / 2, self.half_width):
+            raise ValueError(f"corners of {self.rounding} m do not fit into an outline of {self}")
+
+    @classmethod
+    def disc(cls, radius: float) -> Self:
+        """Return the outline of a round robot, whose axle goes through its middle."""
+        return cls(radius, radius, radius, radius)
 
     @property
     def circumradius(self) -> float:
         """Radius (m) of the disc that the outline sweeps when the robot turns in place."""
-        return math.hypot(max(self.front, self.rear), self.half_width)
+        corner = self.rounding
+        return math.hypot(max(self.front, self.rear) - corner, self.half_width - corner) + corner
 
     @property
     def centre(self) -> float:
@@ -40,18 +52,18 @@ class Footprint:
         `centre`. The distance is negative where a point is inside. Both arrays are overwritten: they are large in
         a control loop.
         """
-        half_length, half_width = (self.front + self.rear) / 2, self.half_width
+        half_length, half_width = (self.front + self.rear) / 2 - self.rounding, self.half_width - self.rounding
         beyond_x = x - np.clip(x, -half_length, half_length)
         beyond_y = y - np.clip(y, -half_width, half_width)
         beyond_x *= beyond_x
         beyond_y *= beyond_y
         beyond_x += beyond_y
         distance: Floats = np.sqrt(beyond_x.min(axis=-1))
-        if distance.min() > 0.0:
-            return distance
-        depth = np.maximum(np.abs(x, out=x) - half_length, np.abs(y, out=y) - half_width).min(axis=-1)
-        inside: Floats = np.where(depth < 0.0, depth, distance)
-        return inside
+        if distance.min() <= 0.0:
+            depth = np.maximum(np.abs(x, out=x) - half_length, np.abs(y, out=y) - half_width).min(axis=-1)
+            distance = np.where(depth < 0.0, depth, distance)
+        distance -= self.rounding
+        return distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +74,12 @@ class Limits:
     distance between the wheels in m. `max_velocity` may be 0: the robot then only turns.
     """
 
-    max_velocity: float = 0.26
+    max_velocity: float = usual.MAX_VELOCITY
     max_turn_rate: float = 1.0
-    acceleration: float = 2.5
-    turn_acceleration: float = 3.2
-    wheel_speed: float = 0.27
-    track: float = 0.287
+    acceleration: float = usual.ACCELERATION
+    turn_acceleration: float = usual.TURN_ACCELERATION
+    wheel_speed: float = usual.WHEEL_SPEED
+    track: float = usual.WHEEL_SEPARATION
 
     def __post_init__(self) -> None:
         if not self.max_velocity >= 0.0:

@@ -19,8 +19,6 @@ Path = FloatArray
 SPACING = 0.05
 
 NO_POINTS: FloatArray = np.empty((0, 2))
-# Where a robot can turn in place without touching anything (Waffle: 0.252 m) with something to spare.
-TURNING_CLEARANCE = 0.30
 
 
 class NoPath(Exception):
@@ -71,6 +69,10 @@ class GridPlanner:
         known = self._static.terrain.clearance[rows.clip(0, shape[0] - 1), columns.clip(0, shape[1] - 1)]
         result: FloatArray = np.where(inside, known, np.inf)
         return result
+
+    def roomy(self, point: Point) -> bool:
+        """Return whether the map leaves the robot room to turn at a point (m)."""
+        return bool(self.clearance(np.array([point]))[0] >= self._inflation.turning)
 
     def leave_obstacle(self, point: Point, reach: float, obstacles: FloatArray = NO_POINTS) -> Point:
         """Return the point itself, or the nearest one within `reach` (m) where no obstacle is, if it is in one.
@@ -128,13 +130,13 @@ class GridPlanner:
         """
         self._check(start, goal)
         terrain, cell = self._static.terrain, self.grid.cell_of(goal)
-        if terrain.free[cell] and terrain.clearance[cell] >= TURNING_CLEARANCE:
+        if terrain.free[cell] and terrain.clearance[cell] >= self._inflation.turning:
             return goal
         first = self.grid.cell_of(start)
         from_here = self._around(terrain, first) & terrain.free
         near = np.isin(self._regions, self._regions[from_here]) & terrain.free
         near &= self._distances(goal) <= tolerance
-        roomy = near & (terrain.clearance >= TURNING_CLEARANCE)
+        roomy = near & (terrain.clearance >= self._inflation.turning)
         if terrain.free[cell] and not roomy.any():
             return goal
         rows, columns = np.nonzero(roomy if roomy.any() else near)

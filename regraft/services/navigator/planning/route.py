@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from regraft.planar import FloatArray, Point, Pose2D
-from regraft.services.navigator.planning.grid_planner import NO_POINTS, TURNING_CLEARANCE, GridPlanner, NoPath, Path
+from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner, NoPath, Path
 from regraft.services.navigator.polyline import lengths_along, polyline_length
 
-# The path ahead is watched this far and this much to each side (half a Waffle and a margin).
+# m: the path is watched this far ahead, and to each side this much farther than the robot reaches.
 WATCHED_AHEAD = 1.5
-WATCHED_ASIDE = 0.18
+WATCHED_MARGIN = 0.027
 # A new path is taken only if it costs this much less, lest the robot dither between two.
 CHEAPER = 0.95
 OFF_PATH = 0.15  # m
@@ -26,11 +26,12 @@ class Route:
     """The path to one goal: planned when there is a reason to, kept as long as it is about as good as any.
 
     `period` is the time (s) between plans. `reach` is how far (m) from an impossible goal the robot may be sent
-    instead.
+    instead. `half_width` is how far (m) it reaches to each side.
     """
 
-    def __init__(self, period: float, reach: float) -> None:
+    def __init__(self, period: float, reach: float, half_width: float) -> None:
         self._period, self._reach = period, reach
+        self._watched_aside = round(half_width + WATCHED_MARGIN, 6)
         self._take(NO_POINTS)
         self.first_length = 0.0
         """How long (m) the path was at the start."""
@@ -59,7 +60,7 @@ class Route:
         if worth == math.inf:
             self._planned_at = -math.inf
         # A goal that the robot was sent to as it is stays, unless the robot can't stand there after all.
-        if self._target is not None and not _roomy(planner, self._target):
+        if self._target is not None and not planner.roomy(self._target):
             self._target = None
             self._stale = True
 
@@ -185,11 +186,7 @@ class Route:
         ahead = self.remaining(pose)[::2]
         ahead = ahead[np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y) <= WATCHED_AHEAD]
         gaps = np.hypot(ahead[:, None, 0] - unmapped[None, :, 0], ahead[:, None, 1] - unmapped[None, :, 1])
-        return bool(gaps.min(initial=math.inf) < WATCHED_ASIDE)
-
-
-def _roomy(planner: GridPlanner, point: Point) -> bool:
-    return bool(planner.clearance(np.array([point]))[0] >= TURNING_CLEARANCE)
+        return bool(gaps.min(initial=math.inf) < self._watched_aside)
 
 
 def _points(rows: list[list[float]]) -> FloatArray:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped, unused-ignore]
 
 from regraft.planar import FloatArray
+from regraft.services import robot_parameters as usual
 from regraft.services.navigator.planning.grid import OccupancyGrid
 
 # Driving at the lethal radius counts as this many times the length of driving in the open. It counts less towards the
@@ -17,18 +18,28 @@ NEAR_OBSTACLE = 8.0
 # Prefer known ground, but take a short cut through the unknown where the known way is much longer.
 UNKNOWN = 1.0
 BEYOND = 1.0  # m around what is known where a way may run
+FADING = 2.5  # radii of the robot: where obstacles begin to cost
 
 
 @dataclass(frozen=True, slots=True)
 class Inflation:
-    """How far obstacles reach: no path closer than `lethal` (m), costs fade out at `fades` (m)."""
+    """How far obstacles reach: no path closer than `lethal` (m), costs fade out at `fades` (m).
 
-    lethal: float = 0.22
-    fades: float = 0.55
+    A robot can turn in place where the nearest obstacle is `turning` (m) away.
+    """
+
+    lethal: float = usual.RADIUS
+    fades: float = FADING * usual.RADIUS
+    turning: float = usual.TURNING_ROOM
 
     def __post_init__(self) -> None:
         if not 0.0 < self.lethal <= self.fades:
             raise ValueError(f"need 0 < lethal <= fades, not lethal {self.lethal} m, fades {self.fades} m")
+
+    @classmethod
+    def of(cls, radius: float, turning_room: float) -> Self:
+        """Return what a robot of a radius (m) needs that turns where it has some room (m)."""
+        return cls(radius, FADING * radius, turning_room)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

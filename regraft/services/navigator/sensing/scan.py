@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D
+from regraft.services import robot_parameters as usual
 
 
 def outward(pose: Pose2D, points: FloatArray) -> FloatArray:
@@ -33,9 +34,9 @@ class Scan:
     ranges: FloatArray
     angle_min: float = 0.0
     angle_increment: float = math.tau / 360
-    sensor: Pose2D = field(default=Pose2D(-0.064, 0.0, 0.0))
-    range_min: float = 0.12
-    range_max: float = 3.5
+    sensor: Pose2D = field(default=Pose2D(*usual.LIDAR))
+    range_min: float = usual.RANGE_MIN
+    range_max: float = usual.RANGE_MAX
 
     def echoes(self) -> NDArray[np.bool_]:
         """Return which beams (N,) came back."""

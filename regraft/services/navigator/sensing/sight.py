@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.planar import FloatArray, Pose2D, Twist2D
+from regraft.services import robot_parameters as usual
 from regraft.services.navigator.planning.grid_planner import NO_POINTS, GridPlanner
 from regraft.services.navigator.sensing.scan import Scan, outward, thin
 from regraft.services.navigator.sensing.track import Track
@@ -18,7 +19,6 @@ MARK = 0.05  # m, the side of the squares in which unmapped obstacles are rememb
 SEEN_THROUGH = 0.10  # m: how far behind a mark an echo must be to prove the mark gone
 # A beam without echo may have got lost, so a mark needs this many in a row to be gone.
 LOST_BEAMS = 3
-UNDER_ROBOT = 0.15  # m from the axle's centre: nothing else can be there
 FORGET_TIMEOUT = 60.0  # s without seeing the place again
 POSES_KEPT = 1.0  # s
 
@@ -28,10 +28,12 @@ class Sight:
 
     A scan may be older than the pose that comes with it. So poses are kept for a second, and the one at the scan's
     stamp is used. Unmapped obstacles are remembered until scans look through where they were. Both follow when the
-    robot's pose in the map jumps: they are kept as seen from the robot.
+    robot's pose in the map jumps: they are kept as seen from the robot. Nothing else can be within `half_width` (m) of
+    the middle of its axle.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, half_width: float = usual.OUTLINE[2]) -> None:
+        self._half_width = half_width
         self.stamp = -math.inf
         self.obstacles: FloatArray = NO_POINTS
         """Return the points of the latest scan, (N, 2) in m in the map's frame."""
@@ -127,7 +129,7 @@ class Sight:
         ranges = scan.towards(seen)
         lost = np.isposinf(ranges) & (distance + SEEN_THROUGH < scan.range_max)
         gone = np.isfinite(ranges) & (ranges > distance + SEEN_THROUGH)
-        gone |= np.hypot(seen_from_base[:, 0], seen_from_base[:, 1]) < UNDER_ROBOT
+        gone |= np.hypot(seen_from_base[:, 0], seen_from_base[:, 1]) < self._half_width
         for mark, is_gone, is_lost in list(zip(self._marks, gone.tolist(), lost.tolist(), strict=True)):
             seen_at, lost_before = self._marks[mark]
             beams = lost_before + 1 if is_lost else 0

@@ -1,0 +1,66 @@
+"""Gives the components of a stack what their classes take from their robot."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from regraft.bus_schema.suggestions import instead_of
+from regraft.stack.assembly.expansion import RobotData
+from regraft.stack.classes import taken_from_robot
+from regraft.stack.yaml.nodes import Node
+from regraft.stack.yaml.problems import Report
+
+
+def with_robot_data(
+    document: Node, robots: Mapping[str, RobotData], report: Report, refused: Collection[str] = ()
+) -> Node:
+    """Return a stack's document in which components have the parameters that their robots give.
+
+    A component `rescuer.navigator` is of the robot `rescuer`; one without a scope is of the single robot. A value that
+    the stack has stays. A robot that lacks one is noted. Modules that are ``refused`` are not imported.
+    """
+    assert isinstance(document.value, dict)
+    components = document.value.get("components")
+    if not robots or components is None or not isinstance(components.value, dict):
+        return document
+    given = dict(_completed(components.value, robots, report, refused))
+    return Node(document.value | {"components": Node(given, components.location)}, document.location)
+
+
+def _completed(
+    components: Mapping[str, Node], robots: Mapping[str, RobotData], report: Report, refused: Collection[str]
+) -> Iterator[tuple[str, Node]]:
+    for name, node in components.items():
+        robot = robots.get(name.rpartition(".")[0])
+        cls = node.value.get("class") if isinstance(node.value, dict) else None
+        path = cls.value if cls is not None and isinstance(cls.value, str) else ""
+        if robot is None or not path or path.partition(":")[0] in refused:
+            yield name, node
+        else:
+            yield name, _with_values(name, node, robot, taken_from_robot(path), report)
+
+
+def _with_values(component: str, node: Node, robot: RobotData, taken: Mapping[str, str], report: Report) -> Node:
+    assert isinstance(node.value, dict)
+    parameters = node.value.get("parameters", Node({}, node.location))
+    if parameters.value is None:
+        parameters = Node({}, parameters.location)
+    if not isinstance(parameters.value, dict):
+        return node
+    found: dict[str, Node] = {}
+    for name, datum in taken.items():
+        if name in parameters.value:
+            continue
+        if datum in robot.parameters:
+            found[name] = robot.parameters[datum]
+        else:
+            report.add_at(robot.location, f"components.{component}.parameters.{name}", _lacking(robot, datum))
+    if not found:
+        return node
+    completed = Node(found | parameters.value, parameters.location)
+    return Node(node.value | {"parameters": completed}, node.location)
+
+
+def _lacking(robot: RobotData, datum: str) -> str:
+    hint = instead_of(datum, robot.parameters)
+    return f"comes from the robot, which has no parameter {datum!r}: add it to {robot.path}, or set it here; {hint}"

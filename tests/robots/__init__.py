@@ -1,0 +1,1 @@
+"""Robots other than FROG's, each a folder with data alone: no code of Regraft knows them."""

@@ -1,0 +1,1 @@
+"""An e-puck, and its follower of walls."""
