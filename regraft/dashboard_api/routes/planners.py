@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +11,8 @@ from fastapi import APIRouter, Path, Request
 
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.offers import offered_services
+from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
 from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
@@ -27,7 +28,6 @@ from regraft.dashboard_api.http.problems import (
 )
 from regraft.dashboard_api.routes.bodies import example
 
-PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
 DESCRIBE_TIMEOUT: Final = 1.0
 """Seconds that the list of planners waits for each of them."""
 MAX_WAITING: Final = 16
@@ -104,7 +104,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
 
 def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal:
     try:
-        return services.ask(f"planners/{name}/propose", asked, Proposal, services.adaptation_within)
+        return services.ask(planner_service(name, PROPOSE), asked, Proposal, services.adaptation_within)
     except Problem as problem:
         if problem.kind is NO_ANSWER and asked.apply:
             more = "; what was asked for may still happen: see GET /adaptations"
@@ -121,15 +121,13 @@ def _planners(manager: Manager) -> Mapping[str, str]:
 
 
 def _offered(architecture: Architecture, component: str) -> list[str]:
-    spec = architecture.components[component]
-    own = [offered.name for offered in spec.description.services] if spec.description else []
-    named = (PROPOSE.fullmatch(spec.services.get(name, name)) for name in own)
-    return [match[1] for match in named if match]
+    offered = offered_services(architecture.components[component]).values()
+    return [planner for planner in map(planner_of, offered) if planner is not None]
 
 
 def _line(services: Services, name: str, component: str) -> PlannerLine:
     try:
-        service = f"planners/{name}/describe"
+        service = planner_service(name, DESCRIBE)
         return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_TIMEOUT))
     except Problem as error:
         return PlannerLine(name, component, None, error.detail)
