@@ -77,10 +77,15 @@ def test_an_event_is_one_line_that_names_its_subject_once() -> None:
 
 def test_the_live_line_says_time_speed_mission_and_battery() -> None:
     mission = MissionStatus(2.0, MissionState.RUNNING, "Frog", 3, running=("Look::19/NavigateTo::14", "Detect::23"))
-    line = status_line(CLOCK, mission, BatteryState(2.0, 5.0, 10.0, 0.5, 1.0), 1.0)
+    battery = BatteryState(2.0, 5.0, 10.0, 0.5, 1.0)
+    line = status_line(CLOCK, {"": mission}, {"": battery}, 1.0)
     for part in ("2.0 s", "9.8 x", "running: Detect", "battery 50%"):
         assert part in line
-    assert status_line(None, None, None, 3.0) == "3 s"
+    assert status_line(None, {}, {}, 3.0) == "3 s"
+    line = status_line(CLOCK, {"left": mission, "right": mission}, {"left": battery, "right": battery}, 1.0)
+    for robot in ("left", "right"):
+        assert f"{robot} mission running: Detect" in line
+        assert f"{robot} battery 50%" in line
 
 
 def closing(**changes: object) -> Closing:

@@ -131,7 +131,7 @@ class Run:
 
     def _show_status(self, watch: Watch, now: float) -> None:
         if self._up_at is not None:
-            text = status_line(watch.clock(), watch.mission(), watch.battery(), now - self._up_at)
+            text = status_line(watch.clock(), watch.missions(), watch.batteries(), now - self._up_at)
             self._display.status(text)
 
     # --- ending ---
