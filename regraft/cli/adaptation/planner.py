@@ -16,19 +16,21 @@ from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, pla
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import Reached, reached, user
-from regraft.cli.terminal.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.options import JsonOption, ReasonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import read_document
-from regraft.cli.topology import named
+from regraft.cli.topology import Topology, named
 
 planner = typer.Typer(help="List planners, and ask them for proposals.", no_args_is_help=True, rich_markup_mode=None)
 
 
 @planner.command("list")
-def list_planners(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def list_planners(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """List planners, with their strategies and the knobs of each."""
     with reached(ctx, system) as there:
-        found = [_described(there, name) for name in sorted(_planners(there))]
+        found = [_described(there, name) for name in sorted(_planners(there.known.of_robot(robot)))]
     if as_json:
         show_json({"planners": [codec.to_plain(described) for described in found]})
         return
@@ -66,7 +68,7 @@ def propose(
         actor=request.actor or user(),
     )
     with reached(ctx, system) as there:
-        named("planner", name, _planners(there))
+        named("planner", name, _planners(there.known))
         found = there.client.call(planner_service(name, PROPOSE), request, Proposal, timeout)
     if as_json:
         show_json(found)
@@ -89,9 +91,9 @@ def _show(found: Proposal) -> None:
             complain(managing.violation_line(violation))
 
 
-def _planners(there: Reached) -> dict[str, str]:
+def _planners(known: Topology) -> dict[str, str]:
     """Return the components that are planners, by the names of the planners."""
-    offers = ((planner_of(name), offer) for name, offer in there.known.offers("service").items())
+    offers = ((planner_of(name), offer) for name, offer in known.offers("service").items())
     return {planner: offer.component for planner, offer in offers if planner is not None}
 
 

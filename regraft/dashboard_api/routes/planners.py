@@ -15,6 +15,7 @@ from regraft.bus_schema.model.offers import offered_services
 from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.overview import view_of
 from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
 from regraft.dashboard_api.http.body import JsonRoute, built
 from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
@@ -27,6 +28,7 @@ from regraft.dashboard_api.http.problems import (
     unavailable,
 )
 from regraft.dashboard_api.routes.bodies import example
+from regraft.dashboard_api.routes.status import OfRobot
 
 DESCRIBE_TIMEOUT: Final = 1.0
 """Seconds that the list of planners waits for each of them."""
@@ -72,10 +74,10 @@ def routes(services: Services, manager: Manager) -> APIRouter:
     router = APIRouter(tags=["planners"], route_class=JsonRoute)
     waiting = threading.BoundedSemaphore(MAX_WAITING)
 
-    @router.get("/planners", response_description="All planners", responses=declared(503))
-    def list_planners() -> Shown[PlannerList]:
-        """The planners: their strategies, and the JSON Schemas of knobs and inputs."""
-        found = _planners(manager)
+    @router.get("/planners", response_description="The planners", responses=declared(404, 422, 503))
+    def list_planners(robot: OfRobot = "") -> Shown[PlannerList]:
+        """The planners, all or a robot's: their strategies, and the JSON Schemas of knobs and inputs."""
+        found = _planners(manager, robot)
         return PlannerList(tuple(_line(services, name, found[name]) for name in sorted(found)))
 
     @router.post(
@@ -112,12 +114,11 @@ def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal
         raise
 
 
-def _planners(manager: Manager) -> Mapping[str, str]:
+def _planners(manager: Manager, robot: str = "") -> Mapping[str, str]:
     """Return the components that are planners, by the names of the planners; raises Problem."""
     architecture = manager.last_architecture() or manager.architecture()
-    return {
-        name: component for component in sorted(architecture.components) for name in _offered(architecture, component)
-    }
+    components = filter(view_of(robot, architecture).has_component, sorted(architecture.components))
+    return {name: component for component in components for name in _offered(architecture, component)}
 
 
 def _offered(architecture: Architecture, component: str) -> list[str]:
