@@ -66,7 +66,7 @@ def shown(robot: System, *arguments: str) -> list[list[str]]:
         ),
         ("mode", ["mode", "in force"], ["loud"]),
         ("planner list", ["planner", "component", "strategy", "knobs"], ["bandits", "bandits", "ucb1"]),
-        ("estimate listener", ["listener says nothing of its qualities"], []),
+        ("estimate listener", ["listener estimates no qualities"], []),
     ],
 )
 def test_a_list_has_a_heading_and_a_row_for_each(
