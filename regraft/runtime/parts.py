@@ -108,7 +108,7 @@ class Parts:
         offered = self.declared.services[name]
         return Server(
             offered,
-            self.assignment.services.get(name) or service_in_scope(self.assignment.name, self.assignment.scope, name),
+            self.assignment.services.get(name, service_in_scope(self.assignment.name, self.assignment.scope, name)),
             getattr(self.component, offered.method),
             self.keys,
             self.writers,

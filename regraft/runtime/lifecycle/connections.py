@@ -34,7 +34,8 @@ class Connections:
 
     def _key(self, port: str, topic: str | None) -> str:
         assignment = self._parts.assignment
-        return self._parts.keys.topic(assignment.connections.get(port) or in_scope(assignment.scope, topic or port))
+        usual = in_scope(assignment.scope, topic or port)
+        return self._parts.keys.topic(assignment.connections.get(port, usual))
 
     def also_read(self, name: str, key: str) -> None:
         """Subscribe an input's second key, next to the one it has."""
