@@ -1,4 +1,4 @@
-"""Views by robot: what of a system belongs to one of its robots."""
+"""Views by robot: the parts of a system that belong to each of its robots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class NoSuchRobot(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class RobotView:
-    """What belongs to one robot among several; with an empty name, all of the system.
+    """The part of a system that belongs to one robot among several; with an empty name, all of it.
 
     A robot has its components, what these offer, the topics of its name, and those that its components use.
     """

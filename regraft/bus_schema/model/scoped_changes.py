@@ -1,4 +1,4 @@
-"""What the names mean that a mission of one robot among several uses, in the changes that it asks for too."""
+"""The meaning of names that one robot among several uses, also in the changes that its mission asks for."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from regraft.bus_schema.model.scopes import component_in_scope, in_scope
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What names mean that somebody of a scope uses, in the whole system."""
+    """The meaning, in the whole system, of names that are used in a scope."""
 
     scope: str = ""
 

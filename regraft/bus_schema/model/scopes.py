@@ -1,7 +1,7 @@
 """Scopes: one robot's names among those of several in one system.
 
-The component ``rescuer.navigator`` is in the scope ``rescuer``. The topics and services that it names begin with
-``rescuer/``, also those that it calls, unless they are named as shared by all robots: with a leading ``/``.
+The component ``rescuer.navigator`` is in the scope ``rescuer``. Topics and services that it names begin with
+``rescuer/``, also those that it calls. A leading ``/`` names what all robots share.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ class LeafContext:
 
     @property
     def names(self) -> Names:
-        """What the names in a mission mean in the whole system."""
+        """The meaning of the mission's names in the whole system."""
         return Names(self.kit.scope)
 
     def report_quality(self, quality: Quality) -> None:
