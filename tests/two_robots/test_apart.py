@@ -19,7 +19,7 @@ from tests.support.frog import Frog
 from tests.support.paths import TWO_ROBOTS
 from tests.support.waiting import PATIENCE
 
-SECONDS = 16
+SECONDS = 24
 ROWS = {"scout/ground_truth": GroundTruth, "scout/velocity": Twist, "scout/mission": MissionStatus}
 Row = tuple[int, dict[str, Any]]
 
@@ -71,5 +71,5 @@ def test_a_robot_goes_on_to_the_byte_while_a_component_of_the_other_dies_is_swap
     assert disturbed.of_scout() == calm.of_scout()
     for topic in ROWS:
         common = disturbed.rows[topic].keys() & calm.rows[topic].keys()
-        assert len(common) >= 0.3 * max(calm.rows[topic]), topic
+        assert len(common) >= 0.1 * max(calm.rows[topic]), topic
         assert [disturbed.rows[topic][n] for n in sorted(common)] == [calm.rows[topic][n] for n in sorted(common)]

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from regraft.bus_schema.messages.mission import MissionRequest, MissionState, MissionStatus
 from tests.frog.conftest import StartFrog
-from tests.support.commands import run
+from tests.support.commands import Command, run
 from tests.support.frog import Frog
 from tests.support.paths import TWO_ROBOTS
+from tests.support.waiting import PATIENCE, wait_until
 
 
 def shown(*words: str) -> dict[str, Any]:
@@ -62,3 +66,19 @@ def test_lists_show_what_belongs_to_one_robot(frog: Frog) -> None:
     actions = shown("action", "list", "--robot", "rescuer")["actions"]
     assert names(actions) == {"rescuer/navigate_to"}
     assert frog.rest.get("/components", params={"robot": "scuot"}).status_code == 404
+
+
+def test_a_component_that_joins_a_robot_asks_and_serves_by_its_names(frog: Frog, tmp_path: Path) -> None:
+    shown("mission", "pause", "--robot", "scout")
+    words = ("run", "tests.two_robots.parts:Curious", "--join", "tests")
+    joined = [Command(*words, "--name", f"{robot}.curious", log=tmp_path / robot) for robot in ("scout", "rescuer")]
+    try:
+        states = {}
+        for robot in ("scout", "rescuer"):
+            service = f"{robot}/curious"
+            wait_until(partial(frog.client.reaches, service), f"{robot}'s curious one")
+            states[robot] = frog.client.call(service, MissionRequest(), MissionStatus, PATIENCE).state
+    finally:
+        for command in joined:
+            command.end()
+    assert states == {"scout": MissionState.PAUSED, "rescuer": MissionState.RUNNING}
