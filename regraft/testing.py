@@ -93,8 +93,9 @@ class Rig:
         connections: Mapping[str, str] | None = None,
         *,
         state: State = State.ACTIVE,
+        scope: str = "",
     ) -> C:
-        """Start a component and bring it to ``state``; returns the component itself."""
+        """Start a component and bring it to ``state``, as one of the robot ``scope`` if any; returns the component."""
         assignment = Assignment(
             self._system,
             name or cls.__name__.lower(),
@@ -104,6 +105,7 @@ class Rig:
             state=state,
             seed=self._seed,
             heartbeat=3600.0,
+            scope=scope,
         )
         runtime = Runtime(cls, assignment, MemoryBus(self.hub), self.clock)
         self.runtimes[assignment.name] = runtime

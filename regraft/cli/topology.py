@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
 from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.model.offers import offered_services
+from regraft.bus_schema.model.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput
 from regraft.client import Client, NoAnswer, NoSuchComponent
@@ -29,6 +30,11 @@ class TopicUse:
     spec: TopicSpec | None = None
     writers: list[tuple[str, str]] = field(default_factory=list)
     readers: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def users(self) -> set[str]:
+        """The components that write or read it."""
+        return {component for component, _ in (*self.writers, *self.readers)}
 
     def plain(self) -> dict[str, object]:
         """Return it as plain data."""
@@ -73,11 +79,20 @@ class Topology:
     topics: dict[str, TopicSpec]
     hosts: frozenset[str] = frozenset()
     modes: frozenset[str] = frozenset()
+    view: RobotView = ALL
+
+    def of_robot(self, robot: str) -> Topology:
+        """Return what belongs to one robot, all for an empty name; raises BadInput for an unknown one."""
+        try:
+            return replace(self, view=robot_view(robot, self.unhosted | self.hosted, self.topics))
+        except NoSuchRobot as error:
+            raise BadInput(str(error)) from None
 
     @property
     def components(self) -> dict[str, ComponentSpec]:
         """All components by name."""
-        return dict(sorted((self.unhosted | self.hosted).items()))
+        found = sorted((self.unhosted | self.hosted).items())
+        return {name: spec for name, spec in found if self.view.has_component(name)}
 
     def component(self, name: str) -> ComponentSpec:
         """Return a component; raises BadInput for an unknown one."""
@@ -87,11 +102,12 @@ class Topology:
         """Return all topics by name."""
         uses = {name: TopicUse(name, spec.type, spec) for name, spec in self.topics.items()}
         # A port that takes any type cannot say which one the topic has.
-        ends = [(name, port, topic) for name, spec in self.components.items() for port, topic in spec.connected_ports()]
+        everybody = sorted((self.unhosted | self.hosted).items())
+        ends = [(name, port, topic) for name, spec in everybody for port, topic in spec.connected_ports()]
         for component, port, topic in sorted(ends, key=lambda end: end[1].type == ANY_TYPE):
             use = uses.setdefault(topic, TopicUse(topic, port.type))
             (use.writers if port.direction == "output" else use.readers).append((component, port.name))
-        return dict(sorted(uses.items()))
+        return {name: use for name, use in sorted(uses.items()) if self.view.has_topic(name, use.users)}
 
     def use(self, topic: str) -> TopicUse:
         """Return one topic; raises BadInput for an unknown one."""

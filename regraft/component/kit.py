@@ -56,6 +56,10 @@ class Kit(Protocol):
         """The system's name."""
 
     @property
+    def scope(self) -> str:
+        """The robot among several that the component belongs to, by whose names it calls services; empty for none."""
+
+    @property
     def seed(self) -> int:
         """The run's seed: everything random in a component derives from it and the component's name."""
 
@@ -94,7 +98,10 @@ class Kit(Protocol):
     # --- asking others ---
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> Future[A]:
-        """``await`` it: the reply of a service, or CallFailed, at the latest after ``timeout`` seconds."""
+        """``await`` it: the reply of a service, or CallFailed, at the latest after ``timeout`` seconds.
+
+        Within a robot among several, the name is one of that robot's; with a leading ``/`` it is shared by all.
+        """
 
     def goal(
         self,

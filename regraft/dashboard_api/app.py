@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.backend.overview import Overview
 from regraft.dashboard_api.http import problems
 from regraft.dashboard_api.http.authorization import Authorization
@@ -16,14 +17,14 @@ from regraft.dashboard_api.http.document import openapi_document
 from regraft.dashboard_api.http.guard import Guard
 from regraft.dashboard_api.http.head import Head
 from regraft.dashboard_api.routes import adaptations, changes, events, mission, mission_events, pages, planners, status
-from regraft.dashboard_api.routes.mission_events import MissionFeed
+from regraft.dashboard_api.routes.mission_events import MissionFeeds
 
 PREFIX = "/api/v1"
 
 
 def build(services: Services, buffer: EventBuffer, callers: Callers, address: str) -> FastAPI:
     """Return the application that is to be served at ``address``, where ``callers`` may act."""
-    manager = Manager(services)
+    manager, missions = Manager(services), Missions(services)
     # No page of FastAPI's: it would run scripts from elsewhere on this origin, which may adapt the robot.
     app = FastAPI(openapi_url=f"{PREFIX}/openapi.json", docs_url=None, redoc_url=None)
     document: dict[str, Any] = {}
@@ -38,9 +39,9 @@ def build(services: Services, buffer: EventBuffer, callers: Callers, address: st
         status.routes(Overview(services.client, manager), manager),
         adaptations.routes(manager, PREFIX),
         changes.routes(manager, PREFIX),
-        mission.routes(services),
+        mission.routes(missions),
         planners.routes(services, manager),
-        mission_events.routes(MissionFeed(services, manager, buffer.beside())),
+        mission_events.routes(MissionFeeds(missions, buffer)),
         events.routes(buffer),
     ):
         app.include_router(router, prefix=PREFIX, responses=problems.declared(403, 421, 500))

@@ -29,14 +29,14 @@ class Recorder(Component):
     """Sums up a run: where the robot went, what was seen, what was adapted.
 
     It wakes once a second and disturbs nobody. The digest covers every ground truth, every picture's
-    detections and every adaptation, in their order.
+    detections and every adaptation, in their order. Where a system has several robots, each has a recorder.
     """
 
     resources = Resources(cpu=0.02, memory=20.0)
     state_version = 1
     checkpoint_every = 1.0
 
-    ground_truth = Input(GroundTruth, keep=4096, description="what the robot really did")
+    ground_truth = Input(GroundTruth, keep=4096, required=False, description="what the robot really did")
     goals = Input(Goals, latest_only=True, required=False, description="whose visits are counted")
     detections = Input(Detections, keep=4096, required=False)
     adaptations = Input(AdaptationReport, keep=4096, required=False)

@@ -13,6 +13,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scopes import service_in_scope
 from regraft.component.component import Component, declared_for, parameter_set
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled
@@ -76,7 +77,7 @@ class Parts:
         self.writers = Writers(bus, clock, self.identity, self.reporter.fault)
         self.writers.keeps_history, self.writers.lockstep = True, self.stepped
         client = f"{assignment.name}-{assignment.incarnation}"
-        self.requests = RequestClient(self.keys, client, self.writers, self.timers, self.reporter)
+        self.requests = RequestClient(self.keys, client, self.writers, self.timers, self.reporter, assignment.scope)
         self.component = cls.__new__(cls)
         self.inputs = {name: self._input(name) for name in self.declared.inputs}
         self.outputs = {
@@ -107,7 +108,7 @@ class Parts:
         offered = self.declared.services[name]
         return Server(
             offered,
-            self.assignment.services.get(name, name),
+            self.assignment.services.get(name, service_in_scope(self.assignment.name, self.assignment.scope, name)),
             getattr(self.component, offered.method),
             self.keys,
             self.writers,

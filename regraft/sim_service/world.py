@@ -137,9 +137,13 @@ class World(TimeSource):
         self.world_state.publish_deferred(lambda: told)
 
     def evaluate(self) -> dict[str, float]:
-        """Return how often the robots have touched something, as ``contacts``, and what their devices give."""
+        """Return how often the robots have touched something, as ``contacts``, and what their devices give.
+
+        The contacts of one robot among several are under its name too, such as ``rescuer/contacts``.
+        """
         qualities = {"contacts": float(sum(self._contacts.values()))}
         for robot in self.simulation.robots.values():
+            qualities[f"{robot.spec.prefix}contacts"] = float(self._contacts[robot.spec.name])
             for device in robot.devices.values():
                 named = device.evaluate().items()
                 qualities |= {f"{robot.spec.prefix}{device.kit.name}_{name}": value for name, value in named}

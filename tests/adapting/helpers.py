@@ -28,6 +28,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequ
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.description import Description, ParameterDescription
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scoped_changes import Names
 from regraft.component.future import Future
 from regraft.services.bt_executor.adaptation import ADAPT_DECORATORS
 from regraft.services.bt_executor.leaves.context import Asked
@@ -80,6 +81,8 @@ class FakeContext:
     pending: list[Pending] = field(default_factory=list)
     book: tuple[Quality, ...] = ()
     wakes: int = 0
+    names: Names = field(default_factory=Names)
+    services: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.kit = SimpleNamespace(log=logging.getLogger("adapting"), now=self.clock.now)
@@ -104,6 +107,7 @@ class FakeContext:
     def call(self, service: str, request: object, reply: type, *, timeout: float) -> Asked[Any]:
         codec.to_plain(request)
         self.asked.append(request)
+        self.services.append(service)
         waiting: Future[Any] = Future()
         self.pending.append(Pending(service, request, waiting, self.clock.now() + timeout))
         if self.answers:

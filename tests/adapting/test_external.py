@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.bus_schema.model.scoped_changes import Names
 from regraft.services.bt_executor.adaptation import AdaptPeriodically
 from tests.adapting.helpers import Bench, FakeContext, bench
 
@@ -274,3 +275,35 @@ def test_the_planner_is_told_of_the_entries_that_the_port_context_names_as_far_a
         "heading": "north",
     }
     assert "light" not in request.context
+
+
+def test_a_mission_of_one_robot_among_several_names_its_own_components_and_planner() -> None:
+    chooser = Chooser()
+    context = chooser.context = FakeContext(names=Names("rescuer"))
+    context.proposals = chooser  # type: ignore[assignment]
+    ports = (
+        'adaptation_strategy="ucb1" adaptation_subject="max_velocity;port:image" '
+        'subject_location="navigator;/detector" adaptation_options="0.1;0.2 | camera/image;/corner/image" planner="{0}"'
+    )
+    bench("AdaptOnStart", ports.format("bandits"), context=context).tick()
+    bench("AdaptOnStart", ports.format("/bandits"), context=context).tick()
+    first, second = context.proposed
+    assert context.services == ["/rescuer/planners/bandits/propose", "/planners/bandits/propose"]
+    assert (
+        first.inputs["options"]
+        == second.inputs["options"]
+        == [
+            {
+                "component": "rescuer.navigator",
+                "parameter": "max_velocity",
+                "values": [0.1, 0.2],
+                "name": "navigator.max_velocity",
+            },
+            {
+                "component": "detector",
+                "port": "image",
+                "topics": ["rescuer/camera/image", "corner/image"],
+                "name": "/detector.image",
+            },
+        ]
+    )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from behavior_tree import Input, LoadError, NodeError, load_text
 from regraft import CallFailed
-from regraft.bus_schema.model.adaptation import Connect, Outcome, SetParameters
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.scoped_changes import Names
 from regraft.services.bt_executor.adaptation import AdaptOnStart, AdaptOnSuccess, Change, Impossible, Result
 from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
 from regraft.stacks.frog.plans import PLANS
@@ -176,3 +179,21 @@ def test_how_frog_looks(left: float, darkness: float, looks: int, camera: str, p
     assert at.context.asked_for == [{"pictures": pictures}]
     moved = [change for change in request.changes if isinstance(change, Connect)]
     assert moved == ([] if camera == "camera/image" else [Connect("detector", "image", camera)])
+
+
+def test_a_plan_of_one_robot_among_several_names_its_own_components() -> None:
+    context = FakeContext(names=Names("left"))
+    known = context.architecture.components
+    own = {f"left.{name}": replace(spec, name=f"left.{name}") for name, spec in known.items()}
+    context.architecture = replace(context.architecture, components=known | own)
+    bench("Halver", "", "SUCCESS", classes=(Halver,), context=context).ticks(2)
+    rules = "connect detector.image to front, connect /detector.image to /corner, activate /lamp, mode := 'bold'"
+    bench("AdaptOnStart", f'rules="{rules}" subject_location="navigator"', context=context).tick()
+    asked = [change for request in context.adaptations for change in request.changes]
+    assert asked[0] == SetParameters("left.navigator", {"max_velocity": 0.13})
+    assert asked[-4:] == [
+        Connect("left.detector", "image", "left/front"),
+        Connect("detector", "image", "corner"),
+        ChangeState("lamp", Transition.ACTIVATE),
+        SetParameters("left.navigator", {"mode": "bold"}),
+    ]

@@ -41,8 +41,8 @@ def system(bare_system: System, monkeypatch: pytest.MonkeyPatch) -> System:  # n
         monkeypatch.setattr(parts, cls.__name__, cls, raising=False)
     system = bare_system
     system.host.specs["bt_executor"] = spec_of("bt_executor", Executor, parameters={"rate": 100.0, "autostart": False})
-    system.host.specs["planner"] = spec_of("planner", BanditPlanner)
-    for name in ("bt_executor", "planner"):
+    system.host.specs["bandits"] = spec_of("bandits", BanditPlanner)
+    for name in ("bt_executor", "bandits"):
         system.start(name)
     system.start_manager()
     return system
@@ -179,7 +179,7 @@ def test_a_real_planner_is_asked_and_credited(
 
     def learned() -> list[float]:
         """Return what each option was found to be worth so far, on the knobs' range of 0 to 2."""
-        snapshot = system.client.control("planner", "state", timeout=PATIENCE)
+        snapshot = system.client.control("bandits", "state", timeout=PATIENCE)
         assert isinstance(snapshot, Snapshot)
         of_each = snapshot.state["adapt"]["learned"]["ucb1"][1]
         return [mean for _, mean, _ in of_each.values()]

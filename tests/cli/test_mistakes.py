@@ -99,6 +99,18 @@ WRONG: dict[str, list[tuple[str, str]]] = {
 }
 """Its mistyped forms, with what is told then. A system that does not run is no mistake: exit code 3."""
 
+LISTS = (
+    "ps",
+    "mode",
+    "param list",
+    "lifecycle list",
+    "topic list",
+    "service list",
+    "action list",
+    "planner list",
+    "events",
+)
+"""Commands that show what belongs to one robot."""
 OPTIONS: list[tuple[str, str]] = [
     ("up STACK --set talkr.step=1", TALKER),
     ("up STACK --set talker.stp=1", STEP),
@@ -132,6 +144,11 @@ OPTIONS: list[tuple[str, str]] = [
     ("evaluate frog-architecture --configurations basline", "did you mean"),
     ("evaluate frog-architecture --definitions publishd", "did you mean"),
     ("planner propose bandits unknown", "did you mean 'talker'?"),
+    *((f"{words} --robot left", "there is no robot 'left'; there are none") for words in LISTS),
+    *(
+        (f"mission {words} --robot left", "no robot or component 'left' runs missions")
+        for words in ("show", "get", "halt")
+    ),
 ]
 """Mistakes in options, and in what files hold."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from regraft.bus_schema.messages.evaluation import RunSummary
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.mission import MissionNode, MissionState, MissionStatus, NodeStatus
 from regraft.bus_schema.messages.power import BatteryState
@@ -22,7 +24,7 @@ from regraft.cli.adaptation.managing import headline, violation_line
 from regraft.cli.bus.rates import Rates
 from regraft.cli.extensions import add_extensions
 from regraft.cli.main import build
-from regraft.cli.system.closing import Closing
+from regraft.cli.system.closing import Closing, plain_summary
 from regraft.cli.system.display import event_line, status_line
 from regraft.cli.system.logs import grown, tail
 from regraft.cli.system.ps import remark, shown_state
@@ -77,10 +79,15 @@ def test_an_event_is_one_line_that_names_its_subject_once() -> None:
 
 def test_the_live_line_says_time_speed_mission_and_battery() -> None:
     mission = MissionStatus(2.0, MissionState.RUNNING, "Frog", 3, running=("Look::19/NavigateTo::14", "Detect::23"))
-    line = status_line(CLOCK, mission, BatteryState(2.0, 5.0, 10.0, 0.5, 1.0), 1.0)
+    battery = BatteryState(2.0, 5.0, 10.0, 0.5, 1.0)
+    line = status_line(CLOCK, {"": mission}, {"": battery}, 1.0)
     for part in ("2.0 s", "9.8 x", "running: Detect", "battery 50%"):
         assert part in line
-    assert status_line(None, None, None, 3.0) == "3 s"
+    assert status_line(None, {}, {}, 3.0) == "3 s"
+    line = status_line(CLOCK, {"left": mission, "right": mission}, {"left": battery, "right": battery}, 1.0)
+    for robot in ("left", "right"):
+        assert f"{robot} mission running: Detect" in line
+        assert f"{robot} battery 50%" in line
 
 
 def closing(**changes: object) -> Closing:
@@ -230,3 +237,20 @@ def test_commands_of_other_packages_are_added_and_broken_ones_left_out() -> None
     add_extensions(app, found)
     assert CliRunner().invoke(app, ["hello", "frog"]).stdout == "hello frog\n"
     assert CliRunner().invoke(app, ["broken"]).exit_code == 2
+
+
+def test_the_summaries_of_several_recorders_are_summed_up_by_robot() -> None:
+    left = RunSummary(20.0, "0a", 400, 1, 2.5, {"north": 2}, {"left/camera": 3}, {"left/camera": 1}, {})
+    right = replace(left, ticks=399, contacts=0, distance=1.0, visits={"south": 1}, pictures={}, hits={})
+    shared = RunSummary(20.0, "0b", 0, 0, 0.0, {}, {}, {}, {"applied": 2})
+    told = {"left.recorder": left, "recorder": shared, "right.recorder": right}
+    found = plain_summary(told)
+    assert (found["ticks"], found["contacts"], found["distance"]) == (400, 1, 3.5)
+    assert found["visits"] == {"left/north": 2, "right/south": 1}
+    assert (found["pictures"], found["hits"]) == ({"left/camera": 3}, {"left/camera": 1})
+    assert found["adaptations"] == {"applied": 2}
+    assert found["summaries"]["right.recorder"]["distance"] == 1.0
+    assert found["digest"] != plain_summary(told | {"left.recorder": replace(left, digest="0c")})["digest"]
+    assert plain_summary({"recorder": left})["digest"] == "0a"
+    assert plain_summary({}) == {}
+    assert "summaries" not in closing(summary=found).line()

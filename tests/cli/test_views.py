@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, Description, PortDescription, ServiceDescription
 from regraft.bus_schema.model.lifecycle import State
+from regraft.cli.outcomes import BadInput
 from regraft.cli.system.ps import plain_component
 from regraft.cli.topology import Topology
 from regraft.client import ComponentSeen
@@ -110,3 +113,31 @@ def test_offers_are_shown_under_the_names_that_the_stack_gives_them() -> None:
         for name in ("arm", "pilot")
     ]
     assert known.offers("action") == {}
+
+
+def two_robots() -> Topology:
+    """Return a pilot of each of two robots, a world, and topics of both and of all."""
+    pilots = {
+        f"{robot}.pilot": spec(
+            f"{robot}.pilot", port("speed", "output"), port("wind", "input"), speed=f"{robot}/speed", wind="wind"
+        )
+        for robot in ("left", "right")
+    }
+    world = spec("world", port("left/scan", "output"), **{"left/scan": "left/scan"})
+    names = ("left/speed", "right/speed", "left/scan", "wind", "light")
+    return Topology({"world": world, **pilots}, {}, {name: TopicSpec(name, "regraft/Twist") for name in names})
+
+
+def test_a_view_by_robot_has_its_components_their_offers_and_the_topics_of_its_name_or_its_use() -> None:
+    left = two_robots().of_robot("left")
+    assert list(left.components) == ["left.pilot"]
+    assert list(left.offers("service")) == ["left.pilot/stop"]
+    assert list(left.uses()) == ["left/scan", "left/speed", "wind"]
+    assert left.uses()["left/scan"].writers == [("world", "left/scan")]
+    assert left.uses()["wind"].readers == [("left.pilot", "wind"), ("right.pilot", "wind")]
+    assert two_robots().of_robot("") == two_robots()
+
+
+def test_an_unknown_robot_is_a_mistake_with_the_nearest_name() -> None:
+    with pytest.raises(BadInput, match="there is no robot 'lft'; did you mean 'left'"):
+        two_robots().of_robot("lft")

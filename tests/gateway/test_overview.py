@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
+import pytest
+
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.messages.health import ComponentStatus
@@ -15,6 +17,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.client import Client, ComponentSeen, HostSeen
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.overview import Overview
+from regraft.dashboard_api.http.problems import NOT_FOUND, Problem
 from tests.gateway.parts import robot
 
 STATUS = ComponentStatus("navigator", 3, State.INACTIVE, 7, 1.5, "no map", 2, 1, "waits", {"url": "here"})
@@ -130,3 +133,28 @@ def test_a_component_that_is_not_seen_is_shown_by_its_spec() -> None:
         "process": None,
         "now": None,
     }
+
+
+def test_components_and_topics_are_listed_by_robot() -> None:
+    known = robot()
+    specs = {
+        name: replace(known.components[name.rpartition(".")[2]], name=name, connections={"velocity": topic})
+        for name, topic in (("left.drive", "left/velocity"), ("right.navigator", "wind"), ("drive", "velocity"))
+    }
+    topics = {
+        name: replace(known.topics["velocity"], name=name)
+        for name in ("left/velocity", "left/scan", "right/scan", "wind", "velocity")
+    }
+    seen = {"right.navigator": ComponentSeen("right.navigator", alive=True)}
+    overview = Stub(seen, replace(known, components=specs, topics=topics)).overview
+    listed = {name: [line.name for line in overview.components(name).components] for name in ("", "left", "right")}
+    assert listed == {
+        "": ["drive", "left.drive", "right.navigator"],
+        "left": ["left.drive"],
+        "right": ["right.navigator"],
+    }
+    assert [line.name for line in overview.topics("right").topics] == ["right/scan", "wind"]
+    for asked in (overview.components, overview.topics):
+        with pytest.raises(Problem, match="there is no robot 'rihgt'; did you mean 'right'") as refused:
+            asked("rihgt")
+        assert refused.value.kind is NOT_FOUND

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from regraft.bus_schema.messages.mission import Command, MissionState
-from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
+from regraft.bus_schema.messages.mission import Command, MissionCommand, MissionRequest, MissionState, MissionStatus
+from regraft.bus_schema.model.adaptation import ChangeState, Connect, EnterMode, Remove, SetParameters, Swap
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
@@ -52,6 +52,32 @@ def test_charging_that_is_halted_is_cancelled() -> None:
         run(rig, tree('<Timeout msec="3000"><Charge/></Timeout>'))
         rig.advance(5.0)
         assert docking.cancelled == 1
+
+
+def test_a_mission_of_one_robot_among_several_asks_its_own_robot_and_changes_it() -> None:
+    changes = (
+        '[{"change": "connect", "component": "detector", "port": "image", "topic": "/corner_camera/image"},'
+        ' {"change": "mode", "mode": "slow"},'
+        ' {"change": "swap", "component": "/world", "connect": {"scan": "scan"}},'
+        ' {"change": "remove", "component": "lamp", "topics": ["light"]}]'
+    )
+    with Rig() as rig:
+        manager = rig.add(Manager)
+        own, other = (rig.add(Explorer, f"{robot}.explorer", scope=robot) for robot in ("left", "right"))
+        rig.add(Executor, "left.bt_executor", {"autostart": False}, scope="left")
+        asking = tree("<NextFrontier/>", f"<Adapt changes='json:{changes}'/>")
+        for what, xml in ((Command.LOAD, asking), (Command.START, "")):
+            rig.call("left/mission/command", MissionCommand(what, xml), MissionStatus)
+        rig.advance(5.0)
+        seen = rig.call("left/mission/status", MissionRequest(), MissionStatus)
+    assert seen.state is MissionState.SUCCEEDED, seen.error
+    assert (len(own.asked), len(other.asked)) == (1, 0)
+    assert manager.asked[0].changes == (
+        Connect("left.detector", "image", "corner_camera/image"),
+        EnterMode("left/slow"),
+        Swap("world", connections={"scan": "left/scan"}),
+        Remove("left.lamp", ("left/light",)),
+    )
 
 
 def test_an_adaptation_is_asked_for_and_waited_for() -> None:

@@ -64,7 +64,7 @@ def test_the_option_that_is_expected_to_be_worth_most_is_applied_and_the_journal
         assert proposal.changes == (SetParameters("navigator", {"max_velocity": 0.1}),)
         assert proposal.choice["outcome"] == "applied"
         (request,) = on.manager.requests
-        assert request.actor == "tree, by the forecast"
+        assert request.actor == "tree, by forecast"
         assert request.reason == "pace; expected 0.1 (0.1: 0.1, 0.18: 0, 0.26: 0)"
         back = on.propose({"nearest": 2.0})
         assert back.changes == (SetParameters("navigator", {"max_velocity": 0.26}),)

@@ -40,7 +40,7 @@ def test_only_what_differs_is_changed_and_the_journal_tells_who_and_why() -> Non
         assert proposal.changes == (SetParameters("navigator", {"max_velocity": 0.18, "planner": "careful"}),)
         (request,) = on.manager.requests
         assert request.changes == proposal.changes
-        assert request.actor == "tree, by the bandits"
+        assert request.actor == "tree, by bandits"
         assert request.reason == "too slow; ucb1 for drive: not tried yet"
         assert request.context == {"darkness": 0.5}
         assert proposal.report is not None

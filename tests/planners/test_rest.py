@@ -12,6 +12,7 @@ import pytest
 
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.model.adaptation import Outcome
+from regraft.bus_schema.model.planners import planner_service
 from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
@@ -66,7 +67,7 @@ def test_a_proposal_is_carried_out_in_the_name_of_who_asked(served: Served) -> N
     assert answer["changes"] == [
         {"change": "set_parameters", "component": "navigator", "parameters": {"max_velocity": 0.1}}
     ]
-    assert served.manager.requests[0].actor == f"{user_name(os.geteuid())}: safety desk, by the bandits"
+    assert served.manager.requests[0].actor == f"{user_name(os.geteuid())}: safety desk, by bandits"
 
 
 def test_a_dry_proposal_touches_nothing(served: Served) -> None:
@@ -129,3 +130,21 @@ def test_a_manager_that_cannot_be_asked_makes_proposals_unavailable(served: Serv
     response = served.propose()
     assert response.status_code == 503
     assert "the journal cannot be read" in response.json()["detail"]
+
+
+def test_two_planners_of_one_class_are_listed_and_asked_apart(served: Served) -> None:
+    for name, scope in (("cautious", ""), ("left.bandits", "left")):
+        services = {f"planners/{{name}}/{verb}": planner_service(name, verb) for verb in ("propose", "describe")}
+        served.site.start(BanditPlanner, name, services=services, scope=scope)
+        served.manager.architecture = served.manager.architecture.with_component(
+            replace(spec(BanditPlanner, name), services=services)
+        )
+    wait_until(lambda: len(served.http.get("/planners").json()["planners"]) == 3, "three planners")
+    lines = served.http.get("/planners").json()["planners"]
+    expected = ["bandits", "cautious", "left.bandits"]
+    assert [line["planner"] for line in lines] == [line["component"] for line in lines] == expected
+    assert [line["description"]["planner"] for line in lines] == expected
+    for name in reversed(expected):
+        answer = served.propose(f"/planners/{name}/propose", reason="because").json()
+        assert answer["choice"]["why"].startswith("not tried yet"), "each learns for itself"
+    assert served.manager.requests[0].actor.endswith("by left.bandits")

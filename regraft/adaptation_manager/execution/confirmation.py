@@ -21,7 +21,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.patience import stretched
 
-REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_-]{1,200}")
+REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,200}")
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from regraft.adaptation_manager.execution.verify import differences
 from regraft.adaptation_manager.planning.additions import PATH
@@ -11,6 +11,7 @@ from regraft.adaptation_manager.targets.component_client import ControlFailed, N
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.wiring import own_topic
 from regraft.patience import Patience
 
 RETRY_INTERVAL = 0.05
@@ -29,19 +30,21 @@ def wanted_again(context: ExecutionContext, undone: Sequence[PlannedStep]) -> Wa
     for step in reversed(undone):
         spec = context.before.components.get(step.component)
         if spec is not None and spec.managed:
-            found.setdefault(spec.name, values_of(spec)).update(_state(step))
+            found.setdefault(spec.name, values_of(spec, context.before.topics)).update(_state(step))
     return found
 
 
-def values_of(spec: ComponentSpec) -> dict[str, object]:
-    """Return the values and connections that a component should have, by where they are found; without paths."""
+def values_of(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]:
+    """Return the values and connections that a component of a system with ``topics`` should have; without paths."""
     described = spec.description
     if described is None:
         return {}
     values = {p.name: spec.parameters.get(p.name, p.default) for p in described.parameters}
     paths = {p.name for p in described.parameters if p.unit == PATH or _is_absolute(values[p.name])}
     found: dict[str, object] = {f"parameters.{name}": values[name] for name in values.keys() - paths}
-    return found | {f"connect.{p.name}": spec.connections.get(p.name, p.topic) for p in described.ports}
+    return found | {
+        f"connect.{p.name}": spec.connections.get(p.name, own_topic(spec, p, topics)) for p in described.ports
+    }
 
 
 def _is_absolute(value: object) -> bool:

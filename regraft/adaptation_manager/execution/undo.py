@@ -23,6 +23,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, after, route
+from regraft.bus_schema.model.wiring import own_topic
 
 if TYPE_CHECKING:
     from regraft.adaptation_manager.journal.journal import Journal
@@ -78,7 +79,7 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
             values = {name: _parameter(spec, name) for name in change.parameters}
             back.append((SetParameters(spec.name, values),))
         elif isinstance(change, Connect):
-            back.append((Connect(spec.name, change.port, _topic(spec, change.port)),))
+            back.append((Connect(spec.name, change.port, _topic(before, spec, change.port)),))
         elif isinstance(change, ChangeState):
             start = states.get(spec.name, spec.state)
             end = after(start, change.transition) or start
@@ -170,7 +171,7 @@ def _value(architecture: Architecture, component: str, where: str) -> object:
     kind, _, name = where.partition(".")
     if kind == "parameters":
         return _parameter(spec, name)
-    return _topic(spec, name) if kind == "connect" else spec.state.value
+    return _topic(architecture, spec, name) if kind == "connect" else spec.state.value
 
 
 def _parameter(spec: ComponentSpec, name: str) -> object:
@@ -178,6 +179,6 @@ def _parameter(spec: ComponentSpec, name: str) -> object:
     return spec.parameters.get(name, described.default if described else None)
 
 
-def _topic(spec: ComponentSpec, port: str) -> str:
+def _topic(architecture: Architecture, spec: ComponentSpec, port: str) -> str:
     described = spec.description.port(port) if spec.description else None
-    return spec.connections.get(port, described.topic if described else "")
+    return spec.connections.get(port, own_topic(spec, described, architecture.topics) if described else "")

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Self
 
 from regraft import CallFailed, Future, Kit, RefusalCode, RequestRefused
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.planning import ProposalRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -22,6 +23,7 @@ from regraft.bus_schema.model.adaptation import (
     plain_size,
 )
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.scopes import SHARED
 
 ATTEMPTS: Final = 3
 """How often an adaptation is worked out when somebody else was faster each time."""
@@ -37,6 +39,12 @@ class AdaptationOrder:
     actor: str
     reason: str
     context: dict[str, PlainValue] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, planner: str, request: ProposalRequest, why: str) -> Self:
+        """Return the order of a planner's component that was asked for a proposal."""
+        actor = f"{request.actor}, by {planner}" if request.actor else planner
+        return cls(actor, f"{request.reason}; {why}" if request.reason else why, request.context)
 
     def request(self, changes: tuple[Change, ...], revision: int) -> AdaptationRequest:
         """Return the request; a context that is too large is left out."""
@@ -74,7 +82,7 @@ class Manager:
     async def architecture(self, within: float) -> Architecture:
         """Return what should be now; raises RequestRefused if it is not to be had within so many seconds."""
         try:
-            return await self._kit.call(ARCHITECTURE, ArchitectureRequest(), Architecture, timeout=within)
+            return await self._kit.call(SHARED + ARCHITECTURE, ArchitectureRequest(), Architecture, timeout=within)
         except CallFailed as error:
             why = f"the adaptation manager cannot be asked: {error}"
             raise RequestRefused(why, RefusalCode.UNAVAILABLE) from None
@@ -96,7 +104,7 @@ class Manager:
                 break
             try:
                 request = order.request(changes, seen.revision)
-                report = await self._kit.call(ADAPT, request, AdaptationReport, timeout=within)
+                report = await self._kit.call(SHARED + ADAPT, request, AdaptationReport, timeout=within)
             except CallFailed as error:
                 refused = error.answer is Answer.REFUSED
                 return CarriedOut(changes, "refused" if refused else "no_answer", error=str(error))

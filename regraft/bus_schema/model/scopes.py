@@ -1,7 +1,7 @@
 """Scopes: one robot's names among those of several in one system.
 
-The component ``rescuer.navigator`` is in the scope ``rescuer``. Its topics and services begin with ``rescuer/``, unless
-they are named as shared by all robots: with a leading ``/``.
+The component ``rescuer.navigator`` is in the scope ``rescuer``. Topics and services that it names begin with
+``rescuer/``, also those that it calls. A leading ``/`` names what all robots share.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from collections.abc import Iterable
 
 SHARED = "/"
 """The begin of a name that means the same in every scope."""
+OWN_NAME = "{name}"
+"""In the name that a class gives a service: the component's own name, without its scope."""
 
 
 def scope_of(component: str, topics: Iterable[str]) -> str:
@@ -35,6 +37,16 @@ def in_scope(scope: str, name: str) -> str:
     if name.startswith(SHARED):
         return name.removeprefix(SHARED)
     return f"{scope}/{name}" if scope else name
+
+
+def service_in_scope(component: str, scope: str, service: str) -> str:
+    """Return what a component offers a service as: in its scope, with its own name in place of ``{name}``.
+
+    >>> service_in_scope("rescuer.bandits", "rescuer", "planners/{name}/propose")
+    'rescuer/planners/bandits/propose'
+    """
+    own = component.removeprefix(f"{scope}.") if scope else component
+    return in_scope(scope, service.replace(OWN_NAME, own))
 
 
 def component_in_scope(scope: str, name: str) -> str:

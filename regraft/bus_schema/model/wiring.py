@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from regraft.bus_schema.encoding.reading_checks import reading_problem
@@ -36,10 +36,14 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
                 yield Violation(None, name, _field(architecture, spec, described), problem)
 
 
+def own_topic(spec: ComponentSpec, port: PortDescription, topics: Collection[str]) -> str:
+    """Return the topic that a port of a component has where nothing names another: one of the component's scope."""
+    return in_scope(scope_of(spec.name, topics), port.topic)
+
+
 def _field(architecture: Architecture, spec: ComponentSpec, port: PortDescription) -> str:
     """Return the field that connects a port: for one that a parameter asks for this is the parameter, at first."""
-    own = in_scope(scope_of(spec.name, architecture.topics), port.topic)
-    if port.origin and spec.connections.get(port.name) == own:
+    if port.origin and spec.connections.get(port.name) == own_topic(spec, port, architecture.topics):
         return f"parameters.{port.origin}"
     return f"connect.{port.name}"
 

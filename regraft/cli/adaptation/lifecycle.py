@@ -12,7 +12,14 @@ from regraft.bus_schema.model.lifecycle import Transition, legal
 from regraft.cli.adaptation import managing
 from regraft.cli.running_system import reached
 from regraft.cli.terminal.one_of import one_of
-from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.options import (
+    ComponentArgument,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    RobotOption,
+    SystemOption,
+)
 from regraft.cli.terminal.output import say, show_json, show_table
 
 lifecycle = typer.Typer(help="Get and change the states of components.", no_args_is_help=True, rich_markup_mode=None)
@@ -24,12 +31,15 @@ OptionalComponent = Annotated[str | None, typer.Argument(metavar="[COMPONENT]", 
 def list_states(
     ctx: typer.Context,
     component: OptionalComponent = None,
+    robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """List components with their states and the transitions that these allow."""
     with reached(ctx, system) as there:
-        names = [there.known.component(component).name] if component else sorted(there.client.components(wait=0.0))
+        known = there.known.of_robot(robot)
+        alive = (name for name in sorted(there.client.components(wait=0.0)) if known.view.has_component(name))
+        names = [known.component(component).name] if component else list(alive)
         views = [there.client.view(name) for name in names]
     rows = [
         (view.component, view.state.value, [transition.value for transition in legal(view.state)]) for view in views

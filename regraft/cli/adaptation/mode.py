@@ -16,7 +16,7 @@ from regraft.bus_schema.suggestions import no_such
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.stack.sections.system_modes import read_system_modes
 
@@ -27,6 +27,7 @@ def mode(
     file: Annotated[
         Path | None, typer.Option("--from", metavar="FILE", help="A modes file of ROS 2's system_modes.")
     ] = None,
+    robot: RobotOption = "",
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
     system: SystemOption = None,
@@ -41,7 +42,8 @@ def mode(
         now = there.client.architecture()
         modes = now.modes if file is None else read_system_modes(file, now.components)
         if not name:
-            _list(modes, now, as_json=as_json)
+            view = there.known.of_robot(robot).view
+            _list({name: each for name, each in modes.items() if view.has_mode(name)}, now, as_json=as_json)
             return
         if name not in modes:
             raise BadInput(f"{file}: {no_such('mode', name, modes)}")

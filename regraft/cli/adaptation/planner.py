@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from typing import Annotated
 
@@ -13,24 +12,25 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import Reached, reached, user
-from regraft.cli.terminal.options import JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.options import JsonOption, ReasonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import read_document
-from regraft.cli.topology import named
+from regraft.cli.topology import Topology, named
 
 planner = typer.Typer(help="List planners, and ask them for proposals.", no_args_is_help=True, rich_markup_mode=None)
 
-PROPOSE = re.compile(r"planners/([^/]+)/propose")
-
 
 @planner.command("list")
-def list_planners(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def list_planners(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """List planners, with their strategies and the knobs of each."""
     with reached(ctx, system) as there:
-        found = [_described(there, name) for name in sorted(_planners(there))]
+        found = [_described(there, name) for name in sorted(_planners(there.known.of_robot(robot)))]
     if as_json:
         show_json({"planners": [codec.to_plain(described) for described in found]})
         return
@@ -68,8 +68,8 @@ def propose(
         actor=request.actor or user(),
     )
     with reached(ctx, system) as there:
-        named("planner", name, _planners(there))
-        found = there.client.call(f"planners/{name}/propose", request, Proposal, timeout)
+        named("planner", name, _planners(there.known))
+        found = there.client.call(planner_service(name, PROPOSE), request, Proposal, timeout)
     if as_json:
         show_json(found)
     else:
@@ -91,14 +91,14 @@ def _show(found: Proposal) -> None:
             complain(managing.violation_line(violation))
 
 
-def _planners(there: Reached) -> dict[str, str]:
+def _planners(known: Topology) -> dict[str, str]:
     """Return the components that are planners, by the names of the planners."""
-    offers = ((PROPOSE.fullmatch(name), offer) for name, offer in there.known.offers("service").items())
-    return {match[1]: offer.component for match, offer in offers if match}
+    offers = ((planner_of(name), offer) for name, offer in known.offers("service").items())
+    return {planner: offer.component for planner, offer in offers if planner is not None}
 
 
 def _described(there: Reached, name: str) -> PlannerDescription:
-    return there.client.call(f"planners/{name}/describe", PlannerQuery(), PlannerDescription)
+    return there.client.call(planner_service(name, DESCRIBE), PlannerQuery(), PlannerDescription)
 
 
 def _knobs(schema: dict[str, PlainValue]) -> str:

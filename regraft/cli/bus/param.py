@@ -15,7 +15,14 @@ from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.options import (
+    ComponentArgument,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    RobotOption,
+    SystemOption,
+)
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.cli.terminal.values import assignment, value_of
 
@@ -26,12 +33,14 @@ param = typer.Typer(help="Get, set and list parameters.", no_args_is_help=True, 
 def list_parameters(
     ctx: typer.Context,
     component: Annotated[str | None, typer.Argument(metavar="[COMPONENT]", help="Only this component's.")] = None,
+    robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """List parameters with their values now, ranges and meaning."""
     with reached(ctx, system) as there:
-        specs = [there.known.component(component)] if component else list(there.known.components.values())
+        known = there.known.of_robot(robot)
+        specs = [known.component(component)] if component else list(known.components.values())
         rows = [row for spec in specs for row in _parameters(there, spec)]
     if as_json:
         show_json({"parameters": rows})

@@ -11,7 +11,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.bus import message_types
 from regraft.cli.outcomes import INTERRUPTED
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.terminal.options import JsonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, TimeoutOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import document
 from regraft.cli.topology import Offer
@@ -30,17 +30,21 @@ BodyArgument = Annotated[str, typer.Argument(metavar="[BODY]", help="The fields 
 
 
 @service.command("list")
-def list_services(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def list_services(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """List services with their types and who offers them."""
     with reached(ctx, system) as there:
-        _list(list(there.known.offers("service").values()), "services", json=as_json)
+        _list(list(there.known.of_robot(robot).offers("service").values()), "services", json=as_json)
 
 
 @action.command("list")
-def list_actions(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def list_actions(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """List actions with their types and who offers them."""
     with reached(ctx, system) as there:
-        _list(list(there.known.offers("action").values()), "actions", json=as_json)
+        _list(list(there.known.of_robot(robot).offers("action").values()), "actions", json=as_json)
 
 
 def _list(offers: list[Offer], kind: str, *, json: bool) -> None:

@@ -17,7 +17,7 @@ from regraft.cli.bus.rates import Rates
 from regraft.cli.outcomes import BadInput, Failed
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.terminal.numbers import seconds, whole
-from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import document
 from regraft.cli.topology import TopicUse, topology
@@ -41,10 +41,12 @@ ForOption = Annotated[
 
 
 @topic.command("list")
-def list_topics(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def list_topics(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """List topics with their types, who writes and who reads them."""
     with reached(ctx, system) as there:
-        uses = list(there.known.uses().values())
+        uses = list(there.known.of_robot(robot).uses().values())
     if as_json:
         show_json({"topics": [use.plain() for use in uses]})
         return

@@ -1,8 +1,10 @@
-"""How a run ends: its summary, asked of whoever offers one, in one line or one JSON object."""
+"""How a run ends: its summary, asked of all that offer one, in one line or one JSON object."""
 
 from __future__ import annotations
 
+import hashlib
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,36 +17,43 @@ from regraft.component.errors import CallFailed
 from regraft.system.launch import Running
 
 SERVICE = "run_summary"
+SUMMARIES = "summaries"
+"""The field with what each of several recorders says."""
 SUMMARY_TIMEOUT = 10.0
 DIGITS_SHOWN = 12
 
 
 class SummaryAsked:
-    """A question for the run's summary, on its way; whoever asked continues, and looks now and then."""
+    """A question for the run's summaries, on its way; whoever asked continues, and looks now and then.
 
-    def __init__(self, running: Running, service: str) -> None:
-        self.summary: RunSummary | None = None
+    ``summaries`` has what is told so far, by the component that tells it.
+    """
+
+    def __init__(self, running: Running, services: Mapping[str, str]) -> None:
+        self.summaries: dict[str, RunSummary] = {}
         self.problem = ""
-        self._thread = threading.Thread(target=self._ask, args=(running, service), daemon=True)
+        self._thread = threading.Thread(target=self._ask, args=(running, services), daemon=True)
         self._thread.start()
 
     @property
     def done(self) -> bool:
-        """Whether there is a summary, or a problem."""
+        """Whether all summaries are there, or a problem."""
         return not self._thread.is_alive()
 
-    def _ask(self, running: Running, service: str) -> None:
+    def _ask(self, running: Running, services: Mapping[str, str]) -> None:
         try:
             with Client(running.bus, running.info.system) as client:
-                self.summary = client.call(service, RunSummaryRequest(), RunSummary, SUMMARY_TIMEOUT)
+                for component, service in services.items():
+                    found = client.call(service, RunSummaryRequest(), RunSummary, SUMMARY_TIMEOUT)
+                    self.summaries[component] = found
         except (CallFailed, ClientError, BusError) as error:
             self.problem = str(error)
 
 
-def summary_service(architecture: Architecture) -> str | None:
-    """Return the name under which a run's summary is offered, None if nobody does."""
-    offered = (spec.services.get(SERVICE) for spec in architecture.components.values())
-    return next((name for name in offered if name), None)
+def summary_services(architecture: Architecture) -> dict[str, str]:
+    """Return the names under which summaries of the run are offered, by component."""
+    offered = ((name, spec.services.get(SERVICE)) for name, spec in sorted(architecture.components.items()))
+    return {name: service for name, service in offered if service}
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +111,8 @@ class Closing:
             parts.append(f"dropped from simulated time: {', '.join(self.dropped)}")
         if self.restarts:
             parts.append(f"{self.restarts} restart{'' if self.restarts == 1 else 's'}")
-        parts += [f"{name} {_shown(value)}" for name, value in self.summary.items() if name != "stamp" and value]
+        shown = ((name, value) for name, value in self.summary.items() if name not in ("stamp", SUMMARIES))
+        parts += [f"{name} {_shown(value)}" for name, value in shown if value]
         return ", ".join((*parts, *self.problems))
 
 
@@ -114,6 +124,28 @@ def _shown(value: Any) -> str:
     return value[:DIGITS_SHOWN] if isinstance(value, str) else str(value)
 
 
-def plain_summary(summary: RunSummary | None) -> dict[str, Any]:
-    """Return a run's summary as plain data, empty without one."""
-    return codec.to_plain(summary) if summary else {}
+def plain_summary(summaries: Mapping[str, RunSummary]) -> dict[str, Any]:
+    """Return a run's summary as plain data, empty without one.
+
+    Several, by the components that told them, are summed up; what each says is in ``summaries``. Counted things have
+    the names of their robots then: ``left/middle_box``.
+    """
+    plain: dict[str, dict[str, Any]] = {name: codec.to_plain(summary) for name, summary in summaries.items()}
+    if len(plain) < 2:
+        return next(iter(plain.values()), {})
+    digest = hashlib.sha256()
+    for name, each in plain.items():
+        digest.update(name.encode() + bytes.fromhex(each["digest"]))
+    together = {field: max(each[field] for each in plain.values()) for field in ("stamp", "ticks")}
+    together |= {field: sum(each[field] for each in plain.values()) for field in ("contacts", "distance")}
+    counts = {field: _by_robot(plain, field) for field in ("visits", "pictures", "hits", "adaptations")}
+    return {"digest": digest.hexdigest(), **together, **counts, SUMMARIES: plain}
+
+
+def _by_robot(plain: Mapping[str, dict[str, Any]], field: str) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for component, each in plain.items():
+        robot = component.rpartition(".")[0]
+        prefix = f"{robot}/" if robot else ""
+        found |= {prefix + name.removeprefix(prefix): count for name, count in each[field].items()}
+    return found

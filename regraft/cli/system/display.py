@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -126,15 +126,17 @@ def event_line(event: Event, clock: ClockTime | None) -> str:
 
 
 def status_line(
-    clock: ClockTime | None, mission: MissionStatus | None, battery: BatteryState | None, up_for: float
+    clock: ClockTime | None, missions: Mapping[str, MissionStatus], batteries: Mapping[str, BatteryState], up_for: float
 ) -> str:
-    """Return the live line: time, speed, what the mission does, the battery."""
+    """Return the live line: time, speed, what the mission does, the battery; of several robots each by its name."""
     parts = [f"{clock.time / 1e9:.1f} s simulated, {clock.speed:.1f} x" if clock else f"{up_for:.0f} s"]
     if clock and clock.waiting_for:
         parts.append(f"waiting for {', '.join(clock.waiting_for)}")
-    if mission:
+    for robot, mission in missions.items():
         node = mission.running[-1].rsplit("/", 1)[-1].partition("::")[0] if mission.running else ""
-        parts.append(f"mission {mission.state.value}{': ' if node else ''}{node[:MISSION_MARKS]}")
-    if battery:
-        parts.append(f"battery {battery.charge:.0%}")
+        label = f"{robot} " if len(missions) > 1 else ""
+        parts.append(f"{label}mission {mission.state.value}{': ' if node else ''}{node[:MISSION_MARKS]}")
+    for robot, battery in batteries.items():
+        label = f"{robot} " if len(batteries) > 1 else ""
+        parts.append(f"{label}battery {battery.charge:.0%}")
     return "  |  ".join(parts)

@@ -14,12 +14,13 @@ from regraft.bus.interface import BusError
 from regraft.bus_schema.keys import component_name, system_name
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.robot_view import ALL
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput, Unreachable
 from regraft.cli.running_system import reached
 from regraft.cli.system.display import event_line
 from regraft.cli.terminal.numbers import seconds, whole
-from regraft.cli.terminal.options import ComponentArgument, JsonOption, SystemOption, chosen_system
+from regraft.cli.terminal.options import ComponentArgument, JsonOption, RobotOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import pass_on, say, show_json
 
 LOOK_INTERVAL = 0.1
@@ -131,6 +132,7 @@ def events(
     duration: Annotated[
         float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after this time.")
     ] = None,
+    robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -139,13 +141,14 @@ def events(
     end = None if duration is None else time.monotonic() + duration
     shown = 0
     with reached(ctx, system) as there:
+        view = there.known.of_robot(robot).view if robot else ALL
         there.client.events(waiting.put)
         while (count is None or shown < count) and (end is None or time.monotonic() < end):
             try:
                 event = waiting.get(timeout=LOOK_INTERVAL)
             except queue.Empty:
                 continue
-            if not event.kind.startswith(kind):
+            if not (event.kind.startswith(kind) and view.has_component(event.subject)):
                 continue
             shown += 1
             if as_json:

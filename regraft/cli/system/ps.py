@@ -11,9 +11,10 @@ import typer
 
 from regraft import run_directory
 from regraft.bus.interface import BusError
+from regraft.bus_schema.model.robot_view import ALL
 from regraft.cli.outcomes import BadInput, Failed, Unreachable
 from regraft.cli.running_system import joined, plain_info
-from regraft.cli.terminal.options import JsonOption, SystemOption, chosen_system
+from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, chosen_system
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.client import ComponentSeen
 from regraft.run_directory import RunInfo
@@ -25,11 +26,11 @@ SILENT_TIMEOUT = 1.0
 """Seconds without a status after which it is shown how long ago the last one was."""
 
 
-def ps(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def ps(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """List the running systems and their components: state, process, restarts, errors."""
     name = chosen_system(ctx, system)
-    infos = [run_directory.find(name)] if name is not None else run_directory.running()
-    found = [{**plain_info(info), **_components(info)} for info in infos]
+    infos = [run_directory.find(name)] if name is not None or robot else run_directory.running()
+    found = [{**plain_info(info), **_components(info, robot)} for info in infos]
     if as_json:
         show_json({"systems": found})
     elif not found:
@@ -42,13 +43,14 @@ def ps(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = Fa
         raise Unreachable(f"{', '.join(unreachable)} cannot be reached, though its process has not ended")
 
 
-def _components(info: RunInfo) -> dict[str, Any]:
+def _components(info: RunInfo, robot: str) -> dict[str, Any]:
     try:
         with joined(info) as there:
             seen = there.client.components()
+            view = there.known.of_robot(robot).view if robot else ALL
             return {
                 "problem": None,
-                "components": [plain_component(component) for component in seen.values()],
+                "components": [plain_component(each) for name, each in seen.items() if view.has_component(name)],
             }
     except BusError as error:
         return {"problem": str(error), "components": []}

@@ -20,6 +20,7 @@ import typer
 from regraft import run_directory
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import component_name, system_name, topic_name
+from regraft.bus_schema.model.scopes import scope_of
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import joined
@@ -152,8 +153,10 @@ def _run_joined(own: Assignment, info: RunInfo, ending: ShutdownRequest, as_json
     with ending.interrupting(), joined(info) as there:
         if own.name in there.client.components(wait=0.0):
             raise BadInput(f"{info.system} has a component {own.name!r} already: choose another --name")
+        scope = scope_of(own.name, there.known.topics) if "." in own.name else ""
     threading.Thread(target=_end_after, args=(info.pid,), daemon=True).start()
-    joining = replace(own, simulated=info.simulated, connect_endpoints=(info.endpoint,), secret=info.secret)
+    endpoints = (info.endpoint,)
+    joining = replace(own, simulated=info.simulated, connect_endpoints=endpoints, secret=info.secret, scope=scope)
     text = f"{own.name} joins system {info.system}; Ctrl-C ends it"
     return run_component(joining, ending, lambda: _announce(own, text, as_json))
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from regraft import run_directory
 from regraft.bus_schema.messages.protocol.clock import ClockTime
-from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, summary_service
+from regraft.cli.system.closing import Closing, SummaryAsked, plain_summary, summary_services
 from regraft.cli.system.display import Display, event_line, status_line
 from regraft.cli.system.watch import Watch
 from regraft.cli.terminal.output import seconds
@@ -134,7 +134,7 @@ class Run:
 
     def _show_status(self, watch: Watch, now: float) -> None:
         if self._up_at is not None:
-            text = status_line(watch.clock(), watch.mission(), watch.battery(), now - self._up_at)
+            text = status_line(watch.clock(), watch.missions(), watch.batteries(), now - self._up_at)
             self._display.status(text)
 
     # --- ending ---
@@ -147,11 +147,11 @@ class Run:
                 running.ending.want()
             return
         if self._is_over(watch, running, now):
-            service = summary_service(running.host.plan.architecture)
-            if service is None:
-                running.ending.want()
+            services = summary_services(running.host.plan.architecture)
+            if services:
+                self._asked = SummaryAsked(running, services)
             else:
-                self._asked = SummaryAsked(running, service)
+                running.ending.want()
 
     def _is_over(self, watch: Watch, running: Running, now: float) -> bool:
         if running.info.simulated:
@@ -168,7 +168,7 @@ class Run:
 
     def _close(self, watch: Watch, running: Running) -> Closing:
         clock = watch.clock() if running.info.simulated else None
-        summary = plain_summary(self._asked.summary if self._asked else None)
+        summary = plain_summary(self._asked.summaries if self._asked else {})
         return Closing(
             running.info.system,
             clock.time / 1e9 if clock else None,

@@ -103,14 +103,16 @@ class Watch:
         self._bus.subscribe(keys.status("*"), self._inbox.put)
         self._bus.subscribe(keys.event, self._inbox.put)
         self._clock = Newest(self._bus, keys.clock("time"))
-        self._mission = self._newest(keys, MissionStatus)
-        self._battery = self._newest(keys, BatteryState)
+        self._missions = self._newest(keys, MissionStatus)
+        self._batteries = self._newest(keys, BatteryState)
         self._time: ClockTime | None = None
 
-    def _newest(self, keys: Keys, cls: type) -> Newest | None:
+    def _newest(self, keys: Keys, cls: type) -> dict[str, Newest]:
+        """Listen to all topics of a type, by the robots that they are of."""
         topics = self._running.host.plan.architecture.topics.values()
-        topic = next((topic.name for topic in topics if topic.type == type_of(cls).name), None)
-        return Newest(self._bus, keys.topic(topic)) if topic else None
+        names = [topic.name for topic in topics if topic.type == type_of(cls).name]
+        first = {name.rpartition("/")[0]: name for name in reversed(names)}
+        return {robot: Newest(self._bus, keys.topic(name)) for robot, name in sorted(first.items())}
 
     def take(self) -> list[Event]:
         """Take what has come; returns the events among it."""
@@ -140,13 +142,13 @@ class Watch:
         self._time = self._clock.look(ClockTime) or self._time
         return self._time
 
-    def mission(self) -> MissionStatus | None:
-        """Return the mission as last told."""
-        return self._mission.look(MissionStatus) if self._mission else None
+    def missions(self) -> dict[str, MissionStatus]:
+        """Return the missions as last told, by robot."""
+        return _looked_at(self._missions, MissionStatus)
 
-    def battery(self) -> BatteryState | None:
-        """Return the battery as last told."""
-        return self._battery.look(BatteryState) if self._battery else None
+    def batteries(self) -> dict[str, BatteryState]:
+        """Return the batteries as last told, by robot."""
+        return _looked_at(self._batteries, BatteryState)
 
     def processes(self) -> tuple[ProcessStatus, ...]:
         """Return the processes that the hosts have."""
@@ -197,3 +199,8 @@ class Watch:
     def _told(self, name: str) -> Iterator[str]:
         values = (status.values.get(name) for status in self.statuses.values())
         return (value for value in values if isinstance(value, str))
+
+
+def _looked_at(newest: dict[str, Newest], cls: type[M]) -> dict[str, M]:
+    found = {robot: each.look(cls) for robot, each in newest.items()}
+    return {robot: message for robot, message in found.items() if message is not None}

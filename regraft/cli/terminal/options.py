@@ -15,6 +15,11 @@ SystemOption = Annotated[
 ]
 
 
+RobotOption = Annotated[
+    str, typer.Option("--robot", metavar="NAME", help="The robot that is meant, among several in the system.")
+]
+
+
 def _note_json(ctx: typer.Context, wanted: bool) -> bool:
     ctx.meta[JSON] = wanted
     return wanted

@@ -9,6 +9,7 @@ from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCo
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
 from regraft.client.errors import ControlRefused, NoSuchComponent
@@ -53,12 +54,16 @@ class Overview:
             tuple(_problems(seen, architecture)),
         )
 
-    def components(self) -> ComponentList:
-        """Return all components: those that should be, and those that are."""
+    def _view(self, robot: str) -> RobotView:
+        return view_of(robot, self._manager.last_architecture() or self._manager.architecture()) if robot else ALL
+
+    def components(self, robot: str = "") -> ComponentList:
+        """Return the components, all or a robot's: those that should be, and those that are; raises Problem."""
+        view = self._view(robot)
         architecture = self._manager.last_architecture()
         specs = architecture.components if architecture else {}
         seen = self._client.components(LISTEN_FOR)
-        names = sorted(seen.keys() | specs.keys())
+        names = sorted(filter(view.has_component, seen.keys() | specs.keys()))
         lines = tuple(_line(seen.get(name, ComponentSeen(name)), specs.get(name)) for name in names)
         return ComponentList(architecture.revision if architecture else None, lines)
 
@@ -103,12 +108,12 @@ class Overview:
     def _instead_of(self, name: str) -> str:
         return instead_of(name, set(self._client.components(0.0)) - {name})
 
-    def topics(self) -> TopicList:
-        """Return all topics; raises Problem while the adaptation manager is silent."""
+    def topics(self, robot: str = "") -> TopicList:
+        """Return the topics, all or a robot's; raises Problem, also while the adaptation manager is silent."""
         architecture = self._manager.last_architecture() or self._manager.architecture()
-        return TopicList(
-            architecture.revision, tuple(_topic(name, architecture) for name in sorted(architecture.topics))
-        )
+        view = view_of(robot, architecture)
+        names = [name for name in sorted(architecture.topics) if view.has_topic(name, _users(name, architecture))]
+        return TopicList(architecture.revision, tuple(_topic(name, architecture) for name in names))
 
     def hosts(self) -> HostList:
         """Return all hosts."""
@@ -144,6 +149,18 @@ def _topic(name: str, architecture: Architecture) -> TopicLine:
         tuple(".".join(end) for end in architecture.writers(name)),
         tuple(".".join(end) for end in architecture.readers(name)),
     )
+
+
+def _users(topic: str, architecture: Architecture) -> set[str]:
+    return {component for component, _ in (*architecture.writers(topic), *architecture.readers(topic))}
+
+
+def view_of(robot: str, architecture: Architecture) -> RobotView:
+    """Return what of an architecture belongs to a robot, all for an empty name; raises Problem for an unknown one."""
+    try:
+        return robot_view(robot, architecture.components, architecture.topics)
+    except NoSuchRobot as error:
+        raise not_found(str(error)) from None
 
 
 def _problems(seen: dict[str, ComponentSeen], architecture: Architecture | None) -> list[str]:

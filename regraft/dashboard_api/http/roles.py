@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from regraft.bus_schema.model.adaptation import Add, Move, Remove, SetParameters, Swap
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.offers import offered_services
+from regraft.bus_schema.model.planners import planner_of
 from regraft.dashboard_api.http.callers import Caller
 from regraft.security.tokens import Role
 
@@ -49,7 +50,6 @@ BY_BODY_TEXT: Final = (
 )
 
 STRUCTURE = (Add, Remove, Swap, Move)
-PROPOSE: Final = re.compile(r"planners/[^/]+/propose")
 MISSION_COMMAND: Final = "mission/command"
 MISSION_PARAMETERS: Final = frozenset({"mission", "main"})
 
@@ -84,9 +84,9 @@ def configures(spec: ComponentSpec, parameter: str) -> bool:
     """Tell whether a parameter is a planner's, names a file, or chooses the mission; true if that is not known."""
     if spec.description is None:
         return True
-    services = {spec.services.get(offered.name, offered.name) for offered in spec.description.services}
-    if any(PROPOSE.fullmatch(service) for service in services):
+    services = offered_services(spec)
+    if any(planner_of(service) is not None for service in services.values()):
         return True
-    if MISSION_COMMAND in services and parameter in MISSION_PARAMETERS:
+    if MISSION_COMMAND in (*services, *services.values()) and parameter in MISSION_PARAMETERS:
         return True
     return any(known.name == parameter and known.unit == "path" for known in spec.description.parameters)

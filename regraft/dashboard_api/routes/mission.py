@@ -18,7 +18,8 @@ from regraft.bus_schema.messages.mission import (
     MissionStatus,
     WriteBlackboard,
 )
-from regraft.dashboard_api.backend.manager import Services
+from regraft.bus_schema.model.executors import BLACKBOARD, COMMAND, STATUS, WRITE
+from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of
 from regraft.dashboard_api.http.problems import declared
@@ -38,6 +39,12 @@ TAKE_A_TREE = {
     Command.SWAP: "Have another tree take over from the running one at once; the root blackboard is carried over.",
 }
 Board = Annotated[str, Query(description="The path of a sub-tree; the root's board by default", max_length=1000)]
+Robot = Annotated[
+    str,
+    Query(
+        description="The robot whose mission is meant, or its executor; needed only if several have one", max_length=129
+    ),
+]
 MEANINGS = {
     Command.START: "Tick the loaded tree from now on.",
     Command.PAUSE: "Tick no more for now; running nodes stay as they are.",
@@ -46,42 +53,44 @@ MEANINGS = {
 }
 
 
-def routes(services: Services) -> APIRouter:
+def routes(missions: Missions) -> APIRouter:
     """Return the routes."""
     router = APIRouter(tags=["mission"], route_class=JsonRoute)
 
-    @router.get("/mission", response_description="The mission", responses=declared(409, 503))
-    def show_mission() -> Shown[MissionStatus]:
+    @router.get("/mission", response_description="The mission", responses=declared(404, 409, 422, 503))
+    def show_mission(robot: Robot = "") -> Shown[MissionStatus]:
         """The mission: tree, statuses of its nodes, blackboard."""
-        return services.ask("mission/status", MissionRequest(), MissionStatus)
+        return missions.ask(robot, STATUS, MissionRequest(), MissionStatus)
 
     @router.get("/mission/blackboard", response_description="The entries", responses=declared(404, 409, 422, 503))
     def read_blackboard(
-        key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "", board: Board = ""
+        key: Annotated[str, Query(description="One entry; all by default", max_length=200)] = "",
+        board: Board = "",
+        robot: Robot = "",
     ) -> Shown[BlackboardEntries]:
         """The entries of a blackboard: value, type, number of writes, age."""
-        return services.ask("mission/blackboard", BlackboardRequest(key, board), BlackboardEntries)
+        return missions.ask(robot, BLACKBOARD, BlackboardRequest(key, board), BlackboardEntries)
 
     @router.patch(
         "/mission/blackboard",
         response_description="The entries written",
         responses=declared(404, 409, 413, 415, 422, 503),
     )
-    def write_blackboard(body: EntriesBody, board: Board = "") -> Shown[BlackboardEntries]:
+    def write_blackboard(body: EntriesBody, board: Board = "", robot: Robot = "") -> Shown[BlackboardEntries]:
         """Write entries of a blackboard, all or none; a value must fit its entry's type, and null removes it."""
-        return services.ask("mission/write", WriteBlackboard(body, board), BlackboardEntries)
+        return missions.ask(robot, WRITE, WriteBlackboard(body, board), BlackboardEntries)
 
     for command, meaning in (TAKE_A_TREE | MEANINGS).items():
-        _add_command(router, services, command, meaning)
+        _add_command(router, missions, command, meaning)
     return router
 
 
-def _add_command(router: APIRouter, services: Services, command: Command, meaning: str) -> None:
-    def tell(body: NoBody) -> Shown[MissionStatus]:
-        return services.ask("mission/command", MissionCommand(command), MissionStatus)
+def _add_command(router: APIRouter, missions: Missions, command: Command, meaning: str) -> None:
+    def tell(body: NoBody, robot: Robot = "") -> Shown[MissionStatus]:
+        return missions.ask(robot, COMMAND, MissionCommand(command), MissionStatus)
 
-    def tell_with_tree(body: TreeBody) -> Shown[MissionStatus]:
-        return services.ask("mission/command", MissionCommand(command, **body), MissionStatus)
+    def tell_with_tree(body: TreeBody, robot: Robot = "") -> Shown[MissionStatus]:
+        return missions.ask(robot, COMMAND, MissionCommand(command, **body), MissionStatus)
 
     router.add_api_route(
         f"/mission/{command.value}",
@@ -90,5 +99,5 @@ def _add_command(router: APIRouter, services: Services, command: Command, meanin
         name=f"{command.value}_mission",
         description=meaning,
         response_description="The mission",
-        responses=declared(409, 413, 415, 422, 503),
+        responses=declared(404, 409, 413, 415, 422, 503),
     )

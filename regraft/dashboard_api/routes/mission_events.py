@@ -3,31 +3,31 @@
 import asyncio
 import threading
 from collections.abc import AsyncIterator, Iterator
-from typing import Annotated, Any, Final
+from contextlib import asynccontextmanager
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from regraft.bus.interface import Closable
-from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.mission import MissionTransitions
+from regraft.bus_schema.model.executors import MissionExecutor
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
-from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.missions import Missions
+from regraft.dashboard_api.http.problems import declared
 from regraft.dashboard_api.routes.events import LastEventId, declared_stream, stream
-
-TOPIC: Final = "mission/transitions"
-"""Where transitions are unless the stack says otherwise."""
+from regraft.dashboard_api.routes.mission import Robot
 
 
 class MissionFeed:
-    """Listens to the mission while somebody reads: while nobody does, the executor makes no transitions."""
+    """Listens to a mission while somebody reads: while nobody does, the executor makes no transitions."""
 
-    def __init__(self, services: Services, manager: Manager, buffer: EventBuffer) -> None:
+    def __init__(self, missions: Missions, executor: MissionExecutor, buffer: EventBuffer) -> None:
         """Keep what comes in ``buffer``."""
         self.buffer = buffer
-        self._client = services.client
-        self._manager = manager
+        self._client = missions.client
+        self._executor = executor
         self._lock = threading.Lock()
         self._readers = 0
         self._listening: list[Closable] = []
@@ -40,7 +40,7 @@ class MissionFeed:
                 return
             self.buffer.restart()
             self._listening = [
-                self._client.topic(self._topic(), MissionTransitions, self._take),
+                self._client.topic(self._executor.transitions, MissionTransitions, self._take),
                 self._client.events(self._take_event),
             ]
 
@@ -53,34 +53,56 @@ class MissionFeed:
                     listening.close()
                 self._listening = []
 
-    def _topic(self) -> str:
-        architecture = self._manager.last_architecture()
-        topics = architecture.topics.values() if architecture else ()
-        return next((topic.name for topic in topics if topic.type == type_of(MissionTransitions).name), TOPIC)
-
     def _take(self, sample: Any) -> None:
         self.buffer.add_message("transitions", sample.message)
 
     def _take_event(self, event: Event) -> None:
-        if event.kind.startswith("mission."):
+        if event.kind.startswith("mission.") and self._executor.component in ("", event.subject):
             self.buffer.add(event)
 
 
-def routes(feed: MissionFeed) -> APIRouter:
+class MissionFeeds:
+    """A feed for each executor that somebody has asked for."""
+
+    def __init__(self, missions: Missions, buffer: EventBuffer) -> None:
+        """Have the feeds closed with ``buffer``."""
+        self._missions = missions
+        self._buffer = buffer
+        self._lock = threading.Lock()
+        self._feeds: dict[tuple[str, str], MissionFeed] = {}
+
+    def of(self, robot: Robot = "") -> MissionFeed:
+        """Return the feed of a robot's mission, or of the only one; raises Problem."""
+        executor = self._missions.executor(robot)
+        known_by = executor.component, executor.transitions
+        with self._lock:
+            if known_by not in self._feeds:
+                self._feeds[known_by] = MissionFeed(self._missions, executor, self._buffer.beside())
+            return self._feeds[known_by]
+
+
+def routes(feeds: MissionFeeds) -> APIRouter:
     """Return the route."""
     router = APIRouter(tags=["mission"])
 
-    def follow(woken: Annotated[asyncio.Event, Depends(feed.buffer.reading)]) -> Iterator[asyncio.Event]:
+    async def reading(feed: Annotated[MissionFeed, Depends(feeds.of)]) -> AsyncIterator[asyncio.Event]:
+        async with asynccontextmanager(feed.buffer.reading)() as woken:
+            yield woken
+
+    def follow(
+        feed: Annotated[MissionFeed, Depends(feeds.of)], _: Annotated[asyncio.Event, Depends(reading)]
+    ) -> Iterator[EventBuffer]:
         feed.enter()
         try:
-            yield woken
+            yield feed.buffer
         finally:
             feed.leave()
 
     @router.get(
         "/mission/events",
         response_class=EventSourceResponse,
-        responses=declared_stream(
+        responses=declared(404)
+        | declared_stream(
             "`transitions` holds the changes of one tick; any other event is as in `/events`, its kind begins with "
             "`mission.`. An event `gap` tells how many were missed (null: unknown): read `/mission` again, as after a "
             "`structure` that is another than before.",
@@ -89,10 +111,12 @@ def routes(feed: MissionFeed) -> APIRouter:
         ),
     )
     async def stream_mission(
-        woken: Annotated[asyncio.Event, Depends(follow)], last_event_id: LastEventId = ""
+        buffer: Annotated[EventBuffer, Depends(follow)],
+        woken: Annotated[asyncio.Event, Depends(reading)],
+        last_event_id: LastEventId = "",
     ) -> AsyncIterator[ServerSentEvent]:
         """The mission as it goes: changes of statuses by tick, and loading, starting, swapping, writing, ending."""
-        async for event in stream(feed.buffer, woken, last_event_id):
+        async for event in stream(buffer, woken, last_event_id):
             yield event
 
     return router

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +11,11 @@ from fastapi import APIRouter, Path, Request
 
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.offers import offered_services
+from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
+from regraft.dashboard_api.backend.overview import view_of
 from regraft.dashboard_api.http.adaptation_headers import ActorHeader, actor
 from regraft.dashboard_api.http.body import JsonRoute, built
 from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
@@ -26,8 +28,8 @@ from regraft.dashboard_api.http.problems import (
     unavailable,
 )
 from regraft.dashboard_api.routes.bodies import example
+from regraft.dashboard_api.routes.status import OfRobot
 
-PROPOSE: Final = re.compile(r"planners/([^/]+)/propose")
 DESCRIBE_TIMEOUT: Final = 1.0
 """Seconds that the list of planners waits for each of them."""
 MAX_WAITING: Final = 16
@@ -72,10 +74,10 @@ def routes(services: Services, manager: Manager) -> APIRouter:
     router = APIRouter(tags=["planners"], route_class=JsonRoute)
     waiting = threading.BoundedSemaphore(MAX_WAITING)
 
-    @router.get("/planners", response_description="All planners", responses=declared(503))
-    def list_planners() -> Shown[PlannerList]:
-        """The planners: their strategies, and the JSON Schemas of knobs and inputs."""
-        found = _planners(manager)
+    @router.get("/planners", response_description="The planners", responses=declared(404, 422, 503))
+    def list_planners(robot: OfRobot = "") -> Shown[PlannerList]:
+        """The planners, all or a robot's: their strategies, and the JSON Schemas of knobs and inputs."""
+        found = _planners(manager, robot)
         return PlannerList(tuple(_line(services, name, found[name]) for name in sorted(found)))
 
     @router.post(
@@ -104,7 +106,7 @@ def routes(services: Services, manager: Manager) -> APIRouter:
 
 def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal:
     try:
-        return services.ask(f"planners/{name}/propose", asked, Proposal, services.adaptation_within)
+        return services.ask(planner_service(name, PROPOSE), asked, Proposal, services.adaptation_within)
     except Problem as problem:
         if problem.kind is NO_ANSWER and asked.apply:
             more = "; what was asked for may still happen: see GET /adaptations"
@@ -112,24 +114,21 @@ def _proposed(services: Services, name: str, asked: ProposalRequest) -> Proposal
         raise
 
 
-def _planners(manager: Manager) -> Mapping[str, str]:
+def _planners(manager: Manager, robot: str = "") -> Mapping[str, str]:
     """Return the components that are planners, by the names of the planners; raises Problem."""
     architecture = manager.last_architecture() or manager.architecture()
-    return {
-        name: component for component in sorted(architecture.components) for name in _offered(architecture, component)
-    }
+    components = filter(view_of(robot, architecture).has_component, sorted(architecture.components))
+    return {name: component for component in components for name in _offered(architecture, component)}
 
 
 def _offered(architecture: Architecture, component: str) -> list[str]:
-    spec = architecture.components[component]
-    own = [offered.name for offered in spec.description.services] if spec.description else []
-    named = (PROPOSE.fullmatch(spec.services.get(name, name)) for name in own)
-    return [match[1] for match in named if match]
+    offered = offered_services(architecture.components[component]).values()
+    return [planner for planner in map(planner_of, offered) if planner is not None]
 
 
 def _line(services: Services, name: str, component: str) -> PlannerLine:
     try:
-        service = f"planners/{name}/describe"
+        service = planner_service(name, DESCRIBE)
         return PlannerLine(name, component, services.ask(service, PlannerQuery(), PlannerDescription, DESCRIBE_TIMEOUT))
     except Problem as error:
         return PlannerLine(name, component, None, error.detail)

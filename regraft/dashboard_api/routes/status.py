@@ -36,6 +36,7 @@ def _never_null(schema: dict[str, Any]) -> None:
 
 RevisionOrNone = Annotated[int | None, Query(ge=0, lt=TOO_LARGE, examples=[12], json_schema_extra=_never_null)]
 """A revision that may be left out: null cannot be sent in a query."""
+OfRobot = Annotated[str, Query(description="Only what belongs to this robot among several", max_length=64)]
 NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "The caller has this revision already"}}
 
 
@@ -53,10 +54,10 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
         """The system in one answer: components by state, hosts, clock, problems."""
         return overview.system()
 
-    @router.get("/components", response_description="All components")
-    def list_components() -> Shown[ComponentList]:
-        """All components: as they should be, and as they are."""
-        return overview.components()
+    @router.get("/components", response_description="The components", responses=declared(404, 422, 503))
+    def list_components(robot: OfRobot = "") -> Shown[ComponentList]:
+        """The components, all or a robot's: as they should be, and as they are."""
+        return overview.components(robot)
 
     @router.get("/components/{name}", response_description="The component", responses=declared(404, 422))
     def show_component(name: ComponentName) -> Shown[ComponentDetails]:
@@ -82,10 +83,10 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
         """The last lines of a component's log, oldest first."""
         return LogLines(name, overview.logs(name, lines))
 
-    @router.get("/topics", response_description="All topics", responses=declared(503))
-    def list_topics() -> Shown[TopicList]:
-        """All topics: type, rate, reliability, who writes and who reads."""
-        return overview.topics()
+    @router.get("/topics", response_description="The topics", responses=declared(404, 422, 503))
+    def list_topics(robot: OfRobot = "") -> Shown[TopicList]:
+        """The topics, all or those of a robot: type, rate, reliability, who writes and who reads."""
+        return overview.topics(robot)
 
     @router.get("/hosts", response_description="All hosts")
     def list_hosts() -> Shown[HostList]:

@@ -28,7 +28,8 @@ class Assignment:
     topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
-    ``handler_timeout`` takes the place of what its class states.
+    ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names
+    the component's names are (`regraft.bus_schema.model.scopes`); empty for none.
     """
 
     system: str
@@ -55,3 +56,4 @@ class Assignment:
     secret: str = field(default="", repr=False)
     lease: str = ""
     handler_timeout: Seconds | None = None
+    scope: str = ""

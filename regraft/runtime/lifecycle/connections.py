@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus.interface import Closable
+from regraft.bus_schema.model.scopes import in_scope
 from regraft.runtime.data.hold_buffer import HoldBuffer
 from regraft.runtime.data.inputs import TopicReader
 from regraft.runtime.parts import Parts
@@ -23,14 +24,18 @@ class Connections:
             return
         self._connected = True
         parts = self._parts
-        topics = parts.assignment.connections
         for name, port in parts.inputs.items():
-            key = parts.keys.topic(topics.get(name, port.declared.topic or name))
+            key = self._key(name, port.declared.topic)
             port.connect(key, reliable=parts.is_reliable(key))
             self.also_read(name, key)
         for name, output in parts.outputs.items():
-            key = parts.keys.topic(topics.get(name, output.declared.topic or name))
+            key = self._key(name, output.declared.topic)
             output.connect(key, reliable=parts.is_reliable(key))
+
+    def _key(self, port: str, topic: str | None) -> str:
+        assignment = self._parts.assignment
+        usual = in_scope(assignment.scope, topic or port)
+        return self._parts.keys.topic(assignment.connections.get(port, usual))
 
     def also_read(self, name: str, key: str) -> None:
         """Subscribe an input's second key, next to the one it has."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Coroutine
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from regraft.bus.interface import Answer, Bus
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.scopes import component_in_scope
 from regraft.component.future import Future
 from regraft.component.goal import Goal
 from regraft.component.kit import ExclusiveSlot, Kit, Task
@@ -33,6 +35,10 @@ class RuntimeKit(Kit):
     @property
     def system(self) -> str:
         return self._parts.assignment.system
+
+    @property
+    def scope(self) -> str:
+        return self._parts.assignment.scope
 
     @property
     def seed(self) -> int:
@@ -117,7 +123,10 @@ class RuntimeKit(Kit):
         self._parts.reporter.diagnose(subject, level, text, **values)
 
     def report_quality(self, quality: Quality) -> None:
-        self._parts.presence.report_quality(quality)
+        scope = self._parts.assignment.scope
+        self._parts.presence.report_quality(
+            replace(quality, requirement=component_in_scope(scope, quality.requirement))
+        )
 
     def set_status_text(self, detail: str, **values: Any) -> None:
         status = self._parts.reporter.status

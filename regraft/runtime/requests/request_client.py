@@ -11,6 +11,7 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import Request, Verb
+from regraft.bus_schema.model.scopes import in_scope
 from regraft.component.errors import CallFailed
 from regraft.component.future import Future
 from regraft.component.goal import Goal
@@ -31,10 +32,13 @@ class RequestClient(RequestProtocol):
     reliable = True
     paused = False
 
-    def __init__(self, keys: Keys, client: str, writers: Writers, timers: Timers, reporter: Reporter) -> None:
-        """Ask under the name ``client``, unique in the system."""
+    def __init__(
+        self, keys: Keys, client: str, writers: Writers, timers: Timers, reporter: Reporter, scope: str = ""
+    ) -> None:
+        """Ask under the name ``client``, unique in the system; names of services are those of ``scope``."""
         super().__init__(client)
         self._keys = keys
+        self._scope = scope
         self._writers = writers
         self._clock = writers.clock
         self._timers = timers
@@ -47,6 +51,7 @@ class RequestClient(RequestProtocol):
     def call(self, service: str, request: object, reply: type[A], timeout: float) -> Future[A]:
         """Ask a service; returns the future of its reply, which is CallFailed after ``timeout`` seconds."""
         now = self._clock.now()
+        service = in_scope(self._scope, service)
         pending = self.begin(Verb.CALL, service, codec.to_plain(request), timeout, now, reader(reply))
         self._watch(pending, now + round(timeout * 1e9))
         return pending.outcome
@@ -71,6 +76,7 @@ class RequestClient(RequestProtocol):
 
         now, plain, read = self._clock.now(), codec.to_plain(goal), reader(result)
         read_feedback = reader(feedback) if feedback is not None else None
+        service = in_scope(self._scope, service)
         pending = self.begin(
             Verb.GOAL, service, plain, accept_within, now, read, read_feedback, heard, outlives=outlives
         )

@@ -20,15 +20,25 @@ from regraft.bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.executors import (
+    BLACKBOARD,
+    COMMAND,
+    STATUS,
+    WRITE,
+    MissionExecutor,
+    NoSuchExecutor,
+    WhichExecutor,
+    executor_of,
+    executors,
+)
 from regraft.cli.bus.param import values_of
 from regraft.cli.outcomes import BAD_INPUT, BadInput, Unreachable
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.terminal.options import JsonOption, SystemOption
+from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, seconds, show_json, show_table
 
 mission = typer.Typer(help="See, command and check missions.", no_args_is_help=True, rich_markup_mode=None)
 
-STATUS, COMMAND, BLACKBOARD, WRITE = "mission/status", "mission/command", "mission/blackboard", "mission/write"
 MARKS = {"idle": " ", "running": ">", "success": "+", "failure": "!", "skipped": "-"}
 MAX_TREE_SIZE = 1_000_000
 
@@ -40,11 +50,11 @@ BoardOption = Annotated[
 
 
 @mission.command("show")
-def show(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def show(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Show the behaviour tree with the status of every node, and the blackboard."""
     with reached(ctx, system) as there:
-        _require_executor(there)
-        found = there.client.call(STATUS, MissionRequest(), MissionStatus)
+        executor = _executor(there, robot)
+        found = there.client.call(executor.service(STATUS), MissionRequest(), MissionStatus)
     if as_json:
         show_json(found)
         return
@@ -58,49 +68,65 @@ def show(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = 
 
 
 @mission.command("status", hidden=True)
-def status(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def status(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """Show the same as `show`."""
-    show(ctx, system, as_json)
+    show(ctx, robot, system, as_json)
 
 
 @mission.command("load")
 def load(
-    ctx: typer.Context, file: TreeFile, main: MainOption = "", system: SystemOption = None, as_json: JsonOption = False
+    ctx: typer.Context,
+    file: TreeFile,
+    main: MainOption = "",
+    robot: RobotOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Load a tree in place of the present one."""
-    _give_tree(ctx, system, MissionCommand(Command.LOAD, _text(file), main), file, as_json)
+    _give_tree(ctx, robot, system, MissionCommand(Command.LOAD, _text(file), main), file, as_json)
 
 
 @mission.command("start")
-def start(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def start(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """Start the loaded tree, or continue after a pause."""
-    _command(ctx, system, MissionCommand(Command.START), as_json)
+    _command(ctx, robot, system, MissionCommand(Command.START), as_json)
 
 
 @mission.command("pause")
-def pause(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def pause(
+    ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False
+) -> None:
     """Tick the tree no more until it is started again."""
-    _command(ctx, system, MissionCommand(Command.PAUSE), as_json)
+    _command(ctx, robot, system, MissionCommand(Command.PAUSE), as_json)
 
 
 @mission.command("step")
-def step(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def step(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Tick the paused tree once."""
-    _command(ctx, system, MissionCommand(Command.STEP), as_json)
+    _command(ctx, robot, system, MissionCommand(Command.STEP), as_json)
 
 
 @mission.command("halt")
-def halt(ctx: typer.Context, system: SystemOption = None, as_json: JsonOption = False) -> None:
+def halt(ctx: typer.Context, robot: RobotOption = "", system: SystemOption = None, as_json: JsonOption = False) -> None:
     """Halt the tree; its goals are cancelled."""
-    _command(ctx, system, MissionCommand(Command.HALT), as_json)
+    _command(ctx, robot, system, MissionCommand(Command.HALT), as_json)
 
 
 @mission.command("swap")
 def swap(
-    ctx: typer.Context, file: TreeFile, main: MainOption = "", system: SystemOption = None, as_json: JsonOption = False
+    ctx: typer.Context,
+    file: TreeFile,
+    main: MainOption = "",
+    robot: RobotOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Have another tree take over from the running one at once; the root blackboard is carried over."""
-    _give_tree(ctx, system, MissionCommand(Command.SWAP, _text(file), main), file, as_json)
+    _give_tree(ctx, robot, system, MissionCommand(Command.SWAP, _text(file), main), file, as_json)
 
 
 @mission.command("get")
@@ -108,13 +134,14 @@ def get(
     ctx: typer.Context,
     key: Annotated[str, typer.Argument(metavar="[KEY]", help="One entry; all by default.")] = "",
     board: BoardOption = "",
+    robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the entries of the blackboard: value, type, number of writes, age."""
     with reached(ctx, system) as there:
-        _require_executor(there)
-        found = there.client.call(BLACKBOARD, BlackboardRequest(key, board), BlackboardEntries)
+        executor = _executor(there, robot)
+        found = there.client.call(executor.service(BLACKBOARD), BlackboardRequest(key, board), BlackboardEntries)
     if as_json:
         show_json(found)
         return
@@ -128,14 +155,15 @@ def set_entries(
     ctx: typer.Context,
     settings: Annotated[list[str], typer.Argument(metavar="KEY VALUE | KEY=VALUE...")],
     board: BoardOption = "",
+    robot: RobotOption = "",
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Write one entry of the blackboard, or several at once, all or none; null removes one."""
     values = values_of(settings)
     with reached(ctx, system) as there:
-        _require_executor(there)
-        written = there.client.call(WRITE, WriteBlackboard(values, board), BlackboardEntries)
+        executor = _executor(there, robot)
+        written = there.client.call(executor.service(WRITE), WriteBlackboard(values, board), BlackboardEntries)
     if as_json:
         show_json(written)
         return
@@ -199,28 +227,37 @@ def _text(file: Path) -> str:
     return text
 
 
-def _command(ctx: typer.Context, system: str | None, command: MissionCommand, as_json: bool) -> None:
+def _command(ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, as_json: bool) -> None:
     with reached(ctx, system) as there:
-        _require_executor(there)
-        found = there.client.call(COMMAND, command, MissionStatus)
+        executor = _executor(there, robot)
+        found = there.client.call(executor.service(COMMAND), command, MissionStatus)
     if as_json:
         show_json(found)
     else:
         say(headline(found))
 
 
-def _give_tree(ctx: typer.Context, system: str | None, command: MissionCommand, file: Path, as_json: bool) -> None:
+def _give_tree(
+    ctx: typer.Context, robot: str, system: str | None, command: MissionCommand, file: Path, as_json: bool
+) -> None:
     """Give a command with a tree; the executor knows its text only, so the file is named here."""
     try:
-        _command(ctx, system, command, as_json)
+        _command(ctx, robot, system, command, as_json)
     except CallFailed as error:
         problem = error.problem.replace("<text>:", f"{file}:")
         raise CallFailed(error.service, error.answer, problem, code=error.code) from None
 
 
-def _require_executor(there: Reached) -> None:
-    if STATUS not in there.known.offers("service"):
+def _executor(there: Reached, robot: str) -> MissionExecutor:
+    try:
+        found = executor_of(executors(there.known.components, there.known.topics), robot)
+    except NoSuchExecutor as error:
+        raise BadInput(str(error)) from None
+    except WhichExecutor as error:
+        raise BadInput(f"{error} with --robot") from None
+    if found is None:
         raise Unreachable(f"this system has no mission executor: nobody offers the service {STATUS}")
+    return found
 
 
 def _show_entries(found: BlackboardEntries) -> None:

@@ -16,6 +16,7 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.perception import Detect, Detection, Detections, Sightings
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
+from regraft.bus_schema.model.scopes import in_scope
 from regraft.services import robot_parameters
 from regraft.services.detector.confidence import Calibration
 from regraft.services.detector.finder import Finder, Found
@@ -147,9 +148,12 @@ class HydrantDetector(Component):
         self._taken += 1
         self._recent.append((not fault, bool(objects)))
         self.detections.publish(found)
-        if image.pose_frame == BASE_FRAME:
+        if self._is_on_board(image):
             self.energy.publish(EnergyUse(image.stamp, self.kit.name, self.picture_energy))
         return found, not fault
+
+    def _is_on_board(self, image: Image) -> bool:
+        return image.pose_frame == in_scope(self.kit.scope, BASE_FRAME)
 
     def _diagnose(self, finding: Finding | None) -> None:
         """Report when something begins to be wrong with the pictures, and when that is over."""
@@ -164,7 +168,7 @@ class HydrantDetector(Component):
 
     def _objects(self, image: Image) -> tuple[Detection, ...]:
         height, width, _ = image.pixels.shape
-        base_height = self.base_height if image.pose_frame == BASE_FRAME else 0.0
+        base_height = self.base_height if self._is_on_board(image) else 0.0
         view = View.of(width, height, image.horizontal_field_of_view, image.pose, base_height)
         frame, camera = self._camera_pose(image)
         return tuple(
@@ -183,7 +187,7 @@ class HydrantDetector(Component):
     def _camera_pose(self, image: Image) -> tuple[str, Pose]:
         """Return where the camera was, seen from above, and in which frame: the map, if that is known."""
         self._poses.add(self.odometry.take())
-        base = self._poses.at(image.stamp) if image.pose_frame == BASE_FRAME else None
+        base = self._poses.at(image.stamp) if self._is_on_board(image) else None
         if base is None:
             return image.pose_frame, image.pose
         mount = image.pose

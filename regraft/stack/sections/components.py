@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scopes import in_scope, scope_of
+from regraft.bus_schema.model.scopes import in_scope, scope_of, service_in_scope
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.sections.limits import read_limits
@@ -98,7 +98,7 @@ def services(spec: ComponentSpec, topics: Collection[str], given: Mapping[str, s
     """Return the name under which every service is offered: the given one, or its own in the component's scope."""
     scope = scope_of(spec.name, topics)
     offered = spec.description.services if spec.description else ()
-    return {service.name: in_scope(scope, service.name) for service in offered} | dict(given)
+    return {service.name: service_in_scope(spec.name, scope, service.name) for service in offered} | dict(given)
 
 
 def _is_relative(value: PlainValue) -> bool:

@@ -58,14 +58,16 @@ class BanditPlanner(Component):
 
     # --- services ---
 
-    @service("planners/bandits/describe")
+    @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
         """Say what can be asked for: the strategies with their knobs, the form of the inputs."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         strategies = self._strategies.describe()
-        return PlannerDescription("bandits", self.kit.name, text, inputs_schema(self._strategies.names()), strategies)
+        return PlannerDescription(
+            self.kit.name, self.kit.name, text, inputs_schema(self._strategies.names()), strategies
+        )
 
-    @service("planners/bandits/propose")
+    @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Take the credit that is given, choose an option, and have it applied if that is wanted."""
         if not request.task:
@@ -136,7 +138,7 @@ class BanditPlanner(Component):
         done = await self._manager.carry_out(
             lambda architecture: changes_for(asked.dimensions, chosen.option.values, architecture),
             seen,
-            _errand(request, chosen),
+            AdaptationOrder.of(self.kit.name, request, f"{chosen.strategy} for {request.task}: {chosen.why}"),
             self.adapt_within,
         )
         choice = _shown(chosen, done.outcome, told)
@@ -175,13 +177,6 @@ class BanditPlanner(Component):
         for task, kept in state.items():
             self._memories[task] = TaskMemory(task, self._strategies)
             self._memories[task].restore(kept)
-
-
-def _errand(request: ProposalRequest, chosen: Chosen) -> AdaptationOrder:
-    who = f"{request.actor}, by the bandits" if request.actor else "bandits"
-    why = f"{chosen.strategy} for {request.task}: {chosen.why}"
-    reason = f"{request.reason}; {why}" if request.reason else why
-    return AdaptationOrder(who, reason, request.context)
 
 
 def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainValue]:

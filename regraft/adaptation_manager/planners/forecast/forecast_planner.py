@@ -50,15 +50,15 @@ class ForecastPlanner(Component):
         self._manager = Manager(self.kit)
         self._turns = Turns()
 
-    @service("planners/forecast/describe")
+    @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
         """Say what can be asked for."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         knobs = record_shape(ForecastKnobs).json_schema()
         strategy = StrategyDescription(STRATEGY, "Takes what is expected to be worth most.", knobs)
-        return PlannerDescription("forecast", self.kit.name, text, inputs_schema((STRATEGY,)), (strategy,))
+        return PlannerDescription(self.kit.name, self.kit.name, text, inputs_schema((STRATEGY,)), (strategy,))
 
-    @service("planners/forecast/propose")
+    @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Choose an option, and have it applied if that is wanted."""
         if not request.task:
@@ -94,7 +94,7 @@ class ForecastPlanner(Component):
         done: CarriedOut = await self._manager.carry_out(
             lambda seen: changes_for(asked.dimensions, values, seen),
             architecture,
-            _errand(request, str(choice["why"])),
+            AdaptationOrder.of(self.kit.name, request, str(choice["why"])),
             self.adapt_within,
         )
         notes: list[PlainValue] = [done.error] if done.error else []
@@ -147,9 +147,3 @@ def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> d
         "utility": chosen.utility,
         "why": f"expected {chosen.utility:.4g} ({expected})",
     }
-
-
-def _errand(request: ProposalRequest, why: str) -> AdaptationOrder:
-    who = f"{request.actor}, by the forecast" if request.actor else "forecast"
-    reason = f"{request.reason}; {why}" if request.reason else why
-    return AdaptationOrder(who, reason, request.context)

@@ -8,6 +8,8 @@ from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.model.planners import PROPOSE, planner_service
+from regraft.bus_schema.model.scopes import SHARED
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
@@ -74,8 +76,8 @@ class ExternalStrategy:
         self._close_meter()
         asker = Asker(node.context, node.now(), duration_of(node, "timeout"))
         try:
-            service = f"planners/{node.read_port('planner')}/propose"
-            proposal = yield from asker.ask(service, self._request(), Proposal, node.now())
+            service = planner_service(node.context.names.component(node.read_port("planner")), PROPOSE)
+            proposal = yield from asker.ask(SHARED + service, self._request(), Proposal, node.now())
         except CallFailed as error:
             return refused(error)
         except BadMessage as error:
@@ -101,7 +103,7 @@ class ExternalStrategy:
         options = node.read_port("adaptation_options")
         inputs: dict[str, PlainValue] = {
             "strategy": node.adaptation_strategy,
-            "options": option_space(locations_of(node), subjects_of(node), options),
+            "options": [self._in_system(each) for each in option_space(locations_of(node), subjects_of(node), options)],
             "settle": duration_of(node, "settle"),
         }
         for port, kind in (("knobs", dict), ("constraints", list)):
@@ -112,6 +114,18 @@ class ExternalStrategy:
         context = {**decision_context(node.context, node, ""), **self._told()}
         task = (node.read_port("task") or node.path)[-200:]
         return ProposalRequest(task, node.because[:1000], node.path[-200:], True, inputs, context)
+
+    def _in_system(self, dimension: dict[str, PlainValue]) -> dict[str, PlainValue]:
+        """Return a dimension as it is one in the whole system; constraints and choices know it by its short name."""
+        names = self._node.context.names
+        component = dimension["component"]
+        named = {**dimension, "component": names.component(component)}
+        if named["component"] == component:
+            return dimension
+        if "topics" in dimension:
+            named["topics"] = [names.topic(each) if isinstance(each, str) else each for each in dimension["topics"]]
+        member = dimension.get("parameter") or dimension.get("port") or "transition"
+        return {**named, "name": f"{component}.{member}"}
 
     def _told(self) -> dict[str, PlainValue]:
         """Return the entries for the planner; unknown ones are left out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Final
 
 from regraft import CallFailed
@@ -10,6 +11,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.scopes import SHARED
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps, Turns
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
@@ -62,7 +64,7 @@ class InternalPlan:
     def current(self, component: str, parameter: str) -> PlainValue:
         """Return what a parameter should be; raises NotKnown, Impossible."""
         self._was_read = True
-        return current_value(self._known(), component, parameter)
+        return current_value(self._known(), self._node.context.names.component(component), parameter)
 
     def forget(self) -> None:
         """Ask for the architecture before the next decision."""
@@ -86,17 +88,23 @@ class InternalPlan:
                 return None
             yield from self._learn(asker)
             architecture = self._known()
-            changes = resolved(fired.desired, architecture)
+            changes = resolved(tuple(map(self._in_system, fired.desired)), architecture)
             if not changes:
                 return Result(UNCHANGED)
             depends = self._was_read or any(isinstance(one, Step) for one in fired.desired)
             request = self._request(changes, fired.rule, architecture.revision if depends else None)
             self.forget()
-            report = yield from asker.ask(ADAPT, request, AdaptationReport, self._node.now())
+            report = yield from asker.ask(SHARED + ADAPT, request, AdaptationReport, self._node.now())
             result = reported(report)
             if not _is_stale(report):
                 break
         return result
+
+    def _in_system(self, desired: DesiredChange) -> DesiredChange:
+        names = self._node.context.names
+        if isinstance(desired, Step):
+            return replace(desired, component=names.component(desired.component))
+        return names.change(desired)
 
     def _decided(self, asker: Asker) -> Turns[Fired | None]:
         """Return what is wanted; a plan that asks for present values is asked again once they are known."""
@@ -148,7 +156,7 @@ class InternalPlan:
         self._forget_if_old()
         if self._architecture is None:
             now = self._node.now()
-            self._architecture = yield from asker.ask(ARCHITECTURE, ArchitectureRequest(), Architecture, now)
+            self._architecture = yield from asker.ask(SHARED + ARCHITECTURE, ArchitectureRequest(), Architecture, now)
             self._known_at = self._node.now()
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from regraft import CallFailed, Future, Goal
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.model.scoped_changes import Names
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
 
@@ -83,6 +84,11 @@ class LeafContext:
         """Give an action a goal; its end, or that nobody accepts it in time (s), causes a tick."""
         given = self.kit.goal(action, goal, result, feedback, accept_within=accept_within)
         return Asked(given.outcome(), given, self._wake)
+
+    @property
+    def names(self) -> Names:
+        """The meaning of the mission's names in the whole system."""
+        return Names(self.kit.scope)
 
     def report_quality(self, quality: Quality) -> None:
         """Take the latest of a quality requirement; it goes out to the bus when it has changed."""

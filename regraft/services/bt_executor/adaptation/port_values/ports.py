@@ -17,7 +17,7 @@ from regraft.services.bt_executor.leaves.plain_messages import as_plain, read_js
 LOCATIONS: Final = ("subject_location", "adaptation_location")
 DURATIONS: Final = ("timeout", "retry_after", "settle")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
-PLANNER: Final = re.compile(r"[A-Za-z0-9_-]+")
+PLANNER: Final = re.compile(r"/?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?")
 FOR_STRATEGIES: Final = (
     "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
     "task",

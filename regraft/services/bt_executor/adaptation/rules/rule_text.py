@@ -9,7 +9,7 @@ from typing import Final
 
 from regraft.bus_schema.model.lifecycle import Transition
 
-_NAME: Final = r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
+_NAME: Final = r"/?[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
 _SET: Final = re.compile(
     rf"(?:set\s+)?(?P<target>{_NAME})\s*(?P<operator>:=|\+=|-=|=(?!=))\s*(?P<value>.+?)"
     r"(?:\s+within\s*\[(?P<low>[^\],]+),(?P<high>[^\],]+)\])?\s*",

@@ -1,0 +1,64 @@
+"""The meaning of names that one robot among several uses, also in the changes that its mission asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from regraft.bus_schema.model.adaptation import (
+    Add,
+    Change,
+    Connect,
+    EnterMode,
+    Remove,
+    Swap,
+)
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.scopes import component_in_scope, in_scope
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """The meaning, in the whole system, of names that are used in a scope."""
+
+    scope: str = ""
+
+    def component(self, name: str) -> str:
+        """Return a component's name."""
+        return component_in_scope(self.scope, name)
+
+    def topic(self, name: str) -> str:
+        """Return the name of a topic, service or mode."""
+        return in_scope(self.scope, name)
+
+    def change(self, change: Change) -> Change:
+        """Return a change with all its names.
+
+        >>> Names("rescuer").change(Connect("detector", "image", "/corner_camera/image"))
+        Connect(component='rescuer.detector', port='image', topic='corner_camera/image')
+        """
+        if isinstance(change, EnterMode):
+            return replace(change, mode=self.topic(change.mode))
+        component = self.component(change.component)
+        if isinstance(change, Connect):
+            return replace(change, component=component, topic=self.topic(change.topic))
+        if isinstance(change, Swap):
+            connections, services = self._topics(change.connections), self._topics(change.services)
+            return replace(change, component=component, connections=connections, services=services)
+        if isinstance(change, Remove):
+            return replace(change, component=component, topics=tuple(map(self.topic, change.topics)))
+        if isinstance(change, Add):
+            topics = tuple(replace(topic, name=self.topic(topic.name)) for topic in change.topics)
+            return replace(change, component=component, spec=self._spec(change.spec), topics=topics)
+        return replace(change, component=component)
+
+    def _spec(self, spec: ComponentSpec) -> ComponentSpec:
+        return replace(
+            spec,
+            name=self.component(spec.name) if spec.name else "",
+            connections=self._topics(spec.connections),
+            services=self._topics(spec.services),
+        )
+
+    def _topics(self, names: Mapping[str, str]) -> dict[str, str]:
+        return {key: self.topic(name) for key, name in names.items()}

@@ -1,0 +1,58 @@
+"""The executors of missions as the gateway asks them, each by the name of its robot."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TypeVar
+
+from regraft.bus_schema.model.executors import (
+    MissionExecutor,
+    NoSuchExecutor,
+    WhichExecutor,
+    executor_of,
+    executors,
+)
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.client import ClientError
+from regraft.dashboard_api.backend.manager import BACK_OFF, FRESH_FOR, HOST_TIMEOUT, Services
+from regraft.dashboard_api.http.problems import malformed, not_found, violation
+
+A = TypeVar("A")
+
+
+class Missions:
+    """The executors of the system; which there are is asked of the first host, which answers also under way."""
+
+    def __init__(self, services: Services) -> None:
+        """Ask through ``services``."""
+        self._services = services
+        self.client = services.client
+        self._reading = threading.Lock()
+        self._known: tuple[MissionExecutor, ...] = ()
+        self._read_again_at = 0.0
+
+    def ask(self, robot: str, service: str, request: object, expected: type[A]) -> A:
+        """Ask the executor of a robot, or the only one; raises Problem."""
+        return self._services.ask(self.executor(robot).service(service), request, expected)
+
+    def executor(self, robot: str) -> MissionExecutor:
+        """Return the executor of a robot, or the only one; raises Problem."""
+        try:
+            return executor_of(self._executors(), robot) or MissionExecutor()
+        except NoSuchExecutor as error:
+            raise not_found(str(error)) from None
+        except WhichExecutor as error:
+            raise malformed(violation("robot", str(error))) from None
+
+    def _executors(self) -> tuple[MissionExecutor, ...]:
+        with self._reading:
+            if time.monotonic() >= self._read_again_at:
+                fresh_for = FRESH_FOR
+                try:
+                    known = self.client.host_view(LOCAL, HOST_TIMEOUT).architecture
+                    self._known = executors(known.components, known.topics)
+                except ClientError:
+                    fresh_for = BACK_OFF
+                self._read_again_at = time.monotonic() + fresh_for
+            return self._known
