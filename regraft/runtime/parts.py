@@ -13,7 +13,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import RefusalCode
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scopes import service_in_scope
+from regraft.bus_schema.model.robots.scopes import service_in_scope
 from regraft.component.component import Component, declared_for, parameter_set
 from regraft.component.errors import RequestRefused
 from regraft.component.future import Cancelled

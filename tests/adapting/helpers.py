@@ -28,7 +28,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequ
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.description import Description, ParameterDescription
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scoped_changes import Names
+from regraft.bus_schema.model.robots.scoped_changes import Names
 from regraft.component.future import Future
 from regraft.services.bt_executor.adaptation import ADAPT_DECORATORS
 from regraft.services.bt_executor.leaves.context import Asked

@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
-from regraft.bus_schema.model.scoped_changes import Names
+from regraft.bus_schema.model.robots.scoped_changes import Names
 from regraft.services.bt_executor.adaptation import AdaptPeriodically
 from tests.adapting.helpers import Bench, FakeContext, bench
 

@@ -12,7 +12,7 @@ from behavior_tree import Input, LoadError, NodeError, load_text
 from regraft import CallFailed
 from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
-from regraft.bus_schema.model.scoped_changes import Names
+from regraft.bus_schema.model.robots.scoped_changes import Names
 from regraft.services.bt_executor.adaptation import AdaptOnStart, AdaptOnSuccess, Change, Impossible, Result
 from regraft.services.bt_executor.node_types import NODE_TYPES, node_types
 from regraft.stacks.frog.plans import PLANS

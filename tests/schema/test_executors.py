@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft.bus_schema.model.executors import MissionExecutor, NoSuchExecutor, WhichExecutor, executor_of
+from regraft.bus_schema.model.robots.executors import MissionExecutor, NoSuchExecutor, WhichExecutor, executor_of
 
 LEFT, RIGHT = MissionExecutor("left.bt_executor", "left"), MissionExecutor("right.bt_executor", "right")
 SHARED = MissionExecutor("watch")

@@ -6,7 +6,7 @@ import pytest
 
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.expressions import Expression
-from regraft.bus_schema.model.scopes import component_in_scope, in_scope, scope_of
+from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope, scope_of
 from regraft.component.component import describe
 from regraft.stack.sections.components import connections, services
 from tests.stack.parts import Navigator, Signals

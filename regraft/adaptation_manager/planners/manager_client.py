@@ -23,7 +23,7 @@ from regraft.bus_schema.model.adaptation import (
     plain_size,
 )
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.scopes import SHARED
+from regraft.bus_schema.model.robots.scopes import SHARED
 
 ATTEMPTS: Final = 3
 """How often an adaptation is worked out when somebody else was faster each time."""

@@ -16,8 +16,8 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.constraints import constraint_violations
 from regraft.bus_schema.model.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
-from regraft.bus_schema.model.offers import offered_services
 from regraft.bus_schema.model.parameter_values import parameter_problem
+from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.wiring import wiring_violations
 from regraft.bus_schema.suggestions import Hints, instead_of
 

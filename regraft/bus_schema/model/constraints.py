@@ -10,8 +10,8 @@ from regraft.bus_schema.model.architecture import Architecture, Constraint, Cons
 from regraft.bus_schema.model.description import ParameterDescription
 from regraft.bus_schema.model.expressions import Expression, NotComputable, Unknown
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.offers import offered_services
 from regraft.bus_schema.model.parameter_values import effective_parameter, parameter_problem
+from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.suggestions import instead_of
 
 

@@ -13,7 +13,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec, Writers
 from regraft.bus_schema.model.description import ANY_TYPE, PortDescription
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scopes import in_scope, scope_of
+from regraft.bus_schema.model.robots.scopes import in_scope, scope_of
 from regraft.bus_schema.suggestions import LISTED, instead_of
 
 

@@ -12,7 +12,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
-from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
+from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.cli.adaptation import managing
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.running_system import Reached, reached, user

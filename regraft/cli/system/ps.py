@@ -11,7 +11,7 @@ import typer
 
 from regraft import run_directory
 from regraft.bus.interface import BusError
-from regraft.bus_schema.model.robot_view import ALL
+from regraft.bus_schema.model.robots.robot_view import ALL
 from regraft.cli.outcomes import BadInput, Failed, Unreachable
 from regraft.cli.running_system import joined, plain_info
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption, chosen_system

@@ -20,7 +20,7 @@ import typer
 from regraft import run_directory
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import component_name, system_name, topic_name
-from regraft.bus_schema.model.scopes import scope_of
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import joined

@@ -6,14 +6,14 @@ import threading
 import time
 from typing import TypeVar
 
-from regraft.bus_schema.model.executors import (
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.robots.executors import (
     MissionExecutor,
     NoSuchExecutor,
     WhichExecutor,
     executor_of,
     executors,
 )
-from regraft.bus_schema.model.hosts import LOCAL
 from regraft.client import ClientError
 from regraft.dashboard_api.backend.manager import BACK_OFF, FRESH_FOR, HOST_TIMEOUT, Services
 from regraft.dashboard_api.http.problems import malformed, not_found, violation

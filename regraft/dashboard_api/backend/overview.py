@@ -9,7 +9,7 @@ from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCo
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.robot_view import ALL, NoSuchRobot, RobotView, robot_view
+from regraft.bus_schema.model.robots.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
 from regraft.client.errors import ControlRefused, NoSuchComponent

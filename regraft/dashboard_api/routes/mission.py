@@ -18,7 +18,7 @@ from regraft.bus_schema.messages.mission import (
     MissionStatus,
     WriteBlackboard,
 )
-from regraft.bus_schema.model.executors import BLACKBOARD, COMMAND, STATUS, WRITE
+from regraft.bus_schema.model.robots.executors import BLACKBOARD, COMMAND, STATUS, WRITE
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import BodyField, Fields, JsonObject, Shown, Values, fields_of

@@ -12,7 +12,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from regraft.bus.interface import Closable
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.mission import MissionTransitions
-from regraft.bus_schema.model.executors import MissionExecutor
+from regraft.bus_schema.model.robots.executors import MissionExecutor
 from regraft.dashboard_api.backend.event_buffer import EventBuffer
 from regraft.dashboard_api.backend.missions import Missions
 from regraft.dashboard_api.http.problems import declared

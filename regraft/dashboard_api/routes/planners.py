@@ -11,8 +11,8 @@ from fastapi import APIRouter, Path, Request
 
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.offers import offered_services
-from regraft.bus_schema.model.planners import DESCRIBE, PROPOSE, planner_of, planner_service
+from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.robots.planners import DESCRIBE, PROPOSE, planner_of, planner_service
 from regraft.bus_schema.suggestions import instead_of
 from regraft.dashboard_api.backend.manager import Manager, Services
 from regraft.dashboard_api.backend.overview import view_of

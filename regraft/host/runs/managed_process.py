@@ -9,7 +9,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.scopes import scope_of
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.host.plan import HostPlan
 from regraft.host.runs.restarts import RestartHistory
 from regraft.runtime.core.assignment import Assignment, Succession

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus.interface import Closable
-from regraft.bus_schema.model.scopes import in_scope
+from regraft.bus_schema.model.robots.scopes import in_scope
 from regraft.runtime.data.hold_buffer import HoldBuffer
 from regraft.runtime.data.inputs import TopicReader
 from regraft.runtime.parts import Parts

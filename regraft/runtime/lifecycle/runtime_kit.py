@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from regraft.bus.interface import Answer, Bus
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.scopes import component_in_scope
+from regraft.bus_schema.model.robots.scopes import component_in_scope
 from regraft.component.future import Future
 from regraft.component.goal import Goal
 from regraft.component.kit import ExclusiveSlot, Kit, Task

@@ -11,7 +11,7 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.requests import Request, Verb
-from regraft.bus_schema.model.scopes import in_scope
+from regraft.bus_schema.model.robots.scopes import in_scope
 from regraft.component.errors import CallFailed
 from regraft.component.future import Future
 from regraft.component.goal import Goal

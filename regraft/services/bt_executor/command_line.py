@@ -20,7 +20,7 @@ from regraft.bus_schema.messages.mission import (
     WriteBlackboard,
 )
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.executors import (
+from regraft.bus_schema.model.robots.executors import (
     BLACKBOARD,
     COMMAND,
     STATUS,

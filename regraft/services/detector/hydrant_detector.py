@@ -16,7 +16,7 @@ from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.perception import Detect, Detection, Detections, Sightings
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
-from regraft.bus_schema.model.scopes import in_scope
+from regraft.bus_schema.model.robots.scopes import in_scope
 from regraft.services import robot_parameters
 from regraft.services.detector.confidence import Calibration
 from regraft.services.detector.finder import Finder, Found

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.scopes import SHARED
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.stack.assembly.expansion import Robot, RobotData, robot_of
 from regraft.stack.assembly.included_files import INCLUDE, IncludedFiles
 from regraft.stack.assembly.merge import merge

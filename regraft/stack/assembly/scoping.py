@@ -9,7 +9,7 @@ from functools import partial
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import ConstraintKind
 from regraft.bus_schema.model.expressions import Expression
-from regraft.bus_schema.model.scopes import component_in_scope, in_scope
+from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope
 from regraft.stack.yaml.nodes import Node
 
 Rename = Callable[[str], str]

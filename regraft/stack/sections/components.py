@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scopes import in_scope, scope_of, service_in_scope
+from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.sections.limits import read_limits

@@ -8,8 +8,8 @@ from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
-from regraft.bus_schema.model.planners import PROPOSE, planner_service
-from regraft.bus_schema.model.scopes import SHARED
+from regraft.bus_schema.model.robots.planners import PROPOSE, planner_service
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode

@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.scopes import SHARED
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.services.bt_executor.adaptation.dialogue import Asker, AttemptSteps, Turns
 from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode

@@ -9,7 +9,7 @@ from behavior_tree import SUCCESS, Input, Node, Output, Status
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.model.adaptation import ADAPT, APPLIED, AdaptationReport, AdaptationRequest
-from regraft.bus_schema.model.scopes import SHARED
+from regraft.bus_schema.model.robots.scopes import SHARED
 from regraft.services.bt_executor.leaves.asking_leaf import Asking, write_if_connected
 from regraft.services.bt_executor.leaves.context import Asked
 from regraft.services.bt_executor.leaves.plain_messages import as_plain, filled, has_references, make_message, read_json

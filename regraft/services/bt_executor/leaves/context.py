@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from regraft import CallFailed, Future, Goal
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.scoped_changes import Names
+from regraft.bus_schema.model.robots.scoped_changes import Names
 from regraft.services.bt_executor.quality.latest_qualities import LatestQualities
 from regraft.services.bt_executor.quality.publisher import QualityPublisher
 

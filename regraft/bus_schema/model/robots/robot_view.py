@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from regraft.bus_schema.model.scopes import scope_of
+from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import no_such
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.scopes import service_in_scope
+from regraft.bus_schema.model.robots.scopes import service_in_scope
 
 
 def offered_services(spec: ComponentSpec) -> dict[str, str]:

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.adaptation import (
     Swap,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.scopes import component_in_scope, in_scope
+from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope
 
 
 @dataclass(frozen=True, slots=True)

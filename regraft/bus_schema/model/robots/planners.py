@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from regraft.bus_schema.model.scopes import in_scope
+from regraft.bus_schema.model.robots.scopes import in_scope
 
 PROPOSE, DESCRIBE = "propose", "describe"
 """The services of a planner."""
