@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ CORRIDOR = """<mujoco><compiler angle="radian"/><worldbody><geom type="plane" si
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A tick: its time (s), where the odometry puts the robot and where it is, and a scan's ranges (m) if there is one."""
+    """A tick: its time (s), where the odometry puts the robot, where it is, and the ranges (m) of a scan, if any."""
 
     time: float
     odometry: Pose2D
@@ -71,7 +72,7 @@ class Drive:
     def distance(self) -> float:
         """Its length (m)."""
         places = [moment.truth for moment in self.moments]
-        return sum(one.distance(other) for one, other in zip(places, places[1:], strict=False))
+        return sum(one.distance(other) for one, other in itertools.pairwise(places))
 
 
 def through_frog(seed: int, seconds: float = 300.0) -> Drive:
