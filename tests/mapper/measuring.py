@@ -23,7 +23,7 @@ ALONG_ROWS, ASKEW = 0.0, 0.35
 
 @dataclass(frozen=True)
 class Errors:
-    """How far (m) and by what angle (rad) the poses of a drive are off, and how much too far it seems to have led (m)."""
+    """How far (m) and by how much (rad) the poses of a drive are off, and how much too far (m) it seems to have led."""
 
     position: tuple[float, ...]
     heading: tuple[float, ...]
@@ -85,9 +85,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10, help="drives of each kind")
     seeds = range(1, parser.parse_args().seeds + 1)
-    print(
-        "| drive | position: mean, worst (m) | heading: mean, worst (rad) | distance at the end (m) |\n|---|---|---|---|"
-    )
+    columns = "position: mean, worst (m) | heading: mean, worst (rad) | distance at the end (m)"
+    print(f"| drive | {columns} |\n|---|---|---|---|")
     _corridors("corridor", seeds, lambda seed: down_corridor(seed, OUT_OF_SIGHT, ALONG_ROWS))
     _corridors("corridor with ends", seeds, lambda seed: down_corridor(seed, IN_SIGHT, ALONG_ROWS))
     _corridors("corridor askew", seeds, lambda seed: down_corridor(seed, OUT_OF_SIGHT, ASKEW))

@@ -75,7 +75,7 @@ def match(
     if not len(echoes) or not len(surface.points):
         return fit(surface, echoes, guess)
     echoes = echoes[:: math.ceil(len(echoes) / MAX_ECHOES)]
-    stiffness = np.array([prior.position, prior.position, prior.heading]) ** -2 * TYPICAL_MISS**2
+    stiffness: FloatArray = np.array([prior.position, prior.position, prior.heading]) ** -2 * TYPICAL_MISS**2
     pose = start or guess
     for _ in range(STEPS):
         pull = _pull(surface, echoes, pose)
