@@ -75,17 +75,18 @@ def match(
     if not len(echoes) or not len(surface.points):
         return fit(surface, echoes, guess)
     echoes = echoes[:: math.ceil(len(echoes) / MAX_ECHOES)]
-    stiffness: FloatArray = np.array([prior.position, prior.position, prior.heading]) ** -2 * TYPICAL_MISS**2
+    stiffness = np.array([prior.position, prior.position, prior.heading]) ** -2 * TYPICAL_MISS**2
     pose = start or guess
     for _ in range(STEPS):
         pull = _pull(surface, echoes, pose)
-        step = np.linalg.solve(pull.curvature + np.diag(stiffness), pull.force - stiffness * _between(guess, pose))
+        force = pull.force - stiffness * _between(guess, pose)
+        step: list[float] = np.linalg.solve(pull.curvature + np.diag(stiffness), force).tolist()
         pose = _moved(pose, step)
         if math.hypot(step[0], step[1]) < CLOSE_ENOUGH and abs(step[2]) < CLOSE_ENOUGH:
             break
     pull = _pull(surface, echoes, pose)
     kept = constrained_directions(pull.curvature, pull.lever, pull.weight)
-    return fit(surface, echoes, _moved(guess, kept @ _between(guess, pose)))
+    return fit(surface, echoes, _moved(guess, (kept @ _between(guess, pose)).tolist()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +127,6 @@ def _between(one: Pose2D, other: Pose2D) -> FloatArray:
     return np.array([other.x - one.x, other.y - one.y, wrap_angle(other.yaw - one.yaw)])
 
 
-def _moved(pose: Pose2D, step: FloatArray) -> Pose2D:
-    x, y, yaw = step.tolist()
+def _moved(pose: Pose2D, step: list[float]) -> Pose2D:
+    x, y, yaw = step
     return Pose2D(pose.x + x, pose.y + y, wrap_angle(pose.yaw + yaw))
