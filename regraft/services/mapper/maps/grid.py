@@ -59,9 +59,14 @@ class Window:
         """Return a copy, for work next to the grid that changes on."""
         return replace(self, cells=self.cells.copy(), echoes=self.echoes.copy())
 
+    def surface_cells(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return rows and columns of the occupied cells in which a surface lies, in the order of `surface`."""
+        rows, columns = np.nonzero((self.cells >= OCCUPIED) & (self.echoes[..., 2] > 0))
+        return rows, columns
+
     def surface(self) -> FloatArray:
         """Return where (n, 2; m) the surfaces lie in the occupied cells: the means of their echoes."""
-        rows, columns = np.nonzero((self.cells >= OCCUPIED) & (self.echoes[..., 2] > 0))
+        rows, columns = self.surface_cells()
         sums = self.echoes[rows, columns].astype(np.float64)
         within = (sums[:, :2] / sums[:, 2:] + 0.5) / FINE
         return np.column_stack([columns, rows]) * self.resolution + within * self.resolution + (self.x, self.y)

@@ -29,7 +29,10 @@ UNLIKE = 0.04
 
 
 def search_near(surface: Surface, echoes: FloatArray, guess: Pose2D, reach: float, turn: float) -> Match | None:
-    """Return the best match within ``reach`` (m, each axis) and ``turn`` (rad) of a guess, None without a map."""
+    """Return the best match within ``reach`` (m, each axis) and ``turn`` (rad) of a guess, None without a map.
+
+    Where the echoes do not constrain it, it is as far as the guess.
+    """
     if not len(echoes) or not len(surface.points):
         return None
     field = Field.of(surface.window, NEAR_BLUR)
@@ -38,7 +41,7 @@ def search_near(surface: Surface, echoes: FloatArray, guess: Pose2D, reach: floa
     half = max(1, round(turn / NEAR_TURN_STEP))
     headings = guess.yaw + np.linspace(-turn, turn, 2 * half + 1)
     best = candidates(field, echoes, np.column_stack([x.ravel(), y.ravel()]), headings, 1)[0]
-    return match(surface, echoes, best, LOOSE)
+    return match(surface, echoes, guess, LOOSE, start=best)
 
 
 def search_everywhere(window: Window, echoes: FloatArray) -> Match | None:

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from regraft.planar import FloatArray
-from regraft.services.mapper.maps.grid import UNKNOWN, Window
+from regraft.services.mapper.maps.grid import OCCUPIED, UNKNOWN, Window
 
-NEIGHBOURS = 5
-NEIGHBOURHOOD = 2.5
-"""Cells around a point in which its neighbours are looked for."""
+BLUR = 1.0
+"""Cells (standard deviation) by which the occupied ones are blurred before their edges are looked for."""
+NEIGHBOURHOOD = 1.5
+"""Cells (standard deviation) around a point over which the directions of edges are averaged."""
 STRAIGHT = 0.02
 """Least weight along a surface against that across it: a wall says nothing of where along it one is."""
 
@@ -36,7 +38,7 @@ class Surface:
         """Find the surfaces in a part of a map."""
         points = window.surface()
         tree = cKDTree(points, leafsize=16, balanced_tree=False, compact_nodes=False)
-        return cls(points, _weights(points, tree, NEIGHBOURHOOD * window.resolution), tree, window)
+        return cls(points, _weights(window), tree, window)
 
     def knows(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return for places (n, 2; m) whether something was learnt of their cells."""
@@ -50,23 +52,23 @@ class Surface:
         return known
 
 
-def _weights(points: FloatArray, tree: cKDTree, reach: float) -> FloatArray:
-    """Return the weights of points from how their neighbours lie: by the axes of their scatter."""
-    if len(points) < NEIGHBOURS:
-        return np.tile([1.0, 0.0, 1.0], (len(points), 1))
-    distances, neighbours = tree.query(points, NEIGHBOURS, distance_upper_bound=reach)
-    there = np.isfinite(distances)
-    count = there.sum(axis=1)
-    near = points[np.where(there, neighbours, 0)]
-    mean = (near * there[..., None]).sum(axis=1) / count[:, None]
-    x, y = ((near - mean[:, None, :]) * there[..., None]).transpose(2, 0, 1)
-    xx, xy, yy = (x * x).sum(axis=1), (x * y).sum(axis=1), (y * y).sum(axis=1)
-    middle, spread = (xx + yy) / 2.0, np.hypot((xx - yy) / 2.0, xy)
-    thin = (count >= 3) & (middle > 0.0)
-    along = np.where(thin, (middle - spread) / np.maximum(middle + spread, 1e-12), 1.0).clip(STRAIGHT, 1.0)
-    # The direction along the surface is that of the largest scatter: its outer product from the doubled angle.
-    spread = np.maximum(spread, 1e-12)
+def _weights(window: Window) -> FloatArray:
+    """Return the weights of the surface's points by the structure tensor of the occupied cells around each.
+
+    It is as straight along a thick wall as along a thin one, whose middle is as far from its left as from its right.
+    """
+    rows, columns = window.surface_cells()
+    if not len(rows):
+        return np.empty((0, 3))
+    blurred = gaussian_filter((window.cells >= OCCUPIED).astype(np.float32), BLUR, mode="nearest")
+    up, right = np.gradient(blurred)
+    xx, xy, yy = (
+        gaussian_filter(product, NEIGHBOURHOOD, mode="nearest")[rows, columns].astype(np.float64)
+        for product in (right * right, right * up, up * up)
+    )
+    middle, spread = (xx + yy) / 2.0, np.maximum(np.hypot((xx - yy) / 2.0, xy), 1e-12)
+    along = ((middle - spread) / (middle + spread)).clip(STRAIGHT, 1.0)
+    # The tensor's larger axis lies across the surface. Its outer product follows from the doubled angle.
     cos, sin = (xx - yy) / 2.0 / spread, xy / spread
-    tangent_xx, tangent_xy, tangent_yy = (1.0 + cos) / 2.0, sin / 2.0, (1.0 - cos) / 2.0
-    less = 1.0 - along
-    return np.column_stack([1.0 - less * tangent_xx, -less * tangent_xy, 1.0 - less * tangent_yy])
+    more = (1.0 - along) / 2.0
+    return np.column_stack([along + more * (1.0 + cos), more * sin, along + more * (1.0 - cos)])
