@@ -15,7 +15,9 @@ CONSTRAINED = 0.1
 
 
 def constrained_directions(information: FloatArray, lever: float, echoes: float) -> FloatArray:
-    """Return the matrix (3, 3) by which a change of the pose (x, y in m, yaw in rad) keeps its constrained part.
+    """Return the matrix (3, 3) that keeps the constrained part of a change of the pose.
+
+    The pose is x and y (m) and yaw (rad).
 
     Args:
         information: the information matrix (3, 3) of a match, without any prior.

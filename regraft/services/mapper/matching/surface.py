@@ -55,7 +55,7 @@ class Surface:
 def _weights(window: Window) -> FloatArray:
     """Return the weights of the surface's points by the structure tensor of the occupied cells around each.
 
-    It is as straight along a thick wall as along a thin one, whose middle is as far from its left as from its right.
+    It is as straight along a thick wall as along a thin one.
     """
     rows, columns = window.surface_cells()
     if not len(rows):
