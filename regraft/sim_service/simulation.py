@@ -19,12 +19,12 @@ from regraft.sim_service.devices.core.calling import call, call_each
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress
 from regraft.sim_service.devices.core.fitting import Fitted, fitted
+from regraft.sim_service.layout.people import Person, Walker
 from regraft.sim_service.layout.placement import Placement, check_apart, draw_placement
 from regraft.sim_service.layout.scene import Scene
-from regraft.sim_service.layout.visitor import Visitor, Walk
 from regraft.sim_service.simulated_robot import SimulatedRobot
 
-SNAPSHOT_VERSION = 3
+SNAPSHOT_VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,8 @@ class SimulationSettings:
     """Period of the world tick, at which devices sense."""
     control_period: float = 0.01
     """How often commands reach the actuators and contacts are looked for; a whole number of physics steps."""
-    walk: Walk | None = None
-    """Where the visitor walks, in a world that has one."""
+    people: tuple[Person, ...] = ()
+    """Who walks in the world, which has a body for each."""
 
 
 def own_parameters(device: Fitted) -> DeviceParameters:
@@ -58,12 +58,12 @@ class Simulation:
     Args:
         scene: the world with its robots, see `load_scene`.
         seed: of the placement and of every sensor's noise.
-        settings: periods, and the visitor's walk.
+        settings: periods, and who walks where.
         placement: where things stand; drawn from the seed if left out.
         parameters: what gives the parameters of each device; those of the robots' files if left out.
 
     Raises:
-        SceneError: the world lacks an element that a device names, or the visitor that the settings send on a walk.
+        SceneError: the world lacks an element that a device names, or a person that the settings send on a walk.
         PlacementError: no placement satisfies the world's rules, or two robots stand in one place.
         ParameterError: a robot's devices do not fit their classes.
         DeviceError: a device cannot be built.
@@ -126,8 +126,8 @@ class Simulation:
                 progress.steps_per_tick - progress.steps % progress.steps_per_tick,
             )
             call_each(self._devices, "act")
-            if self._visitor is not None:
-                self._visitor.move(self._data, steps * progress.timestep, self._robot_poses())
+            for walker in self._walkers:
+                walker.move(self._data, steps * progress.timestep, self._robot_poses())
             mujoco.mj_step(self._model, self._data, nstep=steps)
             progress.steps += steps
             remaining -= steps
@@ -166,7 +166,7 @@ class Simulation:
             "light": self._light,
             "physics": self._physics_state().astype("<f8").tobytes(),
             "robots": {name: robot.snapshot() for name, robot in self.robots.items()},
-            "visitor": None if self._visitor is None else self._visitor.snapshot(),
+            "people": [walker.snapshot() for walker in self._walkers],
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -189,8 +189,8 @@ class Simulation:
         mujoco.mj_kinematics(self._model, self._data)
         for name, robot in self.robots.items():
             robot.restore(snapshot["robots"][name])
-        if self._visitor is not None and snapshot["visitor"] is not None:
-            self._visitor.restore(snapshot["visitor"])
+        for walker, walked in zip(self._walkers, snapshot["people"], strict=True):
+            walker.restore(walked)
 
     def digest(self) -> str:
         """Return a SHA-256 over physics and light: equal for equal runs."""
@@ -208,9 +208,10 @@ class Simulation:
         self.progress.steps_per_tick = max(1, self._whole_steps(settings.tick))
         self.robots = {spec.name: SimulatedRobot(self._scene, self._data, spec) for spec in self._scene.robots}
         check_apart(self._scene, self._data)
-        self._visitor = None if settings.walk is None else Visitor(self._scene, settings.walk)
-        if self._visitor is not None:
-            self._visitor.begin(self._data, self._robot_poses())
+        self._walkers = [Walker(self._scene, person) for person in settings.people]
+        for walker in self._walkers:
+            walker.begin(self._data, self._robot_poses())
+        if self._walkers:
             mujoco.mj_kinematics(self._model, self._data)
         self._devices = [self._built(device) for device in self._fitted]
 

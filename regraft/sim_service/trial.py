@@ -45,7 +45,7 @@ def try_world(scene: Scene, seed: int, settings: SimulationSettings) -> None:
 
     Raises:
         ParameterError: a device fails; with its place in the list of robots.
-        SceneError, PlacementError, WalkError: see `Simulation`.
+        SceneError, PlacementError: see `Simulation`.
     """
     try:
         simulation = Simulation(scene, seed, settings)

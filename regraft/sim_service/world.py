@@ -17,8 +17,8 @@ from regraft.sim_service.devices.core.calling import call_each
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of
 from regraft.sim_service.layout.identity import world_hash
+from regraft.sim_service.layout.people import Person
 from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.layout.visitor import DEFAULT_SPEED, Walk, Waypoint
 from regraft.sim_service.robots import RobotSpec
 from regraft.sim_service.simulated_robot import SimulatedRobot
 from regraft.sim_service.simulation import Simulation, SimulationSettings
@@ -44,10 +44,7 @@ class World(TimeSource):
 
     file = Parameter("", "the world's MJCF file", unit="path", exists=True, read_only=True)
     robots = Records(RobotSpec, "the robots in it, with their devices")
-    visitor = Records(Waypoint, "where somebody walks to and fro, in a world that has a visitor")
-    visitor_speed = Parameter(
-        DEFAULT_SPEED, "how fast the visitor walks", minimum=0.01, maximum=3.0, unit="m/s", read_only=True
-    )
+    people = Records(Person, "who walks to and fro in it")
     failures = Records(DeviceFails, "when which device fails")
 
     light = Input(LightLevel, required=False, description="how far the lamps are dimmed")
@@ -75,7 +72,7 @@ class World(TimeSource):
         try_world(load_scene(_named(parameters["file"]), parameters["robots"]), seed, _settings(parameters))
 
     def on_configure(self) -> None:
-        """Load the world and place everything; raises SceneError, PlacementError, DeviceError, WalkError."""
+        """Load the world and place everything; raises SceneError, PlacementError, DeviceError."""
         scene = load_scene(_named(self.file), self.robots)
         self._wiring = DeviceWiring(self.kit, self.robots, self.failures)
         settings = _settings(self.kit.parameters.values)
@@ -176,9 +173,8 @@ def _named(file: str) -> str:
 
 def _settings(parameters: Mapping[str, Any]) -> SimulationSettings:
     tick = 1.0 / parameters["tick_rate"]
-    waypoints = tuple((at.x, at.y) for at in parameters["visitor"])
     return SimulationSettings(
         tick=tick,
         control_period=min(tick, SimulationSettings().control_period),
-        walk=Walk(waypoints, parameters["visitor_speed"]) if waypoints else None,
+        people=parameters["people"],
     )

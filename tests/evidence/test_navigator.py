@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,11 +23,10 @@ from regraft.services.navigator.pursuit_navigator import PursuitNavigator
 from regraft.services.navigator.qualities import NEAR, is_safe
 from regraft.services.navigator.sensing.scan import Scan
 from regraft.sim_service import survey
-from regraft.sim_service.layout.scene import load_scene
-from regraft.sim_service.layout.visitor import Walk
+from regraft.sim_service.layout.people import Person, Waypoint
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.services.rigs import FROG
-from tests.support.worlds import new_contacts, odometry_of, send_command, turn_of
+from tests.support.worlds import new_contacts, odometry_of, send_command, turn_of, with_waffle
 
 pytestmark = [pytest.mark.evidence, pytest.mark.timeout(3600)]
 
@@ -56,10 +56,10 @@ class Driver:
     """Drives the simulated robot as the component does: 20 decisions and five scans a second."""
 
     def __init__(
-        self, seed: int, controller: Controller, max_velocity: float, jump: float = 0.0, walk: Walk | None = None
+        self, seed: int, controller: Controller, max_velocity: float, jump: float = 0.0, walk: Person | None = None
     ) -> None:
         world = FROG if walk is None else FROG.replace("world.xml", "world_with_visitor.xml")
-        self.simulation = Simulation(load_scene(world), seed, SimulationSettings(walk=walk))
+        self.simulation = Simulation(with_waffle(Path(world)), seed, SimulationSettings(people=(walk,) if walk else ()))
         ground = survey.ground_map(self.simulation)
         planner = GridPlanner(OccupancyGrid(ground.occupancy, ground.resolution, *ground.origin))
         self.follower = Follower(planner, Limits(max_velocity=max_velocity), controller)
@@ -137,7 +137,8 @@ def test_pose_that_jumps_by_four_centimetres_every_second_costs_no_goal_and_no_c
 
 @pytest.mark.parametrize("kind", CONTROLLERS, ids=lambda kind: kind.__name__)
 def test_somebody_who_walks_to_and_fro_is_never_touched_and_keeps_the_robot_from_no_goal(kind: type[Navigator]) -> None:
-    walk = Walk(((1.5, -0.5), (-1.5, -0.2), (0.3, 1.6)))
+    places = ((1.5, -0.5), (-1.5, -0.2), (0.3, 1.6))
+    walk = Person("visitor", tuple(Waypoint(x, y) for x, y in places))
     for seed in SEEDS:
         visit = Driver(seed, CONTROLLERS[kind], 0.26, walk=walk).visit_all()
         print(f"{kind.__name__} {seed}: {visit.arrived} arrived, {visit.contacts} contacts, {visit.seconds:.1f} s")

@@ -1,6 +1,8 @@
-"""Promises about the visitor who walks through the world."""
+"""Promises about people who walk through the world."""
 
 import math
+import re
+from pathlib import Path
 
 import msgpack
 import numpy as np
@@ -8,31 +10,38 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from regraft.bus_schema.errors import BadMessage
 from regraft.planar import Pose2D
 from regraft.sim_service import survey
 from regraft.sim_service.cameras.camera import CameraSettings
 from regraft.sim_service.cameras.ray_camera import RayCamera
+from regraft.sim_service.layout.people import COURTESY, Person, Waypoint
 from regraft.sim_service.layout.placement import Placement
 from regraft.sim_service.layout.scene import SceneError
-from regraft.sim_service.layout.visitor import COURTESY, Walk, WalkError
 from regraft.sim_service.simulation import Simulation, SimulationSettings
 from tests.support.worlds import new_contacts, truth_of, turn_of, with_waffle
 
 from .worlds import FROG, OUT_OF_THE_WAY, drive, frog
 
 WITH_VISITOR = FROG.with_name("world_with_visitor.xml")
-WALK = Walk(((1.5, -0.6), (-1.5, -0.6)), speed=0.5)
 
 
-def visited(walk: Walk | None = WALK, robot: Pose2D | None = None) -> Simulation:
+def walk(*places: tuple[float, float], speed: float = 0.3, name: str = "visitor") -> Person:
+    return Person(name, tuple(Waypoint(x, y) for x, y in places), speed)
+
+
+WALK = walk((1.5, -0.6), (-1.5, -0.6), speed=0.5)
+
+
+def visited(people: tuple[Person, ...] = (WALK,), robot: Pose2D | None = None) -> Simulation:
     """Return FROG with a visitor and with the robot somewhere."""
     placement = Placement({**OUT_OF_THE_WAY, "base": robot or Pose2D(0.0, -1.8, math.pi / 2)})
-    return Simulation(with_waffle(WITH_VISITOR), 1, SimulationSettings(walk=walk), placement)
+    return Simulation(with_waffle(WITH_VISITOR), 1, SimulationSettings(people=people), placement)
 
 
-def place_of_visitor(simulation: Simulation) -> tuple[float, float]:
+def place_of(simulation: Simulation, person: str) -> tuple[float, float]:
     scene = simulation.scene
-    joints = [scene.index("joint", name) for name in ("visitor_x", "visitor_y")]
+    joints = [scene.index("joint", f"{person}_{axis}") for axis in "xy"]
     x, y = (float(simulation.render_state().qpos[scene.model.jnt_qposadr[joint]]) for joint in joints)
     return x + 4.0, y
 
@@ -42,8 +51,8 @@ def place_of_visitor(simulation: Simulation) -> tuple[float, float]:
     [(((1.0, 0.0),), "two or more waypoints"), (((1.0, 0.0), (1.0, 0.0)), "neighbours at different places")],
 )
 def test_a_walk_that_leads_nowhere_is_refused(waypoints: tuple[tuple[float, float], ...], complaint: str) -> None:
-    with pytest.raises(WalkError, match=complaint):
-        Walk(waypoints)
+    with pytest.raises(BadMessage, match=complaint):
+        walk(*waypoints)
 
 
 places = st.tuples(st.integers(-20, 20), st.integers(-20, 20)).map(lambda p: (p[0] / 10, p[1] / 10))
@@ -51,17 +60,17 @@ places = st.tuples(st.integers(-20, 20), st.integers(-20, 20)).map(lambda p: (p[
 
 @given(st.lists(places, min_size=2, max_size=6, unique=True), st.floats(0.0, 100.0), st.floats(0.0, 1.0))
 def test_a_walk_never_jumps(way: list[tuple[float, float]], travelled: float, step: float) -> None:
-    walk = Walk(tuple(way))
-    one, other = walk.pose(travelled), walk.pose(travelled + step)
+    person = walk(*way)
+    one, other = person.pose(travelled), person.pose(travelled + step)
     assert math.hypot(one.x - other.x, one.y - other.y) <= step + 1e-6
 
 
 def test_the_visitor_walks_to_and_fro_at_its_speed() -> None:
     simulation = visited()
     simulation.advance(2.0)
-    assert place_of_visitor(simulation) == pytest.approx((0.5, -0.6), abs=0.02)
+    assert place_of(simulation, "visitor") == pytest.approx((0.5, -0.6), abs=0.02)
     simulation.advance(7.0)
-    assert place_of_visitor(simulation) == pytest.approx((0.0, -0.6), abs=0.02)
+    assert place_of(simulation, "visitor") == pytest.approx((0.0, -0.6), abs=0.02)
     assert truth_of(simulation).pose.y == pytest.approx(-1.8, abs=0.01)
 
 
@@ -82,20 +91,20 @@ def test_the_visitor_waits_for_a_robot_in_its_way_and_never_runs_into_it() -> No
     simulation = visited(robot=Pose2D(0.0, -0.6, math.pi / 2))
     for _ in range(100):
         simulation.advance(0.1)
-        x, y = place_of_visitor(simulation)
+        x, y = place_of(simulation, "visitor")
         assert math.hypot(x, y + 0.6) > COURTESY - 0.02
     assert not new_contacts(simulation)
     drive(simulation, -0.26, 0.0, 4.0)
     passed = []
     for _ in range(50):
         simulation.advance(0.1)
-        passed.append(place_of_visitor(simulation)[0])
+        passed.append(place_of(simulation, "visitor")[0])
     assert min(passed) == pytest.approx(-1.5, abs=0.05)
 
 
 def test_the_visitor_begins_away_from_the_robot() -> None:
     simulation = visited(robot=Pose2D(1.5, -0.6, 0.0))
-    x, y = place_of_visitor(simulation)
+    x, y = place_of(simulation, "visitor")
     assert math.hypot(x - 1.5, y + 0.6) >= COURTESY
     simulation.advance(1.0)
     assert not new_contacts(simulation)
@@ -113,13 +122,27 @@ def test_a_visited_run_continues_from_its_snapshot_bit_by_bit() -> None:
 
 
 def test_a_visitor_without_a_walk_stays_outside_and_is_not_on_the_map() -> None:
-    simulation = visited(None)
+    simulation = visited(())
     simulation.advance(1.0)
-    assert place_of_visitor(simulation)[0] == pytest.approx(4.0, abs=1e-6)
+    assert place_of(simulation, "visitor")[0] == pytest.approx(4.0, abs=1e-6)
     plain = Simulation(frog(), 1, placement=simulation.placement)
     np.testing.assert_array_equal(survey.ground_map(simulation).occupancy, survey.ground_map(plain).occupancy)
 
 
 def test_a_walk_in_a_world_without_visitor_is_refused() -> None:
     with pytest.raises(SceneError, match="no joint named 'visitor_x'"):
-        Simulation(frog(), 1, SimulationSettings(walk=WALK))
+        Simulation(frog(), 1, SimulationSettings(people=(WALK,)))
+
+
+def test_several_people_walk_each_on_their_own_way(tmp_path: Path) -> None:
+    file = tmp_path / "crowd.xml"
+    second = re.search(r'<body name="visitor".*?</body>', WITH_VISITOR.read_text(), re.DOTALL)
+    assert second is not None
+    world = WITH_VISITOR.read_text().replace("</worldbody>", second[0].replace("visitor", "guest") + "</worldbody>")
+    file.write_text(world.replace('file="world.xml"', f'file="{FROG}"'))
+    people = (WALK, walk((-1.0, 1.8), (1.0, 1.8), speed=0.2, name="guest"))
+    placement = Placement({**OUT_OF_THE_WAY, "base": Pose2D(0.0, -1.8, math.pi / 2)})
+    simulation = Simulation(with_waffle(file), 1, SimulationSettings(people=people), placement)
+    simulation.advance(2.0)
+    assert place_of(simulation, "visitor") == pytest.approx((0.5, -0.6), abs=0.02)
+    assert place_of(simulation, "guest") == pytest.approx((-0.6, 1.8), abs=0.02)

@@ -1,8 +1,8 @@
-"""Somebody who walks through the world, for robots to stop for.
+"""People who walk through the world, for robots to stop for.
 
-The world file has a body that slides along x and y and turns about z. Its joints are ``visitor_x``, ``visitor_y`` and
-``visitor_yaw``. It is moved along its way; nothing pushes it aside. Cameras see it, because
-joints are part of what they are told, and so does the lidar.
+The world file has a body for each that slides along x and y and turns about z. The joints of ``visitor`` are
+``visitor_x``, ``visitor_y`` and ``visitor_yaw``. A person is moved along their way; nothing pushes them aside. Cameras
+and lidars see them. People do not see each other.
 """
 
 from __future__ import annotations
@@ -11,22 +11,19 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import mujoco
 
-from regraft.bus_schema.annotations import Metres
+from regraft.bus_schema.annotations import Bounds, Metres, Text, Unit
+from regraft.bus_schema.errors import BadMessage
 from regraft.planar import Pose2D
 from regraft.sim_service.layout.scene import Scene
 
-JOINTS = ("visitor_x", "visitor_y", "visitor_yaw")
+JOINTS = ("x", "y", "yaw")
 COURTESY = 0.55
-"""m: the visitor waits while its next step would bring it this near to a robot's middle."""
-DEFAULT_SPEED = 0.3
-
-
-class WalkError(ValueError):
-    """A walk that leads nowhere; the message says what would be right."""
+"""m: people wait while their next step would bring them this near to a robot's middle."""
+MAX_SPEED = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,30 +35,35 @@ class Waypoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
-    """Straight from waypoint to waypoint (x, y in m, map frame) at a speed (m/s), and back."""
+class Person:
+    """Somebody who walks straight from waypoint to waypoint (m, map frame) at a speed, and back."""
 
-    waypoints: tuple[tuple[float, float], ...]
-    speed: float = DEFAULT_SPEED
+    name: Annotated[str, Text(64)]
+    """The body of the world; its joints begin with it."""
+    waypoints: tuple[Waypoint, ...]
+    speed: Annotated[float, Unit("m/s"), Bounds(0.01, MAX_SPEED)] = 0.3
 
     def __post_init__(self) -> None:
-        """Check the waypoints; raises WalkError."""
+        """Check the waypoints; raises BadMessage."""
         if len(self.waypoints) < 2 or any(a == b for a, b in pairwise(self.waypoints)):
-            raise WalkError(
-                f"visitor: {list(self.waypoints)} must have two or more waypoints, neighbours at different places"
-            )
+            problem = "must have two or more waypoints, neighbours at different places"
+            raise BadMessage(f"{self.name} {problem}", ("waypoints",))
+
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """Return the waypoints as x and y."""
+        return tuple((at.x, at.y) for at in self.waypoints)
 
     @property
     def length(self) -> float:
         """The length (m) of the way to the last waypoint."""
-        return sum(math.dist(a, b) for a, b in pairwise(self.waypoints))
+        return sum(math.dist(a, b) for a, b in pairwise(self.places()))
 
     def pose(self, travelled: float) -> Pose2D:
         """Return where somebody is who has walked so far (m), facing where they go."""
         there_and_back = travelled % (2.0 * self.length)
         going = there_and_back <= self.length
         left = there_and_back if going else 2.0 * self.length - there_and_back
-        for (x, y), (to_x, to_y) in pairwise(self.waypoints):
+        for (x, y), (to_x, to_y) in pairwise(self.places()):
             stretch = math.dist((x, y), (to_x, to_y))
             if left <= stretch:
                 break
@@ -71,12 +73,12 @@ class Walk:
         return Pose2D(x + share * (to_x - x), y + share * (to_y - y), math.atan2(way_y, way_x))
 
 
-class Visitor:
-    """Moves the visitor of one running world; raises SceneError if the world has none."""
+class Walker:
+    """Moves one person of a running world; raises SceneError if the world has nobody of this name."""
 
-    def __init__(self, scene: Scene, walk: Walk) -> None:
+    def __init__(self, scene: Scene, walk: Person) -> None:
         model = scene.model
-        joints = [scene.index("joint", name) for name in JOINTS]
+        joints = [scene.index("joint", f"{walk.name}_{axis}") for axis in JOINTS]
         self._positions = [int(model.jnt_qposadr[joint]) for joint in joints]
         self._velocities = [int(model.jnt_dofadr[joint]) for joint in joints]
         body = int(model.jnt_bodyid[joints[0]])
@@ -101,7 +103,7 @@ class Visitor:
         self._put(data, 0.0 if waits else self._walk.speed)
 
     def _nearest(self, travelled: float, robots: Sequence[Pose2D]) -> float:
-        """Return the distance (m) to the nearest robot from where the visitor is then."""
+        """Return the distance (m) to the nearest robot from where the person is then."""
         pose = self._walk.pose(travelled)
         return min((math.dist(pose.position, robot.position) for robot in robots), default=math.inf)
 
@@ -114,9 +116,9 @@ class Visitor:
             data.qvel[velocity] = rate
 
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the visitor has walked, as plain data."""
+        """Return how far the person has walked, as plain data."""
         return {"travelled": self._travelled}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Take over how far the visitor had walked; where it stands is part of the physics."""
+        """Take over how far the person had walked; where they are is part of the physics."""
         self._travelled = float(snapshot["travelled"])
