@@ -36,7 +36,7 @@ class SimulationSettings:
     control_period: float = 0.01
     """How often commands reach the actuators and contacts are looked for; a whole number of physics steps."""
     people: tuple[Person, ...] = ()
-    """Who walks in the world, which has a body for each."""
+    """The people who walk in the world, which has a body for each."""
 
 
 def own_parameters(device: Fitted) -> DeviceParameters:
