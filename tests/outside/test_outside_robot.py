@@ -6,7 +6,8 @@ import json
 import math
 import signal
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -33,17 +34,26 @@ def user(installed: Path, tmp_path: Path) -> dict[str, str]:
 
 
 @pytest.fixture
-def running(user: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
-    """Run the stack until the test is over, from a folder that has nothing to do with it."""
+def run_yard(
+    user: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[[str], dict[str, str]]]:
+    """Return a function that runs a stack until the test is over, from a folder that has nothing to do with it."""
     monkeypatch.setenv("REGRAFT_HOME", user["REGRAFT_HOME"])
-    process = started(user, "up", "acme_yard", "--headless", "--speed", "max", "--system", "yard", cwd=tmp_path)
-    try:
-        wait_until(lambda: process.poll() is not None or run_directory.running(), "the stack to be up")
-        assert process.poll() is None
-        yield user
-    finally:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) in (0, 130)
+    with ExitStack() as running:
+
+        def start(stack: str) -> dict[str, str]:
+            process = started(user, "up", stack, "--headless", "--speed", "max", "--system", "yard", cwd=tmp_path)
+            running.callback(_end, process)
+            wait_until(lambda: process.poll() is not None or run_directory.running(), "the stack to be up")
+            assert process.poll() is None
+            return user
+
+        yield start
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) in (0, 130)
 
 
 def shown(user: dict[str, str], *words: str) -> str:
@@ -53,7 +63,10 @@ def shown(user: dict[str, str], *words: str) -> str:
     return done.stdout
 
 
-def test_each_robot_has_the_device_on_a_topic_of_its_own_and_turns_by_it(running: dict[str, str]) -> None:
+def test_each_robot_has_the_device_on_a_topic_of_its_own_and_turns_by_it(
+    run_yard: Callable[[str], dict[str, str]],
+) -> None:
+    running = run_yard("acme_yard")
     topics = json.loads(shown(running, "topic", "list", "--robot", "north"))["topics"]
     heading = next(topic for topic in topics if topic["name"] == "north/heading")
     assert (heading["type"], heading["writers"]) == ("acme/Heading", ["world.north/heading"])
@@ -65,6 +78,19 @@ def test_each_robot_has_the_device_on_a_topic_of_its_own_and_turns_by_it(running
             return math.isclose(seen["message"]["yaw"], direction, abs_tol=0.1)
 
         wait_until(arrived, f"{robot} to have turned")
+
+
+def test_a_robot_that_has_devices_alone_is_known_by_its_name(
+    installed: Path, run_yard: Callable[[str], dict[str, str]], tmp_path: Path
+) -> None:
+    stack = tmp_path / "yard.yaml"
+    watcher = "{robot: acme_rover, place: {x: -1.0, y: 0.0}, components: {turner: null}}"
+    stack.write_text(f"include: [{installed}/acme_rover/yard/stack.yaml]\nrobots:\n  watcher: {watcher}\n")
+    running = run_yard(str(stack))
+    topics = json.loads(shown(running, "topic", "list", "--robot", "watcher"))["topics"]
+    assert [topic["name"] for topic in topics] == ["watcher/heading", "watcher/velocity"]
+    done = regraft(running, "--system", "yard", "topic", "list", "--robot", "wacher")
+    assert (done.returncode, "did you mean 'watcher'?" in done.stderr) == (2, True)
 
 
 def failed(user: dict[str, str], tmp_path: Path, *options: str) -> subprocess.CompletedProcess[str]:
