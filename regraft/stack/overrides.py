@@ -138,7 +138,7 @@ def _described_anew(
     if not spec.cls or spec.description is None:
         return spec, ()
     description, wrong = describe_class(spec.cls, spec.parameters)
-    if description == spec.description:
+    if wrong or description == spec.description:  # the ports of wrong parameters are unknown: those before stay
         return spec, wrong
     before = connections(spec, architecture.topics, {})
     given = {

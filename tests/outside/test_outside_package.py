@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from regraft import run_directory
-from tests.support.paths import ROOT
+from tests.outside.installing import having, installed_package, regraft, started
 from tests.support.waiting import PATIENCE, wait_until
 
 PACKAGE = Path(__file__).parent / "package"
@@ -20,50 +18,28 @@ PACKAGE = Path(__file__).parent / "package"
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the package the ordinary way, into a folder of its own."""
-    source = tmp_path_factory.mktemp("source") / "package"
-    target = tmp_path_factory.mktemp("installed")
-    subprocess.run(["cp", "-r", str(PACKAGE), str(source)], check=True)
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
-    subprocess.run([*pip, "--target", str(target), str(source)], check=True, timeout=4 * PATIENCE)
-    return target
-
-
-def _environment(installed: Path, home: Path) -> dict[str, str]:
-    path = os.pathsep.join([str(installed), str(ROOT)])
-    return {**os.environ, "PYTHONPATH": path, "REGRAFT_HOME": str(home)}
-
-
-def _regraft(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "regraft.cli", *arguments],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    """Return the folder in which the package is installed."""
+    return installed_package(PACKAGE, tmp_path_factory)
 
 
 def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
     installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    environment = _environment(installed, tmp_path)
+    environment = having(installed, tmp_path)
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path))
-    command = [sys.executable, "-m", "regraft.cli", "run", "acme_weather.station:Station", "--name", "station"]
-    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
+    process = started(environment, "run", "acme_weather.station:Station", "--name", "station")
     try:
         wait_until(lambda: run_directory.running(), "the component to be up")
         system = run_directory.running()[0].system
         assert process.poll() is None
 
         def echo() -> subprocess.CompletedProcess[str]:
-            return _regraft(environment, "--system", system, "topic", "echo", "weather", "--count", "1", "--json")
+            return regraft(environment, "--system", system, "topic", "echo", "weather", "--count", "1", "--json")
 
         seen = echo()
         assert seen.returncode == 0, seen.stderr
         assert "290.0" in seen.stdout
-        done = _regraft(environment, "--system", system, "param", "set", "station", "temperature=300")
+        done = regraft(environment, "--system", system, "param", "set", "station", "temperature=300")
         assert done.returncode == 0, done.stderr
         assert "300.0" in echo().stdout
     finally:
@@ -78,6 +54,6 @@ def test_its_message_type_can_be_named_in_a_stack(installed: Path, tmp_path: Pat
         "topics:\n  weather: {type: acme/Weather, rate: 20}\n"
         "components:\n  station: {class: 'acme_weather.station:Station', parameters: {temperature: 280}}\n"
     )
-    ended = _regraft(_environment(installed, tmp_path / "home"), "up", str(stack), "--for", "1", "--json", "--headless")
+    ended = regraft(having(installed, tmp_path / "home"), "up", str(stack), "--for", "1", "--json", "--headless")
     assert ended.returncode == 0, ended.stderr
     assert json.loads(ended.stdout)["wall_s"] > 0

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Final
 
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import no_such
+
+ROBOTS: Final = "robots"
+"""The parameter in which a world has its robots: a stack gives it ``$robots``."""
 
 
 class NoSuchRobot(ValueError):
@@ -39,16 +45,26 @@ class RobotView:
 ALL = RobotView("")
 
 
-def robots_of(components: Iterable[str], topics: Collection[str]) -> frozenset[str]:
-    """Return the robots among several whose components these are.
+def robots_of(components: Mapping[str, ComponentSpec], topics: Collection[str]) -> frozenset[str]:
+    """Return the robots among several of a system: those with components, and those that its world simulates.
 
-    >>> sorted(robots_of(["left.eye", "right.eye", "world"], ["left/scan", "right/scan"]))
-    ['left', 'right']
+    >>> world = ComponentSpec("world", parameters={ROBOTS: [{"name": "left"}, {"name": "buoy"}]})
+    >>> sorted(robots_of({"left.eye": ComponentSpec("left.eye"), "world": world}, ["left/scan", "buoy/light"]))
+    ['buoy', 'left']
     """
-    return frozenset(filter(None, (scope_of(name, topics) for name in components)))
+    with_components = (scope_of(name, topics) for name in components)
+    simulated = (name for spec in components.values() for name in _simulated(spec.parameters.get(ROBOTS)))
+    return frozenset(filter(None, (*with_components, *simulated)))
 
 
-def robot_view(robot: str, components: Collection[str], topics: Collection[str]) -> RobotView:
+def _simulated(robots: PlainValue) -> Iterator[str]:
+    for robot in robots if isinstance(robots, list) else ():
+        name = robot.get("name") if isinstance(robot, dict) else None
+        if isinstance(name, str):
+            yield name
+
+
+def robot_view(robot: str, components: Mapping[str, ComponentSpec], topics: Collection[str]) -> RobotView:
     """Return the view of a robot; raises NoSuchRobot, which says what robots there are."""
     if not robot:
         return ALL

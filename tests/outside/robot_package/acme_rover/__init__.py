@@ -1,0 +1,1 @@
+"""A rover that turns by a compass."""

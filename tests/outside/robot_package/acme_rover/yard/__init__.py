@@ -1,0 +1,1 @@
+"""The folder of a stack with two rovers."""
