@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import os
+import sys
 from collections.abc import Generator
 
 import pytest
@@ -12,6 +14,10 @@ from regraft.sim_service.cameras.renderers import RendererName
 from tests.support.renderers import best
 from tests.support.waiting import slowness
 from tests.support.workers import give_back_memory, workers
+
+# Let Python keep what it compiles, also where the environment says not to: hundreds of processes would compile it again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
