@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import threading
 from dataclasses import replace
 
@@ -21,7 +20,6 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.runtime.lifecycle.lifecycle import TransitionFailed
 from tests.adaptation.system import System, small_architecture
 from tests.support.waiting import PATIENCE, wait_until
 
@@ -52,14 +50,8 @@ def _mood(system: System, mood: str) -> None:
 
 def _fail(system: System) -> None:
     """Have the part fail: it should be active, and is unconfigured."""
-    _mood(system, "clings")
-    runtime = system.running["fragile"].runtime
-
-    def fail() -> None:
-        with contextlib.suppress(TransitionFailed):
-            runtime.lifecycle.perform(Transition.DEACTIVATE)
-
-    runtime.post(fail)
+    fragile = system.running["fragile"]
+    fragile.runtime.post(lambda: fragile.component.kit.fail("it is broken"))
     wait_until(lambda: system.view("fragile").state is State.UNCONFIGURED)
 
 
@@ -203,7 +195,6 @@ def test_an_undo_does_not_start_a_hung_part_that_was_ended(modal: System) -> Non
 
 def test_a_mode_that_wants_a_failed_part_active_brings_it_back(modal: System) -> None:
     _fail(modal)
-    _mood(modal, "well")
     report = modal.adapt(EnterMode("with"))
     assert report.outcome is Outcome.APPLIED, report
     assert modal.view("fragile").state is State.ACTIVE
