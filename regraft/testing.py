@@ -28,7 +28,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
-from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.health import ComponentStatus, Event
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component
 from regraft.component.goal import Goal
@@ -118,6 +118,10 @@ class Rig:
     def state(self, name: str) -> State:
         """Return a component's lifecycle state."""
         return self.runtimes[name].state
+
+    def status(self, name: str) -> ComponentStatus:
+        """Return what a component reports about itself."""
+        return self.runtimes[name].reporter.status
 
     def transition(self, name: str, transition: Transition) -> None:
         """Bring a component to another state; raises TransitionFailed."""

@@ -50,6 +50,11 @@ class ComponentSeen:
         return self.status.error if self.status else ""
 
     @property
+    def failure(self) -> str:
+        """Why it failed by itself, empty if it did not, or has recovered."""
+        return self.status.failure if self.status else ""
+
+    @property
     def detail(self) -> str:
         """The text of its last status, empty without one."""
         return self.status.detail if self.status else ""

@@ -154,6 +154,15 @@ class Kit(Protocol):
         It replaces the text and the values before it.
         """
 
+    def fail(self, why: str) -> None:
+        """Leave for errorprocessing and ``on_error`` as soon as the calling handler, hook or task step returns.
+
+        The component is unconfigured then, or finalized if ``on_error`` raises, until somebody configures it again.
+        """
+
+    def recovered(self) -> None:
+        """Report that what ``fail`` was called for is over. The state stays; the component can be configured again."""
+
     # --- for the adaptation manager and other tools that act on components ---
 
     @property

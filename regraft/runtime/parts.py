@@ -43,6 +43,7 @@ class Parts:
         direct: what takes the samples of some keys at once, by key.
         marker_listeners: called with key, source and stream of every marker.
         tick: the world tick that this component is in, None in real time.
+        failing: why the component wants to fail, empty if it does not; ``fail`` then does it between two handlers.
     """
 
     def __init__(self, cls: type[Component], assignment: Assignment, bus: Bus, clock: Clock) -> None:
@@ -67,6 +68,8 @@ class Parts:
         self.direct: dict[str, Callable[[Sample], None]] = {}
         self.marker_listeners: list[Callable[[str, str, Stream], None]] = []
         self.tick: int | None = None
+        self.failing = ""
+        self.fail: Callable[[], None] = lambda: None
         self.tasks = Tasks()
         self.timers = Timers()
         self.slots = Slots(stepped=self.stepped)
@@ -161,6 +164,7 @@ class Parts:
     def work(self) -> None:
         """Handle all that is ready: samples in their order, then tasks, until nothing is left."""
         ready, in_line = self.inbound.ready, self.tasks.in_line
+        self.fail_if_wanted()
         while ready or in_line:
             try:
                 if ready:
@@ -170,8 +174,14 @@ class Parts:
                     self.tasks.run()
             except Exception as error:
                 self.reporter.fault("delivery", error)
+            self.fail_if_wanted()
             if ready or in_line:
                 self.reporter.beat_if_due()  # many messages take long, and only a handler that does not return hangs
+
+    def fail_if_wanted(self) -> None:
+        """Fail now if a handler that has returned wanted to."""
+        if self.failing:
+            self.fail()
 
     def handle(self, samples: Iterable[Sample]) -> None:
         """Handle samples that were held, in their order."""

@@ -51,6 +51,7 @@ class Runtime(Parts):
         self.marker_listeners.append(self.rewiring.saw_marker)
         periodic = PeriodicCalls(self, self.checkpoints.publish)
         self.lifecycle = Lifecycle(self, self.connections, self.rewiring, self.checkpoints, periodic)
+        self.fail = self.lifecycle.fail
         self.answering = Answering(self)
         self.fence = Fence(self)
         standing = Standby(self, self.lifecycle, self.answering, self.rewiring.saw_marker, self.take)
@@ -113,6 +114,7 @@ class Runtime(Parts):
         query = self.bus.open_query(item)
         if query is not None:
             self.control.take(query)
+            self.fail_if_wanted()
         elif callable(item):
             item()
 
@@ -126,6 +128,8 @@ class Runtime(Parts):
         """Call the timers that are due, in order of declaration, then wake the sleepers that are due."""
         now = self.clock.now()
         for timer in self.timers.take_due(now):
+            if not self.timers.is_running(timer):
+                continue  # the component has failed in one before it
             self.guarded(timer.name, timer.call)
             self.work()
         self.timers.wake_sleepers(now)

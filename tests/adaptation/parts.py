@@ -59,7 +59,7 @@ class Fragile(Component):
 
     heard = Input(Twist, topic="numbers", required=False)
     level = Parameter(0, minimum=0, maximum=10)
-    mood = Parameter("well", choices=("well", "refuses", "hangs", "dies", "fails"))
+    mood = Parameter("well", choices=("well", "refuses", "hangs", "dies", "fails", "clings", "drowns"))
     release: ClassVar[threading.Event] = threading.Event()
 
     def on_parameters(self, changed: frozenset[str]) -> None:
@@ -76,6 +76,16 @@ class Fragile(Component):
         """Fail, as the mood is."""
         if self.mood == "fails":
             raise RuntimeError("cannot be activated in this mood")
+
+    def on_deactivate(self) -> None:
+        """Fail, as the mood is."""
+        if self.mood in ("clings", "drowns"):
+            raise RuntimeError("cannot be deactivated in this mood")
+
+    def on_error(self) -> None:
+        """Fail once more, as the mood is."""
+        if self.mood == "drowns":
+            raise RuntimeError("cannot recover in this mood")
 
 
 class Newcomer(Component):

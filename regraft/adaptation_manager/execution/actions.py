@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from regraft.adaptation_manager.execution.giving_way import give_way, stay_down
 from regraft.adaptation_manager.steps.actions import (
     Action,
     Activate,
@@ -16,6 +17,7 @@ from regraft.adaptation_manager.steps.actions import (
     RunProcess,
     RunSuccessor,
     StartAgain,
+    StayDown,
     TakeOver,
 )
 from regraft.adaptation_manager.targets.component_client import ControlFailed
@@ -24,7 +26,7 @@ from regraft.adaptation_manager.targets.handover import end_successor, give_back
 from regraft.adaptation_manager.targets.processes import end_process, leave_stopped, run_process, start_again, take_part
 from regraft.adaptation_manager.targets.rewiring import abandon, move_port
 from regraft.bus_schema.messages.protocol.control import ComponentView
-from regraft.bus_schema.model.lifecycle import Transition, after, route
+from regraft.bus_schema.model.lifecycle import Transition, after, is_at_most, route
 
 
 async def perform(context: ExecutionContext, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
@@ -38,6 +40,8 @@ async def perform(context: ExecutionContext, action: Action, meanwhile: Callable
         await _connect_port(context, action)
     elif isinstance(action, ReachState):
         await _reach_state(context, action)
+    elif isinstance(action, StayDown):
+        await stay_down(context, action)
     elif isinstance(action, RunProcess):
         await run_process(context, action)
     elif isinstance(action, Activate):
@@ -83,8 +87,17 @@ async def _connect(context: ExecutionContext, view: ComponentView, port: str, to
 
 
 async def _reach_state(context: ExecutionContext, action: ReachState) -> None:
+    try:
+        await _walk(context, action)
+    except ControlFailed as failure:
+        if not action.leads_down:
+            raise
+        await give_way(context, action, failure)
+
+
+async def _walk(context: ExecutionContext, action: ReachState) -> None:
     view = await context.controls.read(action.component).view()
-    if view.state is action.state:
+    if view.state is action.state or (action.leads_down and is_at_most(view.state, action.state)):
         return
     context.touch(action.component)
     for transition in _way(view, action):

@@ -19,6 +19,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.lifecycle import State, is_lower
 from regraft.patience import stretched
 
 REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,200}")
@@ -30,7 +31,8 @@ class Watch:
 
     ``named`` are the components that the request names, whether there is anything to do to them or not. ``runs`` are
     the incarnations of those that are watched, ``faults`` how many errors each had reported before. ``owed`` are the
-    requirements that were broken before and have not been met since: they have until the end.
+    requirements that were broken before and have not been met since: they have until the end. ``failed`` are the
+    components that had failed before.
     """
 
     context: ExecutionContext
@@ -40,6 +42,7 @@ class Watch:
     runs: dict[str, int] = field(default_factory=dict)
     faults: dict[tuple[str, int], int] = field(default_factory=dict)
     owed: set[str] = field(default_factory=set)
+    failed: set[str] = field(default_factory=set)
 
     @property
     def components(self) -> list[str]:
@@ -72,6 +75,8 @@ class Watch:
             except ControlFailed:
                 continue
             self.faults[name, view.incarnation] = view.faults
+            if is_lower(view.state, spec.state):
+                self.failed.add(name)
         return found
 
     def start(self) -> None:
@@ -91,6 +96,8 @@ class Watch:
 
     async def _problem(self, name: str) -> str:
         spec = self.plan.after.components[name]
+        if spec.state is not State.ACTIVE and self._is_left_alone(name):
+            return ""
         process = self.context.controls.processes.get(name)
         if self.context.controls.living(name) is None or process is None:
             return f"{name} has ended: {process.exit_reason if process else 'it has no process'}"
@@ -110,6 +117,10 @@ class Watch:
         if view.faults > self.faults.get((name, run), 0):
             return f"{name} reported an error: {view.error}"
         return ""
+
+    def _is_left_alone(self, name: str) -> bool:
+        """Return whether a component had failed before, or failed as it was to do less."""
+        return name in self.failed or name in self.context.given_way or name not in self.runs
 
     async def _qualities(self) -> list[tuple[str, Quality | None]]:
         """Return the latest of every requirement, None for one that nobody tells of."""

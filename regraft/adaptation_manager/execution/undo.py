@@ -22,7 +22,7 @@ from regraft.bus_schema.model.adaptation import (
     Violation,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.lifecycle import State, after, route
+from regraft.bus_schema.model.lifecycle import DOWNWARD, State, after, route
 from regraft.bus_schema.model.wiring import own_topic
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ..
             back.append((Connect(spec.name, change.port, _topic(before, spec, change.port)),))
         elif isinstance(change, ChangeState):
             start = states.get(spec.name, spec.state)
-            end = after(start, change.transition) or start
+            end = after(start, change.transition) or DOWNWARD.get(change.transition, start)
             states[spec.name] = end
             back.append(tuple(ChangeState(spec.name, transition) for transition in route(end, start) or ()))
     return tuple(change for changes_back in reversed(back) for change in changes_back)

@@ -15,6 +15,7 @@ from regraft.adaptation_manager.steps.actions import (
     ReachState,
     RunProcess,
     RunSuccessor,
+    StayDown,
     TakeOver,
 )
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer, PendingQuery
@@ -22,7 +23,7 @@ from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.adaptation_manager.targets.host_client import Update
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import State, is_at_most
 
 
 async def verify(plan: Plan, context: ExecutionContext, update: Update) -> None:
@@ -41,9 +42,33 @@ async def verify(plan: Plan, context: ExecutionContext, update: Update) -> None:
     context.controls.processes |= await update.processes()
     wrong = []
     for name in names:
-        wrong += differences(await _newest_view(context, name, reading.get(name)), _wanted_of(plan, name))
+        limit = _limit(plan, name)
+        try:
+            view = await _newest_view(context, name, reading.get(name))
+        except NoAnswer as error:
+            if limit is None or not error.gone:
+                raise
+            continue  # its host starts it, if at all, as the plan says
+        wanted = _wanted_of(plan, name)
+        if limit is not None and is_at_most(view.state, limit):
+            wanted.pop("state", None)
+        wrong += differences(view, wanted)
     if wrong:
         raise ControlFailed(f"read back after the change: {'; '.join(wrong)}")
+
+
+def _limit(plan: Plan, name: str) -> State | None:
+    """Return the state that a component may be below, if all that was asked of it is to do less; else None.
+
+    Such a component may have no process either.
+    """
+    actions = [step.do for step in plan.steps if step.component == name]
+    downward = [
+        action
+        for action in actions
+        if isinstance(action, StayDown) or (isinstance(action, ReachState) and action.leads_down)
+    ]
+    return downward[-1].state if len(downward) == len(actions) else None
 
 
 async def _newest_view(context: ExecutionContext, name: str, asked: PendingQuery | None) -> ComponentView:
@@ -101,8 +126,8 @@ def _wanted(action: Action) -> dict[str, object]:
         return {f"connect.{action.port}": action.topic}
     if isinstance(action, Activate):
         return {"state": State.ACTIVE.value}
-    if isinstance(action, LeaveStopped):
-        return {}  # something is started in its place
+    if isinstance(action, LeaveStopped | StayDown):
+        return {}  # something is started in its place, or it has seen to it itself
     if isinstance(action, RunSuccessor):
         values = {f"parameters.{name}": value for name, value in _same_anywhere(action.spec)}
         return values | {f"connect.{port}": topic for port, topic in action.spec.connections.items()}

@@ -20,7 +20,7 @@ from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
 from regraft.adaptation_manager.planning.checks import check
 from regraft.adaptation_manager.planning.estimate import estimated
-from regraft.adaptation_manager.planning.modes import expanded
+from regraft.adaptation_manager.planning.modes import meant
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry
 from regraft.adaptation_manager.queue.startup_gate import StartupGate
@@ -210,8 +210,8 @@ class Worker:
 
     @staticmethod
     def _watch(request: AdaptationRequest, context: ExecutionContext, plan: Plan) -> Watch:
-        changes, _ = expanded(request.changes, plan.before)
-        return Watch(context, plan, request.watch, frozenset(change.component for _, change in changes))
+        named = frozenset(change.component for change in meant(request.changes, plan.before))
+        return Watch(context, plan, request.watch, named)
 
     def _rejected(self, entry: Entry, found: tuple[Violation, ...]) -> AdaptationReport:
         entry.phases.leave()

@@ -9,13 +9,18 @@ from functools import partial
 from regraft.adaptation_manager.planning.additions import described_additions
 from regraft.adaptation_manager.planning.modes import expanded
 from regraft.adaptation_manager.planning.plan import Plan
+from regraft.adaptation_manager.planning.reading import (
+    Read,
+    as_it_is,
+    keeps_ending,
+    kept_down,
+    needed_but_silent,
+    read_named,
+)
 from regraft.adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from regraft.adaptation_manager.steps.draft import Draft
-from regraft.adaptation_manager.targets.component_client import ComponentClient, ControlFailed, NoAnswer, PendingQuery
+from regraft.adaptation_manager.targets.component_client import ComponentClient
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.adaptation_manager.targets.processes import NOT_RUNNING
-from regraft.bus_schema.messages.protocol.control import ComponentView
-from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.adaptation import (
     AdaptationRequest,
     Add,
@@ -31,9 +36,6 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import value_violations, violations
 from regraft.bus_schema.suggestions import instead_of
 
-COMING = (ProcessState.WAITING, ProcessState.STARTING)
-"""States of a process that is about to run."""
-
 
 async def check(
     request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
@@ -45,38 +47,43 @@ async def check(
     """
     controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
     architecture = hosts.with_joined(architecture)
-    changes, wrong = expanded(request.changes, architecture)
+    read = await read_named(request, architecture, controls, hosts)
+    changes, wrong = expanded(request.changes, architecture, read.states())
     found = [*_of_request(request, architecture), *wrong]
     request = replace(request, changes=tuple(change for _, change in changes))
-    of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager)
+    of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager, read)
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
     return tuple(found), plan
 
 
 async def _check_changes(
-    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts, manager: str
+    request: AdaptationRequest,
+    architecture: Architecture,
+    controls: ComponentClient,
+    hosts: Hosts,
+    manager: str,
+    read: Read,
 ) -> tuple[list[Violation], Plan]:
     found = _contradictions(request.changes)
-    live, silent = await _read(request, architecture, controls, hosts)
     described, unclear = await described_additions(request, architecture, hosts)
-    found += [*silent, *unclear]
     started_as = {name: process.started_as for name, process in controls.processes.items()}
     draft = Draft(
         architecture,
-        live,
+        {name: read.live[name] for name in {change.component for change in request.changes} & read.live.keys()},
         manager,
         described,
         started_as=started_as,
         lost=hosts.lost,
         absent=hosts.absent(),
-        restarting=frozenset(n for n, p in controls.processes.items() if n not in live and _keeps_ending(p)),
+        restarting=frozenset(n for n, p in controls.processes.items() if n not in read.live and keeps_ending(p)),
         changes=request.changes,
     )
     for index, change in enumerate(request.changes):
         draft.index = index
         _plan(draft, change)
-    found += draft.violations
-    of_result = _of_result(request, architecture, draft.architecture)
+    found += [*needed_but_silent(draft, read, request), *unclear, *draft.violations]
+    draft.steps[:0] = kept_down(draft, read, request)
+    of_result = _of_result(request, as_it_is(architecture, draft.architecture, read), draft.architecture)
     # A part that cannot be judged might feed others: most findings on connections would be wrong.
     found += [one for one in of_result if not draft.unclear or not one.field.startswith(("connect.", "constraints."))]
     after = replace(draft.architecture, revision=architecture.revision + 1)
@@ -141,65 +148,6 @@ def _contradictions(changes: Sequence[Change]) -> list[Violation]:
                 problem = f"is to be {value!r} here, but {first!r} earlier in the same request"
                 found.append(Violation(index, change.component, where, problem))
     return found
-
-
-async def _read(
-    request: AdaptationRequest, architecture: Architecture, controls: ComponentClient, hosts: Hosts
-) -> tuple[dict[str, ComponentView], list[Violation]]:
-    """Read every component that is to be changed; returns their views, and those that are not well.
-
-    Where only parameters are set, nothing that a component does by itself matters: its last answer will do.
-    """
-    first_use: dict[str, int] = {}
-    for index, change in enumerate(request.changes):
-        spec = architecture.components.get(change.component)
-        if spec is not None and spec.managed:
-            first_use.setdefault(change.component, index)
-    if not request.dry_run and all(isinstance(change, SetParameters) for change in request.changes):
-        last = [controls.last_answer(name, architecture.components[name].host) for name in first_use]
-        if all(last):
-            return {view.component: view for view in last if view}, []
-    # Components are asked where they ran last while hosts say where they run now: few have been restarted.
-    guessed: dict[str, PendingQuery] = {name: controls.read(name) for name in first_use}
-    controls.processes = await hosts.processes(architecture.revision)
-    asked = {n: one if controls.is_living(one) else controls.read(n) for n, one in guessed.items()}
-    live, silent = {}, []
-    removed = {change.component for change in request.changes if isinstance(change, Remove)}
-    moved = {change.component for change in request.changes if isinstance(change, Move)}
-    swapped = {change.component for change in request.changes if isinstance(change, Swap)} - moved
-    for name, index in first_use.items():
-        try:
-            live[name] = await asked[name].view()
-        except ControlFailed as error:
-            host, process = architecture.components[name].host, controls.processes.get(name)
-            if name in removed or (name in moved and host in hosts.lost):
-                continue  # what does not answer, or is not there, can go as it is, and start elsewhere
-            if name in swapped and host not in hosts.silent and process is not None and _is_broken(process, error):
-                continue  # what is broken can be replaced
-            why = f"its {hosts.why_not_there(host)}" if host in hosts.silent else _why_silent(controls, name, error)
-            silent.append(Violation(index, name, "status", why))
-    return live, silent
-
-
-def _is_broken(process: ProcessStatus, error: ControlFailed) -> bool:
-    """Return whether a component that did not answer does not run, or will have ended again in a moment."""
-    gone = isinstance(error, NoAnswer) and error.gone
-    return process.state in NOT_RUNNING or (_keeps_ending(process) and (gone or process.state in COMING))
-
-
-def _keeps_ending(process: ProcessStatus) -> bool:
-    return process.restarts > 0 and process.state not in NOT_RUNNING
-
-
-def _why_silent(controls: ComponentClient, name: str, error: ControlFailed) -> str:
-    process = controls.processes.get(name)
-    if process is None:
-        return "is not running: no host has a process for it"
-    if process.state is ProcessState.QUARANTINED:
-        return f"is quarantined after {process.restarts} restarts: start or swap it first ({process.exit_reason})"
-    if controls.living(name) is None:
-        return f"is not running: its process is {process.state.value} ({process.exit_reason or 'never started'})"
-    return str(error)
 
 
 def _of_result(request: AdaptationRequest, before: Architecture, after: Architecture) -> list[Violation]:

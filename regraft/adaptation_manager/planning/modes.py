@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, EnterMode, Violation
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.modes import as_needed
 from regraft.bus_schema.suggestions import instead_of
 
@@ -30,8 +32,22 @@ def changes_of(mode: str, architecture: Architecture) -> tuple[Change, ...]:
     return changes
 
 
-def expanded(changes: Sequence[Change], architecture: Architecture) -> tuple[list[tuple[int, Change]], list[Violation]]:
-    """Return the changes with those of each mode in its place, with the index that each was asked for under."""
+def meant(changes: Sequence[Change], architecture: Architecture) -> list[Change]:
+    """Return the changes with those of each mode in its place, needed or not. A mode that is wrong has none."""
+    found: list[Change] = []
+    for change in changes:
+        with contextlib.suppress(NoSuchMode):
+            found += changes_of(change.mode, architecture) if isinstance(change, EnterMode) else (change,)
+    return found
+
+
+def expanded(
+    changes: Sequence[Change], architecture: Architecture, states: Mapping[str, State] | None = None
+) -> tuple[list[tuple[int, Change]], list[Violation]]:
+    """Return the changes with those of each mode in its place, with the index that each was asked for under.
+
+    ``states`` are those that components are in, where they differ from the architecture.
+    """
     found: list[tuple[int, Change]] = []
     wrong = []
     for index, change in enumerate(changes):
@@ -39,7 +55,9 @@ def expanded(changes: Sequence[Change], architecture: Architecture) -> tuple[lis
             found.append((index, change))
             continue
         try:
-            meant = as_needed(changes_of(change.mode, architecture), architecture, [earlier for _, earlier in found])
+            meant = as_needed(
+                changes_of(change.mode, architecture), architecture, [earlier for _, earlier in found], states
+            )
             found += [(index, one) for one in meant]
         except NoSuchMode as error:
             wrong.append(Violation(index, change.component, "mode", str(error)))

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar
 from regraft.bus_schema.annotations import Count, PlainValue, Tagged, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,21 @@ class ReachState:
     connections: dict[str, str]
     by: Transition | None = None
     hold: bool = False
+
+    @property
+    def leads_down(self) -> bool:
+        """Whether the component is to do less: then one that fails on its way has done what was asked of it."""
+        return self.hold or self.by in DOWNWARD
+
+
+@dataclass(frozen=True, slots=True)
+class StayDown:
+    """The component, which did not answer, is at most in this state, or has no process. It was asked for nothing."""
+
+    action: ClassVar[str] = "stay_down"
+    component: str
+    host: str
+    state: State
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +173,7 @@ Action = Annotated[
     ApplyParameters
     | ConnectPort
     | ReachState
+    | StayDown
     | RunProcess
     | Activate
     | EndProcess

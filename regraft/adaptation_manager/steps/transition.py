@@ -6,8 +6,10 @@ from dataclasses import replace
 
 from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState
 from regraft.adaptation_manager.steps.draft import Draft
+from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import ChangeState
-from regraft.bus_schema.model.lifecycle import State, Transition, after, legal
+from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition, after, is_at_most, legal
 
 
 def plan(draft: Draft, change: ChangeState) -> None:
@@ -26,8 +28,15 @@ def plan(draft: Draft, change: ChangeState) -> None:
         return
     live = draft.live.get(name)
     spec = draft.spec(name)
+    lower = DOWNWARD.get(transition)
+    if lower is not None and _is_down_already(live, spec, lower):
+        draft.update(replace(spec, state=lower))
+        return
     state = live.state if live else spec.state
+    by: Transition | None = transition
     following = after(state, transition)
+    if (state, spec.state, transition) == (State.UNCONFIGURED, State.INACTIVE, Transition.ACTIVATE):
+        following, by = State.ACTIVE, None  # it failed while it was inactive, and is configured again on the way
     if following is None:
         possible = ", ".join(t.value for t in legal(state)) or "none"
         draft.refuse(
@@ -43,11 +52,16 @@ def plan(draft: Draft, change: ChangeState) -> None:
         PlannedStep(
             name,
             f"{transition.value} (from {state.value})",
-            ReachState(name, following, dict(spec.connections), transition),
+            ReachState(name, following, dict(spec.connections), by),
             ReachState(name, state, dict(live.connections if live.connections else spec.connections)),
         )
     )
     draft.live[name] = replace(live, state=following, connections=_connections(draft, name, following))
+
+
+def _is_down_already(live: ComponentView | None, spec: ComponentSpec, lower: State) -> bool:
+    """Return whether a component is where a transition leads by itself: it has failed, and the spec has to follow."""
+    return not is_at_most(spec.state, lower) and (live is None or is_at_most(live.state, lower))
 
 
 def _connections(draft: Draft, name: str, state: State) -> dict[str, str]:

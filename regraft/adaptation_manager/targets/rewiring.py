@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer, PendingQuery
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, Peer, Rewire, RewireStep
+from regraft.bus_schema.model.lifecycle import State
 from regraft.patience import Patience
 
 OLD_PUBLISHER_TIMEOUT = 0.5
@@ -71,21 +72,23 @@ async def _move_output(context: ExecutionContext, component: str, port: str, top
 
 
 async def _connected_readers(context: ExecutionContext, topic: str) -> tuple[str, ...]:
-    """Return the components that read ``topic`` now; one that hangs is an error, one that is gone is none."""
+    """Return the components that read ``topic`` now, without those that are gone."""
     asked = [context.controls.read(name) for name in context.readers(topic)]
     connected = []
     for one in asked:
-        view = await _unless_gone(one)
+        view = await _unless_absent(context, one)
         if view is not None and topic in view.connections.values():
             connected.append(view.component)
     return tuple(connected)
 
 
-async def _unless_gone(asked: PendingQuery) -> ComponentView | None:
+async def _unless_absent(context: ExecutionContext, asked: PendingQuery) -> ComponentView | None:
+    """Return an answer, None from a component that is gone, or that hangs and is not needed; raises ControlFailed."""
     try:
         return await asked.view()
     except NoAnswer as error:
-        if error.gone:
+        following = context.after.components.get(asked.component)
+        if error.gone or following is None or following.state is not State.ACTIVE:
             return None
         raise
 
@@ -120,7 +123,7 @@ async def _mark(context: ExecutionContext, writers: list[str], topic: str) -> di
     peers = {}
     for name, one in asked:
         try:
-            view = await _unless_gone(one)
+            view = await _unless_absent(context, one)
         except ControlFailed as error:
             if error.code is ControlCode.REFUSED:
                 continue

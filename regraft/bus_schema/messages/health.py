@@ -18,6 +18,7 @@ class ComponentStatus:
     ``revision`` is the architecture revision that it was last told; ``error`` its last error, empty if none;
     ``lost`` and ``refused`` count messages missing from, and refused on, its inputs. ``detail`` is what it does, for
     people; ``values`` is the same for programs, such as the ``url`` of a gateway or the ``renderer`` of a camera.
+    ``failure`` is why it left its state by itself, empty unless it has failed and not recovered.
     """
 
     component: str
@@ -30,6 +31,7 @@ class ComponentStatus:
     refused: Count = 0
     detail: str = ""
     values: dict[str, PlainValue] = field(default_factory=dict)
+    failure: str = ""
 
 
 class Level(Enum):

@@ -44,6 +44,25 @@ TRANSITIONS: dict[tuple[State, Transition], tuple[State, State]] = {
 """From a primary state by a transition: the state on the way, and the state at its end."""
 
 
+_HEIGHTS = {State.ERROR_PROCESSING: 0, State.FINALIZED: 0, State.UNCONFIGURED: 1, State.INACTIVE: 2}
+
+DOWNWARD = {Transition.DEACTIVATE: State.INACTIVE, Transition.CLEANUP: State.UNCONFIGURED}
+"""The transitions after which a component does less, and the state that each leads to."""
+
+
+def is_at_most(state: State, limit: State) -> bool:
+    """Return whether a component in ``state`` does no more than one in the primary state ``limit``.
+
+    Failed components do least of all. A component on its way between two states may still act.
+    """
+    return _HEIGHTS.get(state, 3) <= _HEIGHTS.get(limit, 3)
+
+
+def is_lower(state: State, wanted: State) -> bool:
+    """Return whether a component in ``state`` does less than one in the primary state ``wanted``."""
+    return state is not wanted and is_at_most(state, wanted)
+
+
 def after(state: State, transition: Transition) -> State | None:
     """Return the state that ``transition`` leads to from ``state``, None where it is not legal."""
     way = TRANSITIONS.get((state, transition))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.lifecycle import State, Transition, after, route
+from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition, after, is_at_most, route
 from regraft.bus_schema.model.parameter_values import effective_parameter
 
 GOALS = {
@@ -19,19 +19,32 @@ GOALS = {
 
 
 def as_needed(
-    changes: Iterable[Change], architecture: Architecture, earlier: Iterable[Change] = ()
+    changes: Iterable[Change],
+    architecture: Architecture,
+    earlier: Iterable[Change] = (),
+    found: Mapping[str, State] | None = None,
 ) -> tuple[Change, ...]:
-    """Return the changes of a mode with the transitions that lead from how things are, after ``earlier`` changes."""
-    states = {name: spec.state for name, spec in architecture.components.items()}
+    """Return the changes of a mode with the transitions that lead from how things are, after ``earlier`` changes.
+
+    ``found`` has the states that components really are in. One that has failed is lower than it should be. A mode that
+    wants it there keeps its transition, because the architecture has to follow.
+    """
+    wanted = {name: spec.state for name, spec in architecture.components.items()}
+    states = wanted | {name: state for name, state in (found or {}).items() if name in wanted}
     for change in earlier:
         if isinstance(change, ChangeState) and change.component in states:
-            states[change.component] = after(states[change.component], change.transition) or states[change.component]
+            for known in (wanted, states):
+                known[change.component] = after(known[change.component], change.transition) or known[change.component]
     needed: list[Change] = []
     for change in changes:
         goals = GOALS.get(change.transition) if isinstance(change, ChangeState) else None
         start = states.get(change.component)
         if not isinstance(change, ChangeState) or goals is None or start is None:
             needed.append(change)
+        elif change.transition in DOWNWARD and is_at_most(start, goals[0]):
+            if not is_at_most(wanted[change.component], goals[0]):
+                needed.append(change)
+                wanted[change.component] = goals[0]
         elif start not in goals:
             way = route(start, goals[0])
             needed += [ChangeState(change.component, step) for step in way] if way else [change]

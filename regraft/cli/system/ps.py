@@ -74,6 +74,7 @@ def plain_component(seen: ComponentSeen) -> dict[str, Any]:
         "lost": status.lost if status else 0,
         "refused": status.refused if status else 0,
         "error": seen.error,
+        "failure": seen.failure,
         "detail": seen.detail,
         "values": seen.values,
     }
@@ -103,7 +104,8 @@ def shown_state(component: dict[str, Any]) -> str:
 def remark(component: dict[str, Any]) -> str:
     """Return what else there is to say about a component, the worst first."""
     silent = component["silent_s"]
-    parts = [component["error"], component["detail"]]
+    error, failure = component["error"], component["failure"]
+    parts = [failure and f"failed: {failure}", "" if error == failure else error, component["detail"]]
     if component["alive"] and silent is not None and silent > SILENT_TIMEOUT:
         parts.insert(0, f"silent for {silent:.1f} s")
     if component["exit_reason"]:

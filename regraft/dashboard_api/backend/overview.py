@@ -134,6 +134,7 @@ def _line(seen: ComponentSeen, spec: ComponentSpec | None) -> ComponentLine:
         seen.process.pid if seen.process else None,
         seen.process.restarts if seen.process else None,
         seen.error,
+        seen.failure,
         seen.detail,
         seen.values,
     )
@@ -170,6 +171,8 @@ def _problems(seen: dict[str, ComponentSeen], architecture: Architecture | None)
     for name, component in seen.items():
         if component.process and component.process.state is ProcessState.QUARANTINED:
             problems.append(f"{name} is quarantined: {component.process.exit_reason}")
+        elif component.failure:
+            problems.append(f"{name} has failed: {component.failure}")
         elif component.error:
             problems.append(f"{name}: {component.error}")
     for name, spec in architecture.components.items() if architecture else ():

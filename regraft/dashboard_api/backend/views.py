@@ -35,7 +35,8 @@ class SystemOverview:
 class ComponentLine:
     """A component in the overview: as it should be (``desired``), and as it is.
 
-    ``age`` is the seconds since its last heartbeat. An unknown value is null.
+    ``age`` is the seconds since its last heartbeat. ``failure`` is why it failed by itself.
+    It is empty once the component has recovered. An unknown value is null.
     """
 
     name: str
@@ -49,6 +50,7 @@ class ComponentLine:
     pid: Count | None
     restarts: Count | None
     error: str
+    failure: str
     detail: str
     values: dict[str, PlainValue]
 

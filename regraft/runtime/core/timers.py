@@ -42,6 +42,10 @@ class Timers:
         """Stop the periodic calls."""
         self.periodic.clear()
 
+    def is_running(self, timer: Timer) -> bool:
+        """Return whether a timer has not been stopped."""
+        return any(other is timer for other in self.periodic)
+
     def sleep_until(self, then: int) -> Future[None]:
         """Return what is resolved when the clock reaches ``then``."""
         waiting: Future[None] = Future()

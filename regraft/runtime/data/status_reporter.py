@@ -102,6 +102,18 @@ class StatusReporter:
         self.faults += 1
         self.status = replace(self.status, error=text[:2000])
 
+    def failed(self, code: str, why: str, state: State) -> None:
+        """Report that the component has left its state by itself, for ``state``, and ``why``."""
+        self.update(state=state, failure=why[:2000])
+        self.event("component.failed", f"{why[:1900]}; now {state.value}", code=code, state=state.value)
+
+    def recovered(self, code: str, text: str) -> None:
+        """Report that a failure is over, if there was one."""
+        failure = self.status.failure
+        if failure:
+            self.update(failure="")
+            self.event("component.recovered", f"{text}: {failure[:1900]}", code=code)
+
     def refused(self, where: str, source: str, why: str) -> None:
         """Report a message that cannot be handled."""
         self.status = replace(self.status, refused=self.status.refused + 1)

@@ -15,6 +15,10 @@ class TransitionFailed(Exception):
     """A transition that is not legal, or whose hook raised; the text states which."""
 
 
+class ComponentFailed(Exception):
+    """The component called ``kit.fail`` in a hook; the text is why."""
+
+
 class Lifecycle:
     """The state of one component, and the way from one to the next."""
 
@@ -50,15 +54,33 @@ class Lifecycle:
             self._connections.hold()
         try:
             getattr(self, f"_{transition.value}")(state)
+            self._raise_if_failing()
+        except ComponentFailed as error:
+            self._recover("failed", str(error))
+            now = self._parts.state.value
+            raise TransitionFailed(f"{transition.value}: {error}; now {now}") from error
         except Exception as error:
             self._parts.reporter.fault(f"on_{transition.value}", error)
-            self._recover()
+            self._recover("hook_raised", f"on_{transition.value}: {type(error).__name__}: {error}")
             now = self._parts.state.value
             raise TransitionFailed(f"{transition.value}: {type(error).__name__}: {error}; now {now}") from error
         self._parts.reporter.update(state=way[1])
+        if transition is Transition.CONFIGURE:
+            self._parts.reporter.recovered("configured", "configured again")
         self._parts.reporter.event(
             "component.transition", f"{state.value} to {way[1].value}", transition=transition.value
         )
+
+    def fail(self) -> None:
+        """Leave the state for error processing, as the component wants; one that is not configured stays as it is."""
+        why, self._parts.failing = self._parts.failing, ""
+        if self._parts.state in (State.ACTIVE, State.INACTIVE):
+            self._recover("failed", why)
+
+    def _raise_if_failing(self) -> None:
+        why, self._parts.failing = self._parts.failing, ""
+        if why:
+            raise ComponentFailed(why)
 
     def reach(self, goal: State) -> None:
         """Go through the transitions that lead to ``goal``; raises TransitionFailed."""
@@ -120,19 +142,20 @@ class Lifecycle:
         parts.tasks.cancel_all()
         parts.requests.cancel_all()
 
-    def _recover(self) -> None:
-        """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises."""
+    def _recover(self, code: str, why: str) -> None:
+        """Error processing, as ROS 2 has it: unconfigured if ``on_error`` returns, finalized if it raises or fails."""
         parts = self._parts
         parts.reporter.update(state=State.ERROR_PROCESSING)
         self._stop_acting("the component failed")
         try:
             parts.component.on_error()
+            self._raise_if_failing()
             state = State.UNCONFIGURED
         except Exception as error:
             parts.reporter.fault("on_error", error)
             state = State.FINALIZED
         self.disconnect()
-        parts.reporter.update(state=state)
+        parts.reporter.failed(code, why, state)
 
     def disconnect(self) -> None:
         """Take all ports off the bus, and give up every move that was begun."""

@@ -133,6 +133,13 @@ class RuntimeKit(Kit):
         if (detail[:500], values) != (status.detail, status.values):
             self._parts.reporter.update(detail=detail[:500], values=values)
 
+    def fail(self, why: str) -> None:
+        self._parts.failing = self._parts.failing or why or "no reason given"
+
+    def recovered(self) -> None:
+        self._parts.failing = ""
+        self._parts.reporter.recovered("by_itself", "what had failed is over")
+
     # --- for the adaptation manager and other tools that act on components ---
 
     @property
