@@ -15,7 +15,7 @@ from tests.support.renderers import best
 from tests.support.waiting import slowness
 from tests.support.workers import give_back_memory, workers
 
-# Let Python keep what it compiles, also where the environment says not to: hundreds of processes would compile it again.
+# Let Python keep what it compiles, also where the environment says not to: hundreds of processes would do it again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 

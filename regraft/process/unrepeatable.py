@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable, Iterator
+from itertools import takewhile
 from types import FrameType, ModuleType
 from typing import Any
 
@@ -57,6 +58,34 @@ Tell = Callable[[str, int, str, str], object]
 """Is told of a place: its file, line, what is called there, and what to use instead."""
 Undo = Callable[[], None]
 
+_found: dict[tuple[str, str], ModuleType] = {}
+_newest = ""
+
+
+def find_uses() -> None:
+    """Look through the modules that were imported since the last time for names of what is replaced.
+
+    A process does it before it forks others: to look at what all modules hold writes to the memory that they share.
+    """
+    global _newest
+    watched = {id(value) for value in (time, sys.modules.get("numpy"), *(f for f, *_ in _functions())) if value}
+    new = list(takewhile(lambda name: name != _newest, reversed(sys.modules)))
+    for module_name in new:
+        module = sys.modules[module_name]
+        for name, value in list(getattr(module, "__dict__", {}).items()):
+            if id(value) in watched:
+                _found[module_name, name] = module
+    _newest = new[0] if new else _newest
+
+
+def _functions() -> Iterator[tuple[Callable[..., Any], str, str]]:
+    for module_name, (instead, names) in WATCHED.items():
+        module = sys.modules.get(module_name)
+        for name in names:
+            function = getattr(module, name, None)
+            if function is not None:
+                yield function, f"{module_name}.{name}", instead
+
 
 def package_of(module: str) -> str:
     """Return the package of a module: within `regraft` its first part, elsewhere the package on top."""
@@ -79,11 +108,12 @@ class Unrepeatable:
 
         The kit and libraries read clocks all the time: for them ``time`` stays as it is.
         """
-        authored = self._authored()
+        find_uses()
         numpy = sys.modules.get("numpy")
-        if numpy is not None and any(value is numpy for module in authored for value in vars(module).values()):
+        if numpy is not None and any(value is numpy for _, _, value in self._uses()):
             importlib.import_module("numpy.random")  # which numpy imports only when it is wanted
-        functions = {id(f): (f, self._looking(f, *what)) for f, *what in self._functions()}
+            find_uses()
+        functions = {id(f): (f, self._looking(f, *what)) for f, *what in _functions()}
         clock = ModuleType("time", time.__doc__)
         vars(clock).update({name: functions.get(id(value), (0, value))[1] for name, value in vars(time).items()})
         changed: list[tuple[object, str, object]] = []
@@ -97,12 +127,11 @@ class Unrepeatable:
             for name, value in list(vars(module).items()) if module else []:
                 if id(value) in functions:
                     change(module, name, functions[id(value)][1])
-        for module in authored:
-            for name, value in list(vars(module).items()):
-                if value is time:
-                    change(module, name, clock)
-                elif id(value) in functions:
-                    change(module, name, functions[id(value)][1])
+        for module, name, value in self._uses():
+            if value is time:
+                change(module, name, clock)
+            elif id(value) in functions:
+                change(module, name, functions[id(value)][1])
 
         def undo() -> None:
             for one in changed:
@@ -110,18 +139,13 @@ class Unrepeatable:
 
         return undo
 
-    @staticmethod
-    def _functions() -> Iterator[tuple[Callable[..., Any], str, str]]:
-        for module_name, (instead, names) in WATCHED.items():
-            module = sys.modules.get(module_name)
-            for name in names:
-                function = getattr(module, name, None)
-                if function is not None:
-                    yield function, f"{module_name}.{name}", instead
-
-    def _authored(self) -> list[ModuleType]:
-        modules = list(sys.modules.values())
-        return [m for m in modules if self._is_authored(getattr(m, "__name__", ""), getattr(m, "__file__", None))]
+    def _uses(self) -> list[tuple[ModuleType, str, Any]]:
+        """Return where authors' modules have what is replaced: module, name there, and value."""
+        return [
+            (module, name, getattr(module, name, None))
+            for (_, name), module in _found.items()
+            if self._is_authored(getattr(module, "__name__", ""), getattr(module, "__file__", None))
+        ]
 
     def _looking(self, original: Callable[..., Any], name: str, instead: str) -> Callable[..., Any]:
         seen = self._seen

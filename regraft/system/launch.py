@@ -27,6 +27,7 @@ from regraft.process.modules import text_of
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
 from regraft.process.trial.trial_import import Notice, check_classes
+from regraft.process.unrepeatable import find_uses
 from regraft.security.access import Guard, as_reached
 from regraft.security.gatekeeper import Gatekeeper
 from regraft.security.system_secret import fresh
@@ -135,6 +136,7 @@ def prepare_process(specs: Iterable[ComponentSpec], notice: Notice = lambda _: N
             raise NoSuchClass(f"{path!r} cannot be prepared: {type(error).__name__}: {text_of(error)}") from error
         if told:
             said[told] = None
+    find_uses()
     gc.freeze()
     return tuple(said)
 

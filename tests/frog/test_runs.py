@@ -17,7 +17,7 @@ from tests.support.renderers import without_opengl
 
 
 def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_path: Path) -> None:
-    first = run_frog(tmp_path, 10, "--speed", "max")
+    first = run_frog(tmp_path, 10, "--speed", "max", renderer="")
     assert first.code == 0, first.errors
     assert first.summary["simulated_s"] == 10
     assert first.summary["reproducible"] is True
@@ -26,7 +26,7 @@ def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_pat
     others = ((), ("--seed", "2"))
     with ThreadPoolExecutor(len(others)) as pool:
         runs = [
-            pool.submit(run_frog, tmp_path / str(number), 10, "--speed", "max", *options)
+            pool.submit(run_frog, tmp_path / str(number), 10, "--speed", "max", *options, renderer="")
             for number, options in enumerate(others)
         ]
         second, other_seed = (run.result() for run in runs)
@@ -36,7 +36,7 @@ def test_a_run_closes_with_one_object_and_equal_seeds_give_equal_digests(tmp_pat
 
 
 def test_the_ray_camera_does_where_there_is_no_opengl(tmp_path: Path) -> None:
-    run = run_frog(tmp_path, 20, "--speed", "max", renderer="ray")
+    run = run_frog(tmp_path, 10, "--speed", "max", renderer="ray")
     assert run.code == 0, run.errors
     assert run.summary["renderer"] == "ray"
     assert run.summary["pictures"]

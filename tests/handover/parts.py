@@ -223,7 +223,11 @@ class Caller(Component):
     service_name = Parameter("count")
 
     def on_configure(self) -> None:
-        self.asked = self.answered = self.failed = self.strange = 0
+        self.asked = 0
+        self.forget()
+
+    def forget(self) -> None:
+        self.answered = self.failed = self.strange = 0
         self.slowest = 0.0
         self.counts: set[int] = set()
 
@@ -244,9 +248,12 @@ class Caller(Component):
 
     @service("asked")
     def tell(self, ask: Ask) -> Asked:
-        """Tell; counts that were not one after the other mean calls done twice or lost."""
+        """Tell; counts that were not one after the other mean calls done twice or lost. Asked with a number, forget."""
         span = max(self.counts) - min(self.counts) + 1 if self.counts else 0
-        return Asked(self.asked, self.answered, self.failed, span - self.answered, self.strange, self.slowest)
+        told = Asked(self.asked, self.answered, self.failed, span - self.answered, self.strange, self.slowest)
+        if ask.number:
+            self.forget()
+        return told
 
 
 class DiesRestoring(Totaller):

@@ -149,11 +149,13 @@ def test_a_device_stays_on_its_machine_unless_the_other_has_one_too(moving: Movi
 )
 def test_with_other_changes_in_one_adaptation_and_back(moving: Moving, changes: tuple[Change, ...]) -> None:
     report = moving.adapt(*changes)
-    assert report.outcome is Outcome.APPLIED, report
+    if report.outcome is not Outcome.APPLIED:
+        moving.forget_calls()
+        raise AssertionError((report.error, report.steps))
     moving.wait_alone("edge")
     moving.check()
     undone = moving.undo(report)
-    assert undone.outcome is Outcome.APPLIED, undone
+    assert undone.outcome is Outcome.APPLIED, (undone.error, undone.steps)
     moving.wait_alone("local")
     assert moving.system.client.view("totaller").parameters["offset"] == 3
     moving.check()

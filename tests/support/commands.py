@@ -32,8 +32,12 @@ def run(
     program: tuple[str, ...] = REGRAFT,
     fresh: bool = False,
     within: float = 2 * PATIENCE,
+    imported: str = "",
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end; ``fresh`` starts an interpreter for it, as any other ``program`` has."""
+    """Run a command to its end; ``fresh`` starts an interpreter for it, as any other ``program`` has.
+
+    The classes of the installed stack ``imported`` need not be imported by it.
+    """
     if fresh or program != REGRAFT:
         return subprocess.run(
             [*program, *words],
@@ -46,7 +50,7 @@ def run(
             check=False,
         )
     with TemporaryFile() as output, TemporaryFile() as errors:
-        process = _fork(words, output, errors, cwd, environment)
+        process = _fork(words, output, errors, cwd, environment, imported)
         try:
             code = process.wait(within)
         except subprocess.TimeoutExpired:
@@ -57,11 +61,16 @@ def run(
 
 
 def _fork(
-    words: tuple[str, ...], output: IO[bytes], errors: IO[bytes], cwd: Path, environment: Mapping[str, str] | None
+    words: tuple[str, ...],
+    output: IO[bytes],
+    errors: IO[bytes],
+    cwd: Path,
+    environment: Mapping[str, str] | None,
+    imported: str,
 ) -> Process:
     with Path(os.devnull).open("rb") as nothing:
         streams = nothing.fileno(), output.fileno(), errors.fileno()
-        return launcher().fork(words, streams, cwd, os.environ if environment is None else environment)
+        return launcher(imported).fork(words, streams, cwd, os.environ if environment is None else environment)
 
 
 def _content(file: IO[bytes]) -> str:
@@ -82,13 +91,17 @@ class Command:
         cwd: Path = ROOT,
         environment: Mapping[str, str] | None = None,
         prepare: Prepare = None,
+        imported: str = "",
     ) -> None:
-        """Start it; ``prepare`` is called in its process first, which then has an interpreter of its own."""
+        """Start it; ``prepare`` is called in its process first, which then has an interpreter of its own.
+
+        The classes of the installed stack ``imported`` need not be imported by it.
+        """
         self.log = log
         self.process: AnyProcess
         with log.open("wb") as output:
             if prepare is None:
-                self.process = _fork(words, output, output, cwd, environment)
+                self.process = _fork(words, output, output, cwd, environment, imported)
                 return
             self.process = subprocess.Popen(
                 [*REGRAFT, *words],

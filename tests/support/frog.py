@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import httpx
 
 from regraft.bus_schema.messages.protocol.clock import ClockTime
+from regraft.sim_service.cameras.renderers import FORCE
 from tests.support.commands import run
 from tests.support.paths import FROG
 from tests.support.ports import free_port
@@ -35,14 +36,16 @@ class Run:
     errors: str
 
 
-def run_frog(home: Path, seconds: float, *options: str, renderer: str = "", stack: Path = FROG) -> Run:
-    """Run FROG (or another stack of its folder) for simulated ``seconds`` and return what it says in the end."""
-    environment = {**os.environ, "REGRAFT_HOME": str(home)}
-    if renderer:
-        environment["REGRAFT_RENDERER"] = renderer
+def run_frog(home: Path, seconds: float, *options: str, renderer: str = "ray", stack: Path = FROG) -> Run:
+    """Run FROG (or another stack of its folder) for simulated ``seconds`` and return what it says in the end.
+
+    To find and start OpenGL takes longer than the few pictures of a short run; without a ``renderer`` FROG looks for
+    the best.
+    """
+    environment = {**os.environ, "REGRAFT_HOME": str(home), FORCE: renderer}
     port = ["--set", f"gateway.port={free_port()}"]
     words = ("up", str(stack), "--for", f"{seconds:g}", "--json", "--headless", *port, *options)
-    ended = run(*words, environment=environment, within=max(900.0, 3 * seconds))
+    ended = run(*words, environment=environment, within=max(900.0, 3 * seconds), imported="frog")
     summary = json.loads(ended.stdout) if ended.stdout.strip() else {}
     return Run(ended.returncode, summary, ended.stderr)
 
@@ -53,9 +56,9 @@ class Frog(System):
     def __init__(self, folder: Path, *options: str, stack: Path = FROG) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}/api/v1"
-        super().__init__(
-            stack, "--system", "tests", "--set", f"gateway.port={self.port}", *options, log=folder / "up.log"
-        )
+        words = ("--system", "tests", "--set", f"gateway.port={self.port}", *options)
+        environment = {**os.environ, FORCE: "ray"}
+        super().__init__(stack, *words, log=folder / "up.log", imported="frog", environment=environment)
         self.rest = httpx.Client(base_url=self.url, timeout=PATIENCE)
         try:
             wait_until(self._serving, "the gateway", 60.0)

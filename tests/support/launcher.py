@@ -1,13 +1,15 @@
 """A process with the command line imported, forked into commands: importing it takes five times what a start takes.
 
-What a command does is the same; only the interpreter's own start is left out. A command is reparented to the process
-that runs the tests, which is its subreaper, so that it is waited for like any child.
+What a command does is the same; only the interpreter's own start is left out, and that of FROG's classes where FROG is
+to run. A command is reparented to the process that runs the tests, which is its subreaper, so that it is waited for
+like any child.
 """
 
 from __future__ import annotations
 
 import atexit
 import ctypes
+import gc
 import json
 import os
 import signal
@@ -70,12 +72,13 @@ class Process:
 class Launcher:
     """The tests' end."""
 
-    def __init__(self) -> None:
+    def __init__(self, stack: str = "") -> None:
+        """Start it; the classes of the installed ``stack`` are imported as well."""
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "tests.support.launcher", str(theirs.fileno())],
+                [sys.executable, "-m", "tests.support.launcher", str(theirs.fileno()), stack],
                 cwd=ROOT,
                 stdin=subprocess.DEVNULL,
                 pass_fds=[theirs.fileno()],
@@ -97,9 +100,9 @@ class Launcher:
 
 
 @cache
-def launcher() -> Launcher:
-    """Return this process's launcher."""
-    return Launcher()
+def launcher(stack: str = "") -> Launcher:
+    """Return this process's launcher that has the classes of ``stack`` imported."""
+    return Launcher(stack)
 
 
 def _serve(orders: socket.socket) -> dict[str, Any] | None:
@@ -129,6 +132,17 @@ def _serve(orders: socket.socket) -> dict[str, Any] | None:
             os.close(used)
 
 
+def _import_classes(stack: str) -> None:
+    from regraft.process.main import load_class
+    from regraft.stack import load
+    from regraft.stack.installed import stack_file
+
+    for component in load(stack_file(Path(stack))).architecture.components.values():
+        load_class(component.cls)
+    gc.collect()
+    gc.freeze()
+
+
 def _begin(order: dict[str, Any]) -> None:
     """Make this process what ``python -m regraft.cli`` would be."""
     os.chdir(order["cwd"])
@@ -144,6 +158,8 @@ if __name__ == "__main__":
 
     given = None
     with suppress(KeyboardInterrupt):
+        if sys.argv[2]:
+            _import_classes(sys.argv[2])
         given = _serve(socket.socket(fileno=int(sys.argv[1])))
     if given is not None:
         _begin(given)

@@ -14,7 +14,7 @@ from regraft import CallFailed, run_directory
 from regraft.bus_schema.messages.health import Event
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.client import Client
-from tests.support.commands import Command, Prepare
+from tests.support.commands import Command
 from tests.support.waiting import PATIENCE, wait_until
 
 ATTEMPTS = 5
@@ -23,9 +23,9 @@ ATTEMPTS = 5
 class System(Command):
     """``regraft up`` in a process of its own, and a client of what it runs."""
 
-    def __init__(self, stack: Path, *options: str, log: Path | None = None, prepare: Prepare = None) -> None:
-        """Start it; ``prepare`` is called in its process first."""
-        super().__init__("up", str(stack), "--headless", *options, log=log or stack.parent / "up.log", prepare=prepare)
+    def __init__(self, stack: Path, *options: str, log: Path | None = None, **how: Any) -> None:
+        """Start it, ``how`` is as for a Command."""
+        super().__init__("up", str(stack), "--headless", *options, log=log or stack.parent / "up.log", **how)
         self.events: list[Event] = []
         self.info: run_directory.RunInfo
         try:

@@ -18,6 +18,7 @@ def check_each(rows: Iterable[T], check: Callable[[T], object], name: Callable[[
         try:
             check(row)
         except (Exception, pytest.fail.Exception) as error:
-            failures.append(f"{name(row)}: {type(error).__name__}: {error}")
+            notes = " ".join(getattr(error, "__notes__", ()))
+            failures.append(f"{name(row)}: {type(error).__name__}: {error} {notes}".rstrip())
     assert checked, "the table has no rows"
     assert not failures, f"{len(failures)} of {checked}:\n" + "\n".join(failures)

@@ -41,7 +41,7 @@ def test_equal_seeds_give_equal_runs_of_two_robots_without_a_contact(tmp_path: P
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("seed", range(1, 11))
 def test_ten_seeds_without_a_contact(tmp_path: Path, seed: int) -> None:
-    run = run_frog(tmp_path, 120, "--speed", "max", "--seed", str(seed), stack=TWO_ROBOTS)
+    run = run_frog(tmp_path, 120, "--speed", "max", "--seed", str(seed), stack=TWO_ROBOTS, renderer="")
     assert run.code == 0, run.errors
     assert run.summary["contacts"] == 0
     for robot in ROBOTS:
