@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """The unit of a number, in SI symbols; ``1`` is a ratio."""
+    """The unit of a number, in SI symbols; ``1`` is a ratio. A text that names a file has ``path``."""
 
     symbol: str
 
@@ -82,6 +82,8 @@ Hertz = Annotated[float, Unit("Hz"), Bounds(minimum=0.0)]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 RadiansPerSecond = Annotated[float, Unit("rad/s")]
 Watts = Annotated[float, Unit("W")]
+FilePath = Annotated[str, Unit("path")]
+"""The absolute path of a file that is only read: it has to be there, on the machine that runs the component."""
 Joules = Annotated[float, Unit("J")]
 Newtons = Annotated[float, Unit("N")]
 Decibels = Annotated[float, Unit("dB")]

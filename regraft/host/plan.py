@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Limits
 from regraft.bus_schema.model.hosts import LOCAL
+from regraft.stack.files import file_problems
+from regraft.stack.installed import packages
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +22,8 @@ class HostPlan:
     ``source`` names the time source under simulated time; it listens at ``source_endpoint`` and is the hub nearest to
     the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
-    that are elsewhere on this machine than on the first host, by theirs. ``references`` has the
-    values that components to come may refer to, by robot: see `Stack`.
+    on this machine by those on the first host: of stack, system and installed packages. ``references`` has
+    the values that components to come may refer to, by robot: see `Stack`.
     """
 
     architecture: Architecture
@@ -38,17 +41,23 @@ class HostPlan:
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
-        """Return parameters with paths as they are on this machine."""
-        return {name: self._found_here(value) for name, value in parameters.items()}
+        """Return parameters of the first host with paths as they are on this machine."""
+        return moved(parameters, self.paths)
 
-    def _found_here(self, value: PlainValue) -> PlainValue:
-        if isinstance(value, str):
-            for there, here in self.paths.items():
-                if value == there or value.startswith(f"{there}/"):
-                    return here + value[len(there) :]
-        if isinstance(value, list):
-            return [self._found_here(part) for part in value]
-        return self.found_here(value) if isinstance(value, dict) else value
+    def found_there(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
+        """Return parameters of this machine with paths as they are on the first host."""
+        return moved(parameters, {here: there for there, here in self.paths.items()})
+
+    def missing_files(self) -> Iterator[tuple[str, str]]:
+        """Yield ``COMPONENT.PARAMETER`` and what is wrong with its file, of the components on this host.
+
+        Files in the system's folder are left out: components may write them before others read them.
+        """
+        for name, spec in sorted(self.mine().items()):
+            here = self.found_here(spec.parameters)
+            given = {each: value for each, value in here.items() if not str(value).startswith(f"{self.folder}/")}
+            if spec.description is not None:
+                yield from ((f"{name}.{each}", why) for each, why in file_problems(spec.description, given))
 
     def updated(self, update: UpdateSpecs) -> HostPlan:
         """Return the plan with the architecture as an update says that it is to be; its revision stays the start's."""
@@ -57,13 +66,15 @@ class HostPlan:
 
     def as_joined(self, joined: JoinedSystem) -> HostPlan:
         """Return the plan with what the first host says; what concerns this machine stays."""
+        here = packages()
         paths = {joined.stack_folder: str(self.stack_folder), joined.folder: str(self.folder)}
+        paths |= {there: here[name] for name, there in joined.packages.items() if name in here and there not in paths}
         return replace(
             self,
             architecture=joined.architecture,
             run=joined.run,
             seed=joined.seed,
-            paths={there: here for there, here in paths.items() if there != here},
+            paths=paths,
             references=joined.references,
         )
 
@@ -88,3 +99,22 @@ class HostPlan:
                 if spec.managed and name != self.source and (spec.description is None or spec.description.lockstep)
             )
         )
+
+
+def moved(parameters: Mapping[str, PlainValue], folders: Mapping[str, str]) -> dict[str, PlainValue]:
+    """Return parameters with paths in ``folders`` as they are in the folders that these map to; the first match counts.
+
+    >>> moved({"file": "/lab/room.xml", "robots": [{"model": "/opt/a.xml"}]}, {"/lab": "/home/lab"})
+    {'file': '/home/lab/room.xml', 'robots': [{'model': '/opt/a.xml'}]}
+    """
+
+    def one(value: PlainValue) -> PlainValue:
+        if isinstance(value, str):
+            for folder, other in folders.items():
+                if value == folder or value.startswith(f"{folder}/"):
+                    return other + value[len(folder) :]
+        if isinstance(value, list):
+            return [one(part) for part in value]
+        return moved(value, folders) if isinstance(value, dict) else value
+
+    return {name: one(value) for name, value in parameters.items()}

@@ -26,6 +26,7 @@ from regraft.host.plan import HostPlan
 from regraft.host.runs.run_history import RunHistory
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
 from regraft.host.zygote.zygote import Zygote
+from regraft.stack.installed import packages
 
 
 class PrimaryHost(Host):
@@ -113,6 +114,7 @@ class PrimaryHost(Host):
             tuple(_further(self.past, name) for name in self.others.placed(asked.host)),
             by_certificate=self._witness.wanted,
             references=plan.references,
+            packages=packages(),
         )
 
     def _renew(self, payload: bytes) -> Lease:

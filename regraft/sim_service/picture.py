@@ -17,6 +17,7 @@ from regraft.sim_service.cameras.camera import CameraSettings, Image, RenderStat
 from regraft.sim_service.cameras.gl_camera import Backend, GLCamera
 from regraft.sim_service.cameras.ray_camera import RayCamera
 from regraft.sim_service.cameras.renderers import probe
+from regraft.sim_service.layout.composition import composed
 from regraft.sim_service.layout.placement import Placement, PlacementError, draw_placement
 from regraft.sim_service.layout.scene import Scene, SceneError, load_scene
 from regraft.sim_service.world import World
@@ -100,7 +101,10 @@ def _scene(named: Path) -> Scene:
 
 def dressed(scene: Scene) -> Scene:
     """Return the world with a sky above it and a lamp that casts shadows."""
-    spec = mujoco.MjSpec.from_file(str(scene.path))
+    return Scene(scene.path, composed(scene.path, scene.robots, _dress), "", scene.robots)
+
+
+def _dress(spec: mujoco.MjSpec) -> None:
     spec.visual.quality.shadowsize = SHADOW_MAP
     spec.visual.headlight.ambient = np.asarray(spec.visual.headlight.ambient) * HEADLIGHT_STRENGTH
     spec.add_texture(
@@ -127,7 +131,6 @@ def dressed(scene: Scene) -> Scene:
         diffuse=[LAMP_STRENGTH] * 3,
         castshadow=True,
     )
-    return Scene(scene.path, spec.compile(), "")
 
 
 class Painter(GLCamera):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from regraft.bus_schema.annotations import ClassPath, Connections, Metres, PlainValue, Radians, Text
+from regraft.bus_schema.annotations import ClassPath, Connections, FilePath, Metres, PlainValue, Radians, Text
 from regraft.bus_schema.errors import BadMessage
 
 
@@ -54,7 +54,7 @@ class RobotSpec:
     """
 
     name: Annotated[str, Text(64)] = ""
-    model: str = ""
+    model: FilePath = ""
     base: str = "base"
     radius: Metres = 0.2
     """Of a circle around the base's origin that contains the robot, seen from above."""

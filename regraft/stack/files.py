@@ -13,16 +13,29 @@ from regraft.stack.yaml.path_hints import instead_of_path
 
 
 def file_problems(description: Description, values: Mapping[str, PlainValue]) -> Iterator[tuple[str, str]]:
-    """Yield each parameter of ``values`` that names a missing file, and what is wrong.
+    """Yield each parameter of ``values``, or field of a record, that names a missing file, and what is wrong.
 
     The paths are absolute. Nothing is said of those in the folder of the running system, which is not known yet.
     """
     for parameter in description.parameters:
         value = values.get(parameter.name)
-        if parameter.exists and isinstance(value, str) and value and not value.startswith(RUN_FOLDER):
-            problem = _file_problem(value)
-            if problem:
-                yield parameter.name, f"{value!r}: {problem}"
+        named = [(parameter.name, value)] if parameter.exists else _in_records(parameter.schema, value, parameter.name)
+        for place, file in named:
+            if isinstance(file, str) and file and not file.startswith(RUN_FOLDER):
+                problem = _file_problem(file)
+                yield from [(place, f"{file!r}: {problem}")] if problem else []
+
+
+def _in_records(schema: PlainValue, value: PlainValue, place: str) -> Iterator[tuple[str, PlainValue]]:
+    """Yield the fields of records that name a file, and their values."""
+    if isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _in_records(schema.get("items", {}), item, f"{place}.{index}")
+    elif isinstance(value, dict):
+        for name, field in schema.get("properties", {}).items():
+            yield from _in_records(field, value.get(name), f"{place}.{name}")
+    elif schema.get("x-unit") == "path":
+        yield place, value
 
 
 def _file_problem(value: str) -> str | None:

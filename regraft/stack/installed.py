@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -46,6 +47,14 @@ def installed_robot(name: str) -> Path | None:
 def installed_robots() -> list[str]:
     """Return the names of the installed robots."""
     return sorted(entry_points(group=ROBOT_ENTRY_POINTS).names)
+
+
+@cache
+def packages() -> dict[str, str]:
+    """Return the folders of the packages that have installed stacks and robots, by their names."""
+    entries = (*entry_points(group=ENTRY_POINTS), *entry_points(group=ROBOT_ENTRY_POINTS))
+    found = {name: _folder(name) for name in sorted({entry.value.split(".")[0] for entry in entries})}
+    return {name: str(folder) for name, folder in found.items() if folder is not None}
 
 
 def _installed(named: Path, group: str) -> Path | None:

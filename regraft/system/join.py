@@ -22,7 +22,7 @@ from regraft.bus_schema.messages.protocol.joining import HostProof, JoinedSystem
 from regraft.bus_schema.model.hosts import LOCAL
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
-from regraft.host.plan import HostPlan
+from regraft.host.plan import HostPlan, moved
 from regraft.host.zygote.zygote import Zygote, start_zygote
 from regraft.process.scheduling import work_in_batches
 from regraft.process.shutdown import ShutdownRequest
@@ -30,6 +30,7 @@ from regraft.process.trial.trial_import import Notice
 from regraft.security.host_proof import NotProved, Seal, prove
 from regraft.security.unreachable import explained
 from regraft.stack.classes import look_in
+from regraft.stack.installed import packages
 from regraft.system import capacity
 from regraft.system.launch import PUMP, free_endpoint, prepare_process
 
@@ -83,7 +84,7 @@ def run_guest(
         KeyboardInterrupt: one of the signals came before it had joined.
         BusError: nobody listens there.
         NothingThere: nobody answers there.
-        CannotJoin: the first host refuses.
+        CannotJoin: the first host refuses, or a file of the host's components is not here.
         AlreadyRunning, NoRoom: the host's folder is in use, or cannot be written.
         TooMany: this machine cannot hold the host's components.
         NoSuchClass: a class of the host's components cannot be had here.
@@ -118,6 +119,7 @@ def run_guest(
                 wanted.endpoints.secret,
                 name=wanted.name,
             )
+            _check_files(plan.as_joined(first))
             return _run(wanted, plan, zygote, ending, notices, step)
         finally:
             zygote.close()
@@ -167,8 +169,18 @@ def _read(answer: Answer, kind: type[Told]) -> Told | str:
 
 
 def _stack_folder(first: JoinedSystem) -> Path:
-    there = Path(first.stack_folder)
-    return there if there.is_dir() else Path.cwd()
+    there, here = Path(first.stack_folder), packages()
+    if there.is_dir():
+        return there
+    installed = {folder: here[name] for name, folder in first.packages.items() if name in here}
+    found = Path(str(moved({"": first.stack_folder}, installed)[""]))
+    return found if found.is_dir() else Path.cwd()
+
+
+def _check_files(plan: HostPlan) -> None:
+    problems = [f"host {plan.name!r}: {place}: {problem}" for place, problem in plan.missing_files()]
+    if problems:
+        raise CannotJoin("\n".join(problems))
 
 
 def _run(

@@ -238,7 +238,7 @@ def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
         return shapes.BoolShape()
     if hint is str:
         text = next((note for note in notes if isinstance(note, Text)), None)
-        return shapes.TextShape() if text is None else shapes.TextShape(text.longest, text.cut)
+        return shapes.TextShape(unit=unit) if text is None else shapes.TextShape(text.longest, text.cut, unit)
     if hint is bytes:
         return shapes.BytesShape()
     if isinstance(hint, type) and issubclass(hint, Enum):

@@ -137,10 +137,11 @@ CUT = " ..."
 
 @dataclass(frozen=True, slots=True)
 class TextShape:
-    """Text of a bounded length; ``cut`` has a longer one cut when it is packed."""
+    """Text of a bounded length; ``cut`` has a longer one cut when it is packed, ``unit`` is ``path`` for a file."""
 
     longest: int = 65_536
     cut: bool = False
+    unit: str | None = None
 
     def pack(self, value: Any) -> str:
         """Return the text."""
@@ -158,8 +159,9 @@ class TextShape:
         return str(value)
 
     def json_schema(self) -> JsonSchema:
-        """Return ``string``."""
-        return {"type": "string", "maxLength": self.longest}
+        """Return ``string``, with ``x-unit`` if it has one."""
+        unit = {} if self.unit is None else {"x-unit": self.unit}
+        return {"type": "string", "maxLength": self.longest, **unit}
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import contextlib
 import signal
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,7 @@ class Describer:
         self._zygote = zygote
         self._stack_folder = plan.stack_folder
         self._folder = plan.folder
+        self._plan = plan
         self._references = {robot: plan.found_here(values) for robot, values in plan.references.items()}
         self._asked: dict[str, _Asked] = {}
         self._count = 0
@@ -54,7 +55,7 @@ class Describer:
     def ask(self, query: Query) -> None:
         """Begin to answer a query; raises BadMessage, OSError."""
         wanted = codec.decode(query.payload, DescribeComponent)
-        spec = wanted.spec
+        spec = replace(wanted.spec, parameters=self._plan.found_here(wanted.spec.parameters))
         if len(self._asked) >= MAX_AT_ONCE:
             raise BadMessage(f"{MAX_AT_ONCE} components are being described already: ask again later")
         self._count += 1
@@ -94,7 +95,8 @@ class Describer:
             problem = f"{asked.spec.cls!r} cannot be described: the process that was to import it {how}"
             refuse(asked.query, ControlCode.FAILED, problem)
         else:
-            asked.query.reply(codec.encode(described))
+            spec = replace(described.spec, parameters=self._plan.found_there(described.spec.parameters))
+            asked.query.reply(codec.encode(replace(described, spec=spec)))
         finally:
             with contextlib.suppress(OSError):
                 asked.answer.unlink()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,8 +17,10 @@ class CompositionError(ValueError):
     """A world and its robots make no model; the message names the file and the robot."""
 
 
-def composed(world: Path, robots: Sequence[RobotSpec]) -> mujoco.MjModel:
-    """Return the compiled model of a world file with its robots.
+def composed(
+    world: Path, robots: Sequence[RobotSpec], change: Callable[[mujoco.MjSpec], None] = lambda _: None
+) -> mujoco.MjModel:
+    """Return the compiled model of a world file with its robots; ``change`` may alter it before.
 
     Raises:
         CompositionError: MuJoCo refuses a file, or a robot has no body, or two have one name.
@@ -32,6 +34,7 @@ def composed(world: Path, robots: Sequence[RobotSpec]) -> mujoco.MjModel:
         for robot in robots:
             if robot.model:
                 _attach(spec, robot)
+        change(spec)
         try:
             return spec.compile()
         except ValueError as error:

@@ -73,7 +73,8 @@ class JoinedSystem:
 
     ``source`` is the component that makes simulated time continue, empty under the real clock. ``references`` has the
     values that components to come may refer to, by robot. ``lease`` is how long a
-    sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are.
+    sign of life of the joined host holds. ``by_certificate``: hosts have to prove who they are. ``packages`` has the
+    folders of the packages with installed stacks and robots.
     """
 
     run: str
@@ -88,6 +89,7 @@ class JoinedSystem:
     past: tuple[PastRun, ...] = ()
     by_certificate: bool = False
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
+    packages: dict[str, str] = field(default_factory=dict)
 
 
 @message("regraft/RenewLease")

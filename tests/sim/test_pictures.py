@@ -1,0 +1,53 @@
+"""The pictures of worlds in the docs are what the project draws, with the robots of the stacks."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from regraft.sim_service.picture import main
+from regraft.stack import load
+from regraft.stack.installed import stack_file
+from tests.support.paths import ROOT
+
+DRAWN = re.compile(r"`python -m regraft\.sim_service\.picture (\S+) (docs/\S+) (.*)`")
+COMMANDS = DRAWN.findall((ROOT / "docs" / "robots.md").read_text())
+LARGEST = 100_000
+"""Bytes."""
+
+
+def drawn(*words: str, to: Path) -> np.ndarray:
+    """Return the picture that a command draws."""
+    world, *options = words
+    assert main([world, str(to), *options]) == 0
+    return read(to)
+
+
+def read(file: Path) -> np.ndarray:
+    """Return the picture of a file."""
+    picture = cv2.imread(str(file))
+    assert picture is not None
+    return np.asarray(picture, np.int16)
+
+
+def test_there_is_a_picture_of_each_example() -> None:
+    assert [stack for stack, _, _ in COMMANDS] == ["frog", "demo_two_robots"]
+
+
+@pytest.mark.parametrize(("stack", "file", "options"), COMMANDS)
+def test_a_picture_of_the_docs_can_be_drawn_again_and_shows_the_robots(
+    stack: str, file: str, options: str, tmp_path: Path
+) -> None:
+    picture = drawn(stack, *options.split(), to=tmp_path / "again.png")
+    shown = read(ROOT / file)
+    assert picture.shape == shown.shape
+    assert (ROOT / file).stat().st_size < LARGEST
+    assert min(picture.std(), shown.std()) > 20
+    world = load(stack_file(Path(stack))).architecture.components["world"].parameters["file"]
+    size = [word for word in options.split() if "seed" not in word and word != "1"]
+    empty = drawn(world, *size, to=tmp_path / "empty.png")
+    assert (abs(picture - empty).max(axis=2) > 30).sum() > 100
