@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from regraft.adaptation_manager.execution.giving_way import give_way, stay_down
+from regraft.adaptation_manager.execution.tolerance import stay_down, tolerate_failure
 from regraft.adaptation_manager.steps.actions import (
     Action,
     Activate,
@@ -92,7 +92,7 @@ async def _reach_state(context: ExecutionContext, action: ReachState) -> None:
     except ControlFailed as failure:
         if not action.leads_down:
             raise
-        await give_way(context, action, failure)
+        await tolerate_failure(context, action, failure)
 
 
 async def _walk(context: ExecutionContext, action: ReachState) -> None:

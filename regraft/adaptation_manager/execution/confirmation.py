@@ -120,7 +120,7 @@ class Watch:
 
     def _is_left_alone(self, name: str) -> bool:
         """Return whether a component had failed before, or failed as it was to do less."""
-        return name in self.failed or name in self.context.given_way or name not in self.runs
+        return name in self.failed or name in self.context.tolerated or name not in self.runs
 
     async def _qualities(self) -> list[tuple[str, Quality | None]]:
         """Return the latest of every requirement, None for one that nobody tells of."""

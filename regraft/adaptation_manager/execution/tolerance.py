@@ -19,7 +19,7 @@ NOTHING_RUNS = (*NOT_RUNNING, ProcessState.WAITING)
 """States of a process that is started, if at all, as its host's specs state by then."""
 
 
-async def give_way(context: ExecutionContext, action: ReachState, failure: ControlFailed) -> None:
+async def tolerate_failure(context: ExecutionContext, action: ReachState, failure: ControlFailed) -> None:
     """Accept that a component failed on its way down, once it does no more than was asked of it.
 
     Raises:
@@ -47,9 +47,9 @@ async def stay_down(context: ExecutionContext, action: StayDown) -> None:
 
 
 def _note(context: ExecutionContext, name: str, code: str, why: str) -> None:
-    context.given_way.add(name)
+    context.tolerated.add(name)
     text = f"{why}; it is not needed, and the adaptation continues"
-    context.kit.event("adaptation.gave_way", text, component=name, code=code)
+    context.kit.event("adaptation.failure_tolerated", text, component=name, code=code)
 
 
 async def _give_spec(context: ExecutionContext, name: str) -> None:

@@ -67,8 +67,8 @@ def test_a_part_that_cannot_be_deactivated_is_left_where_it_failed(modal: System
     assert modal.view("fragile").state is State.UNCONFIGURED
     assert modal.host.specs["fragile"].state is State.INACTIVE
     assert modal.view("listener").parameters["gain"] == 0.1
-    wait_until(lambda: any(event.kind == "adaptation.gave_way" for event in modal.events))
-    (event,) = [event for event in modal.events if event.kind == "adaptation.gave_way"]
+    wait_until(lambda: any(event.kind == "adaptation.failure_tolerated" for event in modal.events))
+    (event,) = [event for event in modal.events if event.kind == "adaptation.failure_tolerated"]
     assert event.details == {"component": "fragile", "code": "failed_on_its_way_down"}
     assert "cannot be deactivated in this mood" in event.text
 
