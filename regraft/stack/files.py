@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.description import PATH, Description
 from regraft.stack.sections.components import RUN_FOLDER
 from regraft.stack.yaml.path_hints import instead_of_path
 
@@ -34,7 +34,7 @@ def _in_records(schema: PlainValue, value: PlainValue, place: str) -> Iterator[t
     elif isinstance(value, dict):
         for name, field in schema.get("properties", {}).items():
             yield from _in_records(field, value.get(name), f"{place}.{name}")
-    elif schema.get("x-unit") == "path":
+    elif schema.get("x-unit") == PATH:
         yield place, value
 
 

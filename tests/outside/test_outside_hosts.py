@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from regraft import run_directory
+from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Move, Outcome
 from regraft.client import Client
 from tests.outside.installing import having, installed_package, started
 from tests.support.waiting import PATIENCE, wait_until
@@ -19,7 +20,10 @@ include: [{installed}/acme_rover/yard/stack.yaml]
 hosts: [edge]
 topics:
   image: {{type: regraft/Image, sensor_stream: true}}
+  adaptations: {{type: regraft/AdaptationReport}}
+  architecture: {{type: regraft/Architecture}}
 components:
+  adaptation_manager: {{class: "regraft.adaptation_manager.manager:AdaptationManager"}}
   eye:
     class: regraft.sim_service.camera_component:Camera
     parameters: {{file: $world, robots: $robots, camera: gate, renderer: ray, width: 32, height: 24}}
@@ -63,7 +67,18 @@ def runs(client: Client, component: str) -> bool:
     return seen is not None and seen.alive
 
 
-def test_the_files_of_an_installed_robot_are_those_of_the_host_that_reads_them(
+def files(client: Client) -> set[str]:
+    """Return the files that the eye reads."""
+    read = client.view("eye", PATIENCE).parameters
+    return {read["file"], *(robot["model"] for robot in read["robots"])}
+
+
+def files_in(installed: Path) -> set[str]:
+    """Return the same files of one installation."""
+    return {f"{installed}/acme_rover/{file}" for file in ("yard/yard.xml", "rover/rover.xml")}
+
+
+def test_the_files_of_an_installed_robot_are_those_of_the_host_that_reads_them_also_after_a_move(
     installations: tuple[Path, Path], yard: run_directory.RunInfo, tmp_path: Path
 ) -> None:
     edge = joining(installations[1], yard, tmp_path)
@@ -71,14 +86,17 @@ def test_the_files_of_an_installed_robot_are_those_of_the_host_that_reads_them(
     try:
         wait_until(lambda: edge.poll() is not None or runs(client, "eye"), "the eye to be there")
         assert edge.poll() is None
-        read = client.view("eye").parameters
+        assert files(client) == files_in(installations[1])
+        wait_until(lambda: runs(client, "adaptation_manager"), "the adaptation manager to be there")
+        for host, installed in zip(("local", "edge"), installations, strict=True):
+            request = AdaptationRequest((Move("eye", host),))
+            report = client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
+            assert report.outcome is Outcome.APPLIED, report
+            assert files(client) == files_in(installed)
     finally:
         client.close()
         edge.terminate()
         assert edge.wait(PATIENCE) == 0
-    here = f"{installations[1]}/acme_rover"
-    assert read["file"] == f"{here}/yard/yard.xml"
-    assert [robot["model"] for robot in read["robots"]] == [f"{here}/rover/rover.xml"] * 2
 
 
 def test_a_missing_file_of_a_robot_is_reported_by_the_host_that_lacks_it(

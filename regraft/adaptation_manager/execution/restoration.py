@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from regraft.adaptation_manager.execution.verify import differences
-from regraft.adaptation_manager.planning.additions import PATH
 from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, TakeOver
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
@@ -40,7 +39,7 @@ def values_of(spec: ComponentSpec, topics: Collection[str]) -> dict[str, object]
     if described is None:
         return {}
     values = {p.name: spec.parameters.get(p.name, p.default) for p in described.parameters}
-    paths = {p.name for p in described.parameters if p.unit == PATH or _is_absolute(values[p.name])}
+    paths = {p.name for p in described.parameters if p.names_files or _is_absolute(values[p.name])}
     found: dict[str, object] = {f"parameters.{name}": values[name] for name in values.keys() - paths}
     return found | {
         f"connect.{p.name}": spec.connections.get(p.name, own_topic(spec, p, topics)) for p in described.ports

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from regraft.adaptation_manager.planning.additions import PATH
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.steps.actions import (
     Action,
@@ -137,7 +136,7 @@ def _wanted(action: Action) -> dict[str, object]:
 
 def _same_anywhere(spec: ComponentSpec) -> list[tuple[str, object]]:
     """Return the parameters of a spec, without paths: each host has folders of its own."""
-    paths = {p.name for p in spec.description.parameters if p.unit == PATH} if spec.description else set()
+    paths = {p.name for p in spec.description.parameters if p.names_files} if spec.description else set()
     return [(name, value) for name, value in spec.parameters.items() if name not in paths]
 
 

@@ -13,9 +13,6 @@ from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, Change, 
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.suggestions import instead_of
 
-PATH = "path"
-"""The unit of a parameter whose value the host completes."""
-
 
 async def described_additions(
     request: AdaptationRequest, architecture: Architecture, hosts: Hosts
@@ -90,4 +87,4 @@ def _is_known(change: Swap, spec: ComponentSpec) -> bool:
     if spec.description is None:
         return False
     given = [parameter for parameter in spec.description.parameters if parameter.name in change.parameters]
-    return not any(parameter.read_only or parameter.unit == PATH for parameter in given)
+    return not any(parameter.read_only or parameter.names_files for parameter in given)

@@ -10,6 +10,8 @@ from regraft.bus_schema.encoding.registry import message
 
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""
+PATH = "path"
+"""The unit of a text that names a file."""
 
 
 @message("regraft/PortDescription")
@@ -50,6 +52,11 @@ class ParameterDescription:
     read_only: bool = False
     description: str = ""
     exists: bool = False
+
+    @property
+    def names_files(self) -> bool:
+        """Whether the value is a path, or lists records that have one: each host has folders of its own."""
+        return self.unit == PATH or _has_path(self.schema)
 
 
 @message("regraft/ServiceDescription")
@@ -116,3 +123,8 @@ def types_in(description: Description) -> tuple[str, ...]:
     ports = [port.type for port in description.ports if port.type != ANY_TYPE]
     parts = [part for offered in description.services for part in (offered.request, offered.reply, offered.feedback)]
     return tuple(sorted({name for name in (*ports, *parts) if name}))
+
+
+def _has_path(schema: PlainValue) -> bool:
+    inner = (schema.get("items"), *schema.get("properties", {}).values())
+    return schema.get("x-unit") == PATH or any(_has_path(part) for part in inner if isinstance(part, dict))
