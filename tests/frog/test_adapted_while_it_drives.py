@@ -12,7 +12,6 @@ from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.perception import Detections
 from regraft.bus_schema.messages.power import BatteryState
 from regraft.bus_schema.messages.sensors import Odometry
-from tests.frog.conftest import StartFrog
 from tests.support.frog import Frog, speed_of
 from tests.support.paths import FROG
 from tests.support.systems import home
@@ -23,11 +22,6 @@ SLOW = {"change": "set_parameters", "component": "navigator", "parameters": {"ma
 CORNER = {"change": "connect", "component": "detector", "port": "image", "topic": "corner_camera/image"}
 
 
-def test_it_is_said_when_everybody_is_active(start_frog: StartFrog) -> None:
-    frog = start_frog("--speed", "real")
-    wait_until(lambda: "all 13 components active after" in frog.log.read_text(), "the line that says so")
-
-
 @pytest.fixture(scope="module")
 def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:
     """Return FROG, running as fast as it can; every test leaves it as it was."""
@@ -36,6 +30,10 @@ def frog(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Frog]:
         frog = Frog(folder, "--speed", "max", stack=FROG)
         yield frog
         frog.end()
+
+
+def test_it_is_said_when_everybody_is_active(frog: Frog) -> None:
+    wait_until(lambda: "all 13 components active after" in frog.log.read_text(), "the line that says so")
 
 
 def test_a_slower_speed_holds_within_a_second_and_outlives_a_crash(frog: Frog) -> None:
