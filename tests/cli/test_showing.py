@@ -137,6 +137,7 @@ def component(**changes: object) -> dict[str, object]:
         "state": "active",
         "silent_s": 0.1,
         "error": "",
+        "failure": "",
         "detail": "",
     }
     return {**plain, "exit_reason": "", "lost": 0, "refused": 0, **changes}

@@ -34,6 +34,7 @@ def test_a_component_of_which_nothing_is_known_is_shown_without_values() -> None
         "lost": 0,
         "refused": 0,
         "error": "",
+        "failure": "",
         "detail": "",
         "values": {},
     }
@@ -55,6 +56,7 @@ def test_a_component_is_shown_by_its_status_and_its_process() -> None:
         "lost": 2,
         "refused": 1,
         "error": "no power",
+        "failure": "",
         "detail": "waits",
         "values": {"url": "here"},
     }

@@ -57,7 +57,7 @@ def plain(view: Any) -> Any:
 
 def line(**changes: Any) -> dict[str, Any]:
     unknown = dict.fromkeys(("class", "host", "desired", "state", "incarnation", "age", "pid", "restarts"))
-    return {**unknown, "alive": False, "error": "", "detail": "", "values": {}, **changes}
+    return {**unknown, "alive": False, "error": "", "failure": "", "detail": "", "values": {}, **changes}
 
 
 SEEN = {
