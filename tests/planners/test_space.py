@@ -50,33 +50,49 @@ def allows(constraint: dict[str, Any], option: dict[str, Any]) -> bool:
     return bool(SIGNS[sign](option[left], option[right] if isinstance(right, str) else right))
 
 
+# Strategies are built once: to build one takes longer than to draw from it.
+NAMES = ("a", "b", "c", "d")
+ORDERS = ("<", "<=", ">", ">=")
+NUMBER = st.integers(0, 5)
+CHOICES = st.lists(NUMBER, min_size=1, max_size=4, unique=True)
+HOW_MANY_NAMES, ONE_OR_TWO = st.integers(1, 4), st.integers(1, 2)
+ONE_OF = {count: st.integers(0, count - 1) for count in range(1, 5)}
+SOME_OF = {
+    count: st.lists(st.sampled_from(NAMES[:count]), min_size=1, max_size=3, unique=True) for count in range(1, 5)
+}
+ORDER_OF = {count: st.permutations(NAMES[:count]) for count in range(1, 5)}
+ORDER, SIGN = st.sampled_from(ORDERS), st.sampled_from(list(SIGNS))
+BOUNDS = st.dictionaries(ORDER, NUMBER, min_size=1, max_size=2)
+TEST = st.sampled_from(("value", "values", "bounds"))
+FORMS = st.lists(st.sampled_from(("forbid", "if", "compare")), max_size=5)
+
+
 @st.composite
 def spaces(draw: st.DrawFn) -> tuple[list[Dimension], list[dict[str, Any]]]:
     """Draw up to four dimensions of up to four numbers, and up to five constraints on them."""
-    names = ["a", "b", "c", "d"][: draw(st.integers(1, 4))]
-    choices = {name: draw(st.lists(st.integers(0, 5), min_size=1, max_size=4, unique=True)) for name in names}
-    dimensions = [dimension(name, *choices[name]) for name in names]
+    count = draw(HOW_MANY_NAMES)
+    choices = {name: draw(CHOICES) for name in NAMES[:count]}
 
-    def test_of(name: str) -> st.SearchStrategy[Any]:
-        value = st.sampled_from(choices[name])
-        signs = st.dictionaries(st.sampled_from(["<", "<=", ">", ">="]), st.integers(0, 5), min_size=1, max_size=2)
-        return value | st.lists(value, min_size=1, max_size=2) | signs
+    def test_of(values: list[int]) -> Any:
+        form = draw(TEST)
+        if form == "bounds":
+            return draw(BOUNDS)
+        picked = [values[draw(ONE_OF[len(values)])] for _ in range(draw(ONE_OR_TWO) if form == "values" else 1)]
+        return picked if form == "values" else picked[0]
 
     def when() -> dict[str, Any]:
-        chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
-        return {name: draw(test_of(name)) for name in chosen}
+        return {name: test_of(choices[name]) for name in draw(SOME_OF[count])}
 
     constraints: list[dict[str, Any]] = []
-    for form in draw(st.lists(st.sampled_from(["forbid", "if", "compare"]), max_size=5)):
+    for form in draw(FORMS):
         if form == "forbid":
             constraints.append({"forbid": when()})
         elif form == "if":
             constraints.append({"if": when(), "then": when()})
         else:
-            pair = draw(st.permutations(names)) if len(names) > 1 else [names[0], draw(st.integers(0, 5))]
-            sign = draw(st.sampled_from(["<", "<=", ">", ">="] if len(names) == 1 else list(SIGNS)))
-            constraints.append({"compare": [pair[0], sign, pair[1]]})
-    return dimensions, constraints
+            left, right = draw(ORDER_OF[count])[:2] if count > 1 else (NAMES[0], draw(NUMBER))
+            constraints.append({"compare": [left, draw(SIGN if count > 1 else ORDER), right]})
+    return [dimension(name, *values) for name, values in choices.items()], constraints
 
 
 @given(spaces())
