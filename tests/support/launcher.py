@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Mapping
 from contextlib import suppress
@@ -74,6 +75,7 @@ class Launcher:
 
     def __init__(self, stack: str = "") -> None:
         """Start it; the classes of the installed ``stack`` are imported as well."""
+        self._lock = threading.Lock()
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
@@ -90,8 +92,9 @@ class Launcher:
     ) -> Process:
         """Fork a command; ``streams`` are its standard input, output and errors."""
         order = json.dumps({"words": words, "cwd": str(cwd), "environment": dict(environment)})
-        socket.send_fds(self._socket, [order.encode()], list(streams))
-        return Process(int(self._socket.recv(MAX_ORDER)))
+        with self._lock:  # threads of a test start commands at once, and each needs the number of its own
+            socket.send_fds(self._socket, [order.encode()], list(streams))
+            return Process(int(self._socket.recv(MAX_ORDER)))
 
     def close(self) -> None:
         """End it; its commands go on."""
