@@ -21,8 +21,10 @@ def check_with_classes(stack: Stack) -> None:
                 cls.check_parameters(parameter_set(cls, spec.parameters).values, stack.seed)
             except ParameterError as error:
                 problems += [stack.problem(f"{at}.{place}", why) for place, why in error.parts]
-            # An author's class may raise anything.
-            except Exception as error:
+            except KeyboardInterrupt:
+                raise
+            # An author's class may raise anything, leaving included.
+            except BaseException as error:
                 named = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
                 problems.append(stack.problem(f"components.{name}", f"{named}{error}"))
     if problems:

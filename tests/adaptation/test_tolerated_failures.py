@@ -1,4 +1,4 @@
-"""What is broken does not keep an adaptation from doing without it."""
+"""A broken component does not keep an adaptation from doing without it."""
 
 from __future__ import annotations
 

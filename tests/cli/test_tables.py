@@ -1,4 +1,4 @@
-"""What people read of a real system: every list and every adaptation, without `--json`."""
+"""Texts that people read of a real system: every list and every adaptation, without `--json`."""
 
 from __future__ import annotations
 

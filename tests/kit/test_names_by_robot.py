@@ -1,4 +1,4 @@
-"""What components of several robots in one system promise: each asks and serves under the names of its own robot."""
+"""Promises about components of several robots in one system: each asks and serves under the names of its own robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What finding the executor of a mission promises: by robot, by component, or as the only one."""
+"""Promises about finding the executor of a mission: by robot, by component, or as the only one."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A process with the command line imported, forked into commands: importing it takes five times what a start takes.
 
-What a command does is the same; only the interpreter's own start is left out, and that of FROG's classes where FROG is
+A command does the same as ever. Only the interpreter's own start is left out, and that of FROG's classes where FROG is
 to run. A command is reparented to the process that runs the tests, which is its subreaper, so that it is waited for
 like any child.
 """
@@ -12,12 +12,12 @@ import ctypes
 import gc
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
@@ -28,8 +28,6 @@ from tests.support.paths import ROOT
 
 PR_SET_CHILD_SUBREAPER = 36
 MAX_ORDER = 2**20
-POLL_INTERVAL = 0.005
-"""Seconds."""
 
 
 class Process:
@@ -49,11 +47,15 @@ class Process:
 
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end; returns the exit code, or raises ``subprocess.TimeoutExpired``."""
-        end = None if timeout is None else time.monotonic() + timeout
-        while (code := self.poll()) is None:
-            if end is not None and time.monotonic() > end:
-                raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
-            time.sleep(POLL_INTERVAL)
+        if self.poll() is None:
+            ended = os.pidfd_open(self.pid)
+            try:
+                select.select([ended], [], [], timeout)
+            finally:
+                os.close(ended)
+        code = self.poll()
+        if code is None:
+            raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
         return code
 
     def send_signal(self, signum: signal.Signals) -> None:

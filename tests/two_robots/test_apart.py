@@ -25,7 +25,7 @@ Row = tuple[int, dict[str, Any]]
 
 
 class Told:
-    """What a run says of the scout: its rows by topic and number, and the summary of the whole run."""
+    """A run's report of the scout: its rows by topic and number, and the summary of the whole run."""
 
     def __init__(self, frog: Frog, log: Path, meanwhile: Callable[[Frog], None]) -> None:
         self.rows: dict[str, dict[int, Row]] = {topic: {} for topic in ROWS}

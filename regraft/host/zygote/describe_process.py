@@ -48,8 +48,9 @@ class Surroundings:
 
     def completed(self, spec: ComponentSpec) -> dict[str, PlainValue]:
         """Return parameters without references, and with those that the class takes from its robot."""
-        known = self.references.get(spec.name.rpartition(".")[0], self.references.get("", {}))
-        taken = {name: known[datum] for name, datum in taken_from_robot(spec.cls).items() if datum in known}
+        own = self.references.get(spec.name.rpartition(".")[0], {})
+        known = own or self.references.get("", {})
+        taken = {name: own[datum] for name, datum in taken_from_robot(spec.cls).items() if datum in own}
         return taken | {name: replaced(value, known) for name, value in spec.parameters.items()}
 
 
