@@ -74,7 +74,7 @@ class SimulatedRobot:
 
     def snapshot(self) -> dict[str, Any]:
         """Return the state that is not part of the physics, as plain data."""
-        devices = {name: call(device, "snapshot") for name, device in self.devices.items()}
+        devices = {name: call(device, device.snapshot) for name, device in self.devices.items()}
         return {"contacts": self.contacts.snapshot(), "devices": devices}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -83,4 +83,4 @@ class SimulatedRobot:
         for name, device in self.devices.items():
             state = snapshot["devices"].get(name)
             if state is not None:
-                call(device, "restore", state)
+                call(device, device.restore, state)

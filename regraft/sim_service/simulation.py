@@ -15,7 +15,7 @@ from regraft.component.parameters import ParameterSet
 from regraft.planar import Pose2D
 from regraft.sim_service.cameras.camera import RenderState
 from regraft.sim_service.cameras.lights import check_level
-from regraft.sim_service.devices.core.calling import call, call_each
+from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.device_kit import DeviceKit, DeviceParameters, Progress
 from regraft.sim_service.devices.core.fitting import Fitted, fitted
@@ -125,7 +125,8 @@ class Simulation:
                 self._steps_per_control - progress.steps % self._steps_per_control,
                 progress.steps_per_tick - progress.steps % progress.steps_per_tick,
             )
-            call_each(self._devices, "act")
+            for device in self._devices:
+                call(device, device.act)
             for walker in self._walkers:
                 walker.move(self._data, steps * progress.timestep, self._robot_poses())
             mujoco.mj_step(self._model, self._data, nstep=steps)
@@ -138,9 +139,11 @@ class Simulation:
         progress = self.progress
         for robot in self.robots.values():
             robot.contacts.update(self._data, progress.time)
-        call_each(self._devices, "watch")
+        for device in self._devices:
+            call(device, device.watch)
         if progress.steps % progress.steps_per_tick == 0:
-            call_each(self._devices, "tick")
+            for device in self._devices:
+                call(device, device.tick)
 
     def set_light(self, level: float) -> None:
         """Set the lamps to a level between 0 (dark) and 1 (full)."""
@@ -152,7 +155,7 @@ class Simulation:
 
     def render_state(self) -> RenderState:
         """Everything that a camera needs to draw this moment, except the world file and the placement."""
-        colours = {geom: colour for device in self._devices for geom, colour in call(device, "colours").items()}
+        colours = {geom: colour for device in self._devices for geom, colour in call(device, device.colours).items()}
         return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 
     def snapshot(self) -> dict[str, Any]:
@@ -232,7 +235,7 @@ class Simulation:
             lambda: {other.spec.name: other.devices for other in self.robots.values() if other is not robot},
             lambda: self._light,
         )
-        call(built, "build")
+        call(built, built.build)
         robot.devices[device.spec.name] = built
         return built
 

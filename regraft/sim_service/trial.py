@@ -8,7 +8,7 @@ from typing import Any
 from regraft.bus_schema.encoding import codec
 from regraft.component.component import declared
 from regraft.component.parameters import ParameterError
-from regraft.sim_service.devices.core.calling import DeviceError, call, call_each
+from regraft.sim_service.devices.core.calling import DeviceError, call
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.devices.core.fitting import place_of
 from regraft.sim_service.layout.scene import Scene
@@ -53,10 +53,11 @@ def try_world(scene: Scene, seed: int, settings: SimulationSettings) -> None:
         for device in devices:
             _connect_to_nothing(device)
         simulation.advance(settings.tick)
-        call_each(devices, "sense")
+        simulation.progress.steps = 0  # at the tick 0 all sensors are due, whatever their rates
         for device in devices:
-            call(device, "truth")
-            call(device, "evaluate")
+            call(device, device.sense)
+            call(device, device.truth)
+            call(device, device.evaluate)
         simulation.render_state()
         simulation.restore(simulation.snapshot())
     except DeviceError as error:

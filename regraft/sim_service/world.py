@@ -13,7 +13,7 @@ from regraft.bus_schema.messages.world import GeomColour, GroundTruth, WorldStat
 from regraft.bus_schema.model.description import Resources
 from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
-from regraft.sim_service.devices.core.calling import call_each
+from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.failures import DeviceFails
 from regraft.sim_service.devices.core.fitting import parameters_of, ports_of
 from regraft.sim_service.layout.identity import world_hash
@@ -106,7 +106,8 @@ class World(TimeSource):
         self.simulation.advance(seconds)
         for robot in self.simulation.robots.values():
             self._note_contacts(robot)
-            call_each(robot.devices.values(), "sense")
+            for device in robot.devices.values():
+                call(device, device.sense)
         truths = [self._publish_truth(now, robot) for robot in self.simulation.robots.values()]
         if self.world_state.wanted:
             self._publish_state(now, truths[0].pose if truths else Pose.planar(0.0, 0.0, 0.0))

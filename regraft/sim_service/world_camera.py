@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from functools import cache
@@ -207,17 +208,17 @@ class WorldCamera(Component):
         """Return the settings of the renderer, with what a subclass adds."""
         return settings
 
+    @abstractmethod
     def take(self, eye: Eye, moment: RenderState) -> Any:
         """Return the pixels of a moment."""
-        raise NotImplementedError
 
+    @abstractmethod
     def black(self, width: int, height: int) -> Any:
         """Return the pixels of a camera that sees nothing."""
-        raise NotImplementedError
 
+    @abstractmethod
     def message(self, view: View, pixels: Any) -> Any:
         """Return the message with pixels."""
-        raise NotImplementedError
 
     def _pixels(self, eye: Eye, state: WorldState, failure: str) -> Any:
         if failure == BLACK:

@@ -46,6 +46,19 @@ class Broken(Device):
     def {method}(self, *given):
         raise RuntimeError("out of order")
 """
+NOSE = """\
+from regraft import Output
+from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.sim_service.devices.core.sensor import Sensor
+
+
+class Nose(Sensor):
+    measures = "smell"
+    smell = Output(LightLevel, required=False)
+
+    def measure(self):
+        raise RuntimeError("it has a cold")
+"""
 
 
 def refused(folder: Path, stack: str = STACK, robot: str = ROBOT, model: str = "", device: str = "") -> str:
@@ -133,3 +146,12 @@ def test_a_failure_of_a_device_that_is_not_there_is_refused(tmp_path: Path, fail
         f"stack.yaml:12: components.world.parameters.failures.0.{'failure' if 'loud' in failure else 'device'}" in found
     )
     assert problem in found
+
+
+def test_a_sensor_that_cannot_measure_is_named_whatever_its_rate(tmp_path: Path) -> None:
+    robot = ROBOT.replace(
+        "devices:\n", f'devices:\n  nose: {{class: "{tmp_path.name}_parts:Nose", parameters: {{rate: 0.5}}}}\n'
+    )
+    found = refused(tmp_path, robot=robot, device=NOSE)
+    assert "rover/robot.yaml:4: " in found
+    assert "the device 'nose' of the robot 'left': RuntimeError: it has a cold" in found

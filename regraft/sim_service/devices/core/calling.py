@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
 
 from regraft.sim_service.devices.core.device import Device
 from regraft.sim_service.layout.scene import SceneError
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 class DeviceError(SceneError):
@@ -19,15 +22,9 @@ class DeviceError(SceneError):
         super().__init__(f"the device {device!r}{of}: {kind}{error}")
 
 
-def call(device: Device, method: str, *arguments: Any) -> Any:
+def call(device: Device, method: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
     """Call a method of a device; raises DeviceError."""
     try:
-        return getattr(device, method)(*arguments)
+        return method(*arguments, **named)
     except Exception as error:
         raise DeviceError(device.kit.robot.name, device.kit.name, error) from error
-
-
-def call_each(devices: Iterable[Device], method: str) -> None:
-    """Call a method without arguments of each device; raises DeviceError."""
-    for device in devices:
-        call(device, method)

@@ -1,0 +1,51 @@
+"""Runs of limited simulated time end, however short they are and whatever becomes of the source of time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.support.commands import in_home, run
+
+WORLD = '<mujoco><worldbody><geom type="plane" size="5 5 .1"/></worldbody></mujoco>'
+STACK = """\
+system: short
+clock: simulated
+speed: max
+topics: {{world_state: regraft/WorldState}}
+components:
+  world:
+    class: "{world}"
+    parameters: {{file: world.xml}}
+"""
+BROKEN = """\
+import os
+
+from regraft.sim_service.world import World
+
+
+class Broken(World):
+    def on_configure(self) -> None:
+        os._exit(3)
+"""
+
+
+def ended(folder: Path, world: str) -> tuple[int, list[str]]:
+    """Run a world for two simulated seconds; return the exit code and what was wrong."""
+    (folder / "world.xml").write_text(WORLD)
+    (folder / "stack.yaml").write_text(STACK.format(world=world))
+    words = ("up", str(folder / "stack.yaml"), "--for", "2", "--headless", "--json")
+    done = run(*words, cwd=folder, environment=in_home(folder / "home"))
+    assert done.stdout, done.stderr
+    return done.returncode, json.loads(done.stdout)["problems"]
+
+
+def test_a_run_that_is_over_in_a_moment_came_up(tmp_path: Path) -> None:
+    assert ended(tmp_path, "regraft.sim_service.world:World") == (0, [])
+
+
+def test_a_run_ends_when_its_source_of_time_is_quarantined(tmp_path: Path) -> None:
+    (tmp_path / "broken_world.py").write_text(BROKEN)
+    code, problems = ended(tmp_path, "broken_world:Broken")
+    assert code == 1
+    assert "world is quarantined" in problems
