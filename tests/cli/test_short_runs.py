@@ -49,3 +49,10 @@ def test_a_run_ends_when_its_source_of_time_is_quarantined(tmp_path: Path) -> No
     code, problems = ended(tmp_path, "broken_world:Broken")
     assert code == 1
     assert "world is quarantined" in problems
+
+
+def test_a_run_ends_when_its_source_of_time_fails_to_be_configured(tmp_path: Path) -> None:
+    (tmp_path / "raising_world.py").write_text(BROKEN.replace("os._exit(3)", 'raise OSError("no such sky")'))
+    code, problems = ended(tmp_path, "raising_world:Broken")
+    assert code == 1
+    assert any("world" in problem and "no such sky" in problem for problem in problems), problems

@@ -27,7 +27,7 @@ SAY_WHY_TIMEOUT = 10.0
 START_TIMEOUT = 60.0
 """Seconds after which a run of limited duration counts its time although not everything is up.
 
-It need not wait so long for what is quarantined: that does not come up by itself.
+It need not wait so long for what does not come up by itself.
 """
 
 
@@ -116,7 +116,7 @@ class Run:
         if now >= self._next_why:
             self._next_why = now + SAY_WHY_TIMEOUT
             self._display.line(f"after {seconds(took)} still waiting for {readiness.reasons()}")
-        given_up = readiness.waiting.keys() <= set(watch.quarantined())
+        given_up = readiness.waiting.keys() <= watch.given_up()
         if self._counting_from is None and (given_up or took >= START_TIMEOUT):
             self._counting_from = now
 
@@ -155,7 +155,7 @@ class Run:
 
     def _is_over(self, watch: Watch, running: Running, now: float) -> bool:
         if running.info.simulated:
-            if running.host.plan.source in watch.quarantined():
+            if running.host.plan.source in watch.given_up():
                 return True
             clock = watch.clock()
             if clock is None or not clock.finished:

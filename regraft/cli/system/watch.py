@@ -175,9 +175,10 @@ class Watch:
         if process.state is ProcessState.STOPPED and process.incarnation and not spec.managed:
             return None
         begun = process.incarnation > 0
-        if process.state is not ProcessState.RUNNING:
-            return StartupWait(process.state, begun, error=process.exit_reason)
         status = self.statuses.get(spec.name)
+        speaks = process.state is ProcessState.STARTING and status is not None
+        if process.state is not ProcessState.RUNNING and not speaks:
+            return StartupWait(process.state, begun, error=process.exit_reason)
         if not spec.managed or (status and status.incarnation == process.incarnation and status.state is spec.state):
             return None
         if status is None:
@@ -187,6 +188,17 @@ class Watch:
     def quarantined(self) -> list[str]:
         """Return the components that were restarted too often."""
         return [p.component for p in self.processes() if p.state is ProcessState.QUARANTINED]
+
+    def given_up(self) -> set[str]:
+        """Return the components that do not come up by themselves: quarantined, or failed in configuring."""
+        specs = self._running.host.plan.architecture.components
+        failed = {
+            name
+            for name, status in self.statuses.items()
+            if status.state is State.UNCONFIGURED and status.failure and name in specs
+            if specs[name].state is not State.UNCONFIGURED
+        }
+        return failed.union(self.quarantined())
 
     def url(self) -> str | None:
         """Return where the gateway is."""
