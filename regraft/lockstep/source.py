@@ -119,19 +119,20 @@ class SourceLoop:
         coordinator.moment.time += period
         self._clock.advance_to(coordinator.moment.time)
         self._runtime.guarded("advance", lambda: self._source.advance(coordinator.moment.tick, period / 1e9))
-        self._runtime.guarded("checkpoint", self._promise_checkpoint)
+        self._promise_checkpoint()
 
     def _promise_checkpoint(self) -> None:
-        """Take a checkpoint of this moment, to be packed and put while the others work.
+        """Have a checkpoint of this moment taken and put while the others work, before anything else changes the world.
 
         It is put before anything of the next tick is: whoever continues from it repeats this moment at the most.
         """
         runtime, checkpoints = self._runtime, self._runtime.checkpoints
+
+        def publish() -> None:
+            checkpoints.publish_taken(replace(checkpoints.snapshot(), first_tick=self._first_tick))
+
         if checkpoints.keeps_state:
-            taken = replace(checkpoints.snapshot(), first_tick=self._first_tick)
-            runtime.writers.deferred.append(
-                lambda: runtime.guarded("checkpoint", lambda: checkpoints.publish_taken(taken))
-            )
+            runtime.writers.deferred.append(lambda: runtime.guarded("checkpoint", publish))
 
     def _begin_pace(self, coordinator: Coordinator) -> _Pace:
         now = time.monotonic()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from regraft.bus_schema.messages.protocol.clock import Wiring
-from regraft.runtime.data.inputs import TopicReader
 from regraft.runtime.runtime import Runtime
 
 
@@ -13,6 +12,7 @@ class ReportedWiring:
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
         self._told: Wiring | None = None
+        self._told_outputs: frozenset[str] = frozenset()
 
     def forget(self) -> None:
         """Take nothing for told: the coordinator is another one, or has lost sight of the component."""
@@ -23,31 +23,30 @@ class ReportedWiring:
         return self._tell(wiring_of(self._runtime))
 
     def news(self) -> Wiring | None:
-        """Return the wiring as ``all`` does if something else was told, None if not."""
-        wiring = wiring_of(self._runtime)
-        return None if _same(self._told, wiring) else self._tell(wiring)
+        """Return the wiring as ``all`` does if something else was told, None if not: asked for after every step."""
+        runtime = self._runtime
+        inputs, anew = _read(runtime), runtime.inbound.anew
+        known = not anew and self._told is not None and self._told.inputs == inputs
+        if known and self._told_outputs == runtime.writers.open_keys.keys():
+            return None
+        return self._tell(_wiring(runtime, inputs, anew))
 
     def _tell(self, wiring: Wiring) -> Wiring:
-        self._told = wiring
+        self._told, self._told_outputs = wiring, frozenset(wiring.outputs)
         self._runtime.inbound.told(wiring.inputs)
         return wiring
 
 
 def wiring_of(runtime: Runtime) -> Wiring:
     """Return what ``runtime`` reads (paused inputs excepted; true where it wakes) and writes."""
-    inputs = {}
-    for key, consumer in (*runtime.inbound.consumers.items(), *runtime.inbound.patterns.items()):
-        if isinstance(consumer, TopicReader):
-            if not consumer.paused:
-                inputs[key] = consumer.wakes
-        else:
-            inputs[key] = True
-    anew = tuple(key for key in runtime.inbound.anew if key in inputs)
-    return Wiring(inputs, runtime.writers.sequences(), anew)
+    return _wiring(runtime, _read(runtime), runtime.inbound.anew)
 
 
-def _same(one: Wiring | None, other: Wiring) -> bool:
-    """Return whether two wirings name the same keys, none of them again, whatever their sequences."""
-    if one is None or other.anew:
-        return False
-    return one.inputs == other.inputs and one.outputs.keys() == other.outputs.keys()
+def _wiring(runtime: Runtime, inputs: dict[str, bool], anew: tuple[str, ...]) -> Wiring:
+    return Wiring(inputs, runtime.writers.sequences(), tuple(key for key in anew if key in inputs))
+
+
+def _read(runtime: Runtime) -> dict[str, bool]:
+    inbound = runtime.inbound
+    consumers = {**inbound.consumers, **inbound.patterns} if inbound.patterns else inbound.consumers
+    return {key: consumer.wakes for key, consumer in consumers.items() if not consumer.paused}

@@ -125,7 +125,7 @@ class Simulation:
                 self._steps_per_control - progress.steps % self._steps_per_control,
                 progress.steps_per_tick - progress.steps % progress.steps_per_tick,
             )
-            for device in self._devices:
+            for device in self._acting:
                 call(device, device.act)
             for walker in self._walkers:
                 walker.move(self._data, steps * progress.timestep, self._robot_poses())
@@ -139,10 +139,10 @@ class Simulation:
         progress = self.progress
         for robot in self.robots.values():
             robot.contacts.update(self._data, progress.time)
-        for device in self._devices:
+        for device in self._watching:
             call(device, device.watch)
         if progress.steps % progress.steps_per_tick == 0:
-            for device in self._devices:
+            for device in self._ticking:
                 call(device, device.tick)
 
     def set_light(self, level: float) -> None:
@@ -155,7 +155,7 @@ class Simulation:
 
     def render_state(self) -> RenderState:
         """Everything that a camera needs to draw this moment, except the world file and the placement."""
-        colours = {geom: colour for device in self._devices for geom, colour in call(device, device.colours).items()}
+        colours = {geom: colour for device in self._shining for geom, colour in call(device, device.colours).items()}
         return RenderState(self._data.qpos.copy(), self._light, self.progress.steps, colours)
 
     def snapshot(self) -> dict[str, Any]:
@@ -216,7 +216,11 @@ class Simulation:
             walker.begin(self._data, self._robot_poses())
         if self._walkers:
             mujoco.mj_kinematics(self._model, self._data)
-        self._devices = [self._built(device) for device in self._fitted]
+        devices = [self._built(device) for device in self._fitted]
+        self._acting = [device for device in devices if type(device).act is not Device.act]
+        self._watching = [device for device in devices if type(device).watch is not Device.watch]
+        self._ticking = [device for device in devices if type(device).tick is not Device.tick]
+        self._shining = [device for device in devices if type(device).colours is not Device.colours]
 
     def _built(self, device: Fitted) -> Device:
         robot = self.robots[device.robot.name]

@@ -29,6 +29,10 @@ class Consumer(Protocol):
     def paused(self) -> bool:
         """Whether samples are ignored."""
 
+    @property
+    def wakes(self) -> bool:
+        """Whether a sample is to be handled at once, rather than found when it is looked for."""
+
     def deliver(self, sample: Sample) -> None:
         """Handle one sample, in its turn; its attachment is an envelope."""
 
@@ -294,7 +298,7 @@ class Inbound:
     @property
     def anew(self) -> tuple[str, ...]:
         """The keys that are read again, and of which others think that they have been read all along."""
-        return tuple(sorted(self._dropped & self.consumers.keys()))
+        return tuple(sorted(self._dropped & self.consumers.keys())) if self._dropped else ()
 
     def _unwire(self, key: str) -> None:
         for pair, stream in self.streams.items():

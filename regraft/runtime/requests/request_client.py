@@ -31,6 +31,7 @@ class RequestClient(RequestProtocol):
 
     reliable = True
     paused = False
+    wakes = True
 
     def __init__(
         self, keys: Keys, client: str, writers: Writers, timers: Timers, reporter: Reporter, scope: str = ""

@@ -84,6 +84,7 @@ class Server:
 
     reliable = True
     paused = False
+    wakes = True
 
     def __init__(
         self,
