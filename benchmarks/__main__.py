@@ -18,6 +18,8 @@ from benchmarks import (
     adaptations,
     devices,
     frog,
+    many,
+    memory,
     move,
     restart,
     rewire,
@@ -45,6 +47,8 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "tree_tick": tree_tick.tree_tick,
     "devices": devices.devices,
     "frog": frog.frog,
+    "many": many.many,
+    "memory": memory.memory,
 }
 
 

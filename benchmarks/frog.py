@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import statistics
-import subprocess
-import tempfile
 from typing import Any
 
 from benchmarks.harness import Effort, Result
-from benchmarks.sides.system import ROOT
-from regraft.process.own_python import own_environment, own_python
+from benchmarks.sides.full_speed import FROG, run_at_full_speed
 
-STACK = ROOT / "regraft" / "stacks" / "frog"
 SIMULATED = 60.0
 """Simulated seconds of a run."""
 LEAST = 3.0
 RUNS = 2
-END_TIMEOUT = 180.0
 RAY = ("--set", "camera.renderer=ray", "--set", "corner_camera.renderer=ray")
 """The ray camera's own defaults are 160 x 120 at 2 Hz, those of GL are 320 x 240 at 5 Hz."""
 
@@ -28,8 +22,8 @@ def frog(effort: Effort) -> list[Result]:
     gl: list[dict[str, Any]] = []
     ray: list[dict[str, Any]] = []
     for _ in range(min(RUNS, effort.rounds)):
-        gl.append(_run(seconds))
-        ray.append(_run(seconds, *RAY))
+        gl.append(run_at_full_speed(FROG, seconds))
+        ray.append(run_at_full_speed(FROG, seconds, *RAY))
     return [_result("FROG at full speed, GL", gl, 10.0), _result("FROG at full speed, ray camera", ray, 5.0)]
 
 
@@ -45,26 +39,3 @@ def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
         at_least=True,
         note=note,
     )
-
-
-def _run(seconds: float, *options: str) -> dict[str, Any]:
-    """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
-    command = own_python("-m", "regraft.cli", "up", str(STACK))
-    command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
-    with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
-        environment = {**own_environment(), "REGRAFT_HOME": home}
-        ended = subprocess.run(
-            command,
-            cwd=ROOT,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=END_TIMEOUT,
-            check=False,
-        )
-    if not ended.stdout.strip():
-        raise RuntimeError(f"FROG did not run: {ended.stderr.strip()[-2000:]}")
-    said: dict[str, Any] = json.loads(ended.stdout)
-    if said.get("real_time_factor") is None:
-        raise RuntimeError(f"FROG ended without a real-time factor: {said}")
-    return said

@@ -8,35 +8,21 @@ whose hub is then there, starts the first process. What ``regraft up`` takes fro
 from __future__ import annotations
 
 import queue
-import subprocess
-import sys
 import time
 
 from benchmarks.harness import Effort, Result, Sides, compared, in_turns
+from benchmarks.sides.bare import bare_processes
 from benchmarks.sides.links import wait_until
 from benchmarks.sides.system import SYSTEM, System
 from regraft.bus.interface import Presence
 from regraft.bus.zenoh_bus import ZenohBus, open_bus
-from regraft.bus.zenoh_config import Endpoints
 from regraft.bus_schema.keys import Keys
-from regraft.system.launch import free_endpoint
 
 COUNT, LEAST = 50, 3
 ROUNDS = 3
 LIMIT = 1.3
 ALL_TIMEOUT = 60.0
 TOPICS = "  numbers: {type: benchmark/Number, writers: many}"
-BARE = """
-import sys, threading, zenoh
-config = zenoh.Config()
-config.insert_json5("mode", '"client"')
-config.insert_json5("connect/endpoints", f'["{sys.argv[1]}"]')
-config.insert_json5("scouting/multicast/enabled", "false")
-config.insert_json5("scouting/gossip/enabled", "false")
-session = zenoh.open(config)
-token = session.liveliness().declare_token(f"bare/{sys.argv[2]}")
-threading.Event().wait()
-"""
 
 
 def start_up(effort: Effort) -> list[Result]:
@@ -61,14 +47,18 @@ def start_up(effort: Effort) -> list[Result]:
     ]
 
 
+def trivial_components(count: int) -> str:
+    """Return so many trivial components, as a stack has them."""
+    trivial = "{class: benchmarks.sides.counting:Trivial, connect: {out: numbers}}"
+    return "".join(f"\n  trivial_{number}: {trivial}" for number in range(count))
+
+
 def _components(count: int) -> tuple[float, float]:
     """Return the seconds from the command, and from the first process's start, to the last token."""
-    trivial = "{class: benchmarks.sides.counting:Trivial, connect: {out: numbers}}"
-    specs = "".join(f"\n  trivial_{number}: {trivial}" for number in range(count))
-    with System(TOPICS, specs) as system:
+    with System(TOPICS, trivial_components(count)) as system:
         bus = open_bus(system.info.hub)
         try:
-            last = _when_all_are_there(bus, Keys(SYSTEM).alive("*", "*"), count)
+            last = when_all_are_there(bus, Keys(SYSTEM).alive("*", "*"), count)
         finally:
             bus.close()
         wait_until(lambda: len(system.processes()) == count, "the host has told of all processes")
@@ -78,26 +68,11 @@ def _components(count: int) -> tuple[float, float]:
 
 
 def _bare(count: int) -> float:
-    endpoint = free_endpoint()
-    hub = open_bus(Endpoints((endpoint,), router=True))
-    bus = open_bus(Endpoints(connect=(endpoint,)))
-    processes: list[subprocess.Popen[bytes]] = []
-    try:
-        begun = time.monotonic()
-        processes += [
-            subprocess.Popen([sys.executable, "-P", "-c", BARE, endpoint, str(number)]) for number in range(count)
-        ]
-        return _when_all_are_there(bus, "bare/*", count) - begun
-    finally:
-        for process in processes:
-            process.kill()
-        for process in processes:
-            process.wait()
-        bus.close()
-        hub.close()
+    with bare_processes(count) as bare:
+        return when_all_are_there(bare.bus, "bare/*", count) - bare.begun
 
 
-def _when_all_are_there(bus: ZenohBus, key: str, count: int) -> float:
+def when_all_are_there(bus: ZenohBus, key: str, count: int) -> float:
     """Return the time at which the last of ``count`` tokens appeared; raises TimeoutError."""
     seen: queue.Queue[tuple[float, Presence]] = queue.Queue()
     watching = bus.watch(key, lambda presence: seen.put((time.monotonic(), presence)))

@@ -16,7 +16,7 @@ from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE
 
 TINY = ("--rounds", "1", "--share", "0.01")
-FOR_INFORMATION = {"adaptations", "devices"}
+FOR_INFORMATION = {"adaptations", "devices", "memory"}
 """Benchmarks of what has no budget."""
 
 

@@ -1,0 +1,1 @@
+"""Stacks that are run at full speed."""
