@@ -8,6 +8,7 @@ from typing import Any
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.bus.interface import Bus
+from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
@@ -69,7 +70,7 @@ class Drive(Component):
 def spec(cls: type[Component], name: str, **more: Any) -> ComponentSpec:
     """Return what an architecture says of a component of a class."""
     parameters = {p.name: p.default for p in describe(cls).parameters}
-    connections = {p.name: p.topic for p in describe(cls).ports}
+    connections: Connections = {p.name: p.topic for p in describe(cls).ports}
     return ComponentSpec(
         name, class_path(cls), parameters=parameters, connections=connections, description=describe(cls), **more
     )

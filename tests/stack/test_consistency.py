@@ -130,7 +130,9 @@ def test_two_active_writers_share_a_topic_only_if_it_takes_many() -> None:
 
 def test_output_must_be_connected() -> None:
     violation = only(system(replace(camera("eye"), connections={})))
-    assert violation.problem.startswith("output 'image' is connected to no topic; topics that carry test/Image")
+    assert violation.problem.startswith(
+        "output 'image' is required, but is connected to no topic; topics that carry test/Image"
+    )
 
 
 def test_service_offered_twice_is_told_even_of_idle_components() -> None:

@@ -81,7 +81,8 @@ class Limits:
 class ComponentSpec:
     """One component as it should be. ``cls`` is ``module:Class``; a component with a ``command`` runs any program.
 
-    ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
+    ``connections`` maps every port to its topic, None for none; ``services`` maps every offered service to the name
+    it is offered under.
     ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
     ``name`` may be left out where the spec is listed under it. Where ``limits`` say nothing, those of the architecture
     hold.
