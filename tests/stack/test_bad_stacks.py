@@ -120,6 +120,20 @@ CASES = [
     ("gains: [1, 2.5]", "gains: [1, -1]", "gains", f"{N}.parameters.gains", "[1, -1]: must be at least 0"),
     (
         CONNECT,
+        "      odometry: null\n",
+        "odometry: null",
+        f"{N}.connect.odometry",
+        "input 'odometry' is required while the component is active, but is connected to no topic; topics that carry",
+    ),
+    (
+        CONNECT,
+        CONNECT + "      smel: null\n",
+        "smel: null",
+        f"{N}.connect.smel",
+        "there is no port 'smel'; did you mean 'smell'?",
+    ),
+    (
+        CONNECT,
         "      odometry: odometri\n",
         "odometri",
         f"{N}.connect.odometry",

@@ -21,7 +21,7 @@ def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
     """Yield everything wrong with the connections of ``architecture``.
 
     Only components that should be active write: the others feed nobody and stand in nobody's way. A port that is
-    not required may be left out of ``connections``, or be connected to no topic, as may any of an inactive component.
+    not required may be left out of ``connections``, or have no topic. An inactive component may have any port so.
     """
     writers = _writers(architecture)
     for name, spec in sorted(architecture.components.items()):
