@@ -76,6 +76,10 @@ def _is_contiguous(numbers: list[int]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
+def _specified(system: System) -> str | None:
+    return system.host.specs["ear"].connections["heard"]
+
+
 def _hears(system: System) -> None:
     before = len(_ear(system).log)
     wait_until(lambda: len(_ear(system).log) > before, "numbers to arrive")
@@ -119,12 +123,12 @@ def test_disconnecting_is_journalled_and_undone(pair: System) -> None:
     entry = pair.lines().entries[0]
     assert (entry.id, entry.request.changes, entry.request.reason) == (report.id, (OFF,), "to rest")
     assert [step.action for step in entry.steps] == ["disconnect heard (from spoken)"]
-    assert pair.host.specs["ear"].connections["heard"] is None
+    assert _specified(pair) is None
     undone = pair.undo(report.id)
     assert undone.outcome is Outcome.APPLIED, undone
     assert undone.request.changes == (ON,)
     assert [step.action for step in undone.steps] == ["connect heard to spoken (from no topic)"]
-    assert pair.host.specs["ear"].connections["heard"] == "spoken"
+    assert _specified(pair) == "spoken"
     _hears(pair)
 
 

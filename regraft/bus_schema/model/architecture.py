@@ -9,7 +9,7 @@ from typing import Annotated
 
 from regraft.bus_schema.annotations import Bounds, ClassPath, Connections, Count, Hertz, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.model.description import Description, PortDescription
+from regraft.bus_schema.model.description import Amounts, Description, PortDescription
 from regraft.bus_schema.model.lifecycle import State
 
 
@@ -127,8 +127,8 @@ class HostRules:
 
     ``lost_after`` seconds without a sign of life from a host count as its loss. ``move_to`` names the host that its
     components are then started on; empty: they wait for its return. ``cpu`` (cores) and ``memory`` (MiB) are
-    what its components may need together; None: no limit. ``devices`` are those that it has for a component that
-    needs one for itself and is moved there.
+    what its components may need together; None: no limit. ``amounts`` are all others that it offers, by name.
+    ``devices`` are those that it has for a component that needs one for itself.
     """
 
     move_to: str = ""
@@ -136,6 +136,7 @@ class HostRules:
     cpu: Annotated[float, Bounds(0.0)] | None = None
     memory: Annotated[float, Bounds(0.0)] | None = None
     devices: tuple[str, ...] = ()
+    amounts: Amounts = field(default_factory=dict)
 
 
 class ConstraintKind(Enum):
