@@ -32,6 +32,7 @@ from regraft.bus_schema.messages.protocol.host import (
     ProcessState,
     ProcessStatus,
 )
+from regraft.bus_schema.messages.protocol.usage import HostUsage, RunUsage
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
@@ -264,7 +265,7 @@ class HostStub:
         self._token = bus.announce(keys.host("local", "alive"))
         self._queries = [
             bus.serve(keys.host("local", verb), answer)
-            for verb, answer in (("logs", self._answer), ("view", self._show))
+            for verb, answer in (("logs", self._answer), ("view", self._show), ("usage", self._use))
         ]
         self._thread = threading.Thread(target=self._tell, daemon=True)
         self._thread.start()
@@ -282,6 +283,11 @@ class HostStub:
         query = self._bus.open_query(item)
         assert query is not None
         query.reply(codec.encode(HostView("local", "run", 0, self.architecture, ())))
+
+    def _use(self, item: Any) -> None:
+        query = self._bus.open_query(item)
+        assert query is not None
+        query.reply(codec.encode(HostUsage("local", 2, 100.0, 50.0, {"navigator": RunUsage(0.25, 9.5)})))
 
     def _answer(self, item: Any) -> None:
         query = self._bus.open_query(item)
