@@ -90,7 +90,7 @@ class Rig:
         cls: type[C],
         name: str | None = None,
         parameters: Mapping[str, Any] | None = None,
-        connections: Mapping[str, str] | None = None,
+        connections: Mapping[str, str | None] | None = None,
         *,
         state: State = State.ACTIVE,
         scope: str = "",

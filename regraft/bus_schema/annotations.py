@@ -93,8 +93,8 @@ Ratio = Annotated[float, Unit("1"), Bounds(0.0, 1.0)]
 Count = Annotated[int, Bounds(minimum=0)]
 ClassPath = Annotated[str, Named("class")]
 """``module:Class``, as a field named ``class``."""
-Connections = Annotated[dict[str, str], Named("connect")]
-"""Port to topic, as a field named ``connect``."""
+Connections = Annotated[dict[str, str | None], Named("connect")]
+"""Port to topic, None for a port that is connected to no topic; as a field named ``connect``."""
 Told = Annotated[str, Text(65_536, cut=True)]
 ToldBriefly = Annotated[str, Text(4096, cut=True)]
 

@@ -10,7 +10,7 @@ import typer
 from regraft.cli.access.certificates import certificates
 from regraft.cli.access.token import token
 from regraft.cli.adaptation.adapt import adapt, cancel, confirm, undo
-from regraft.cli.adaptation.connect import connect
+from regraft.cli.adaptation.connect import connect, disconnect
 from regraft.cli.adaptation.estimate import estimate
 from regraft.cli.adaptation.journal import journal
 from regraft.cli.adaptation.lifecycle import lifecycle
@@ -38,7 +38,7 @@ from regraft.cli.terminal.standard_streams import CannotWrite
 from regraft.system.capacity import TooMany, check_files
 
 COMMANDS = (
-    *(up, down, ps, run, adapt, confirm, cancel, undo, connect, remove, swap, move, mode),
+    *(up, down, ps, run, adapt, confirm, cancel, undo, connect, disconnect, remove, swap, move, mode),
     *(estimate, host, logs, events, certificates, doctor, types),
 )
 GROUPS = {

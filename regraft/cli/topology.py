@@ -175,7 +175,7 @@ def _spec_of(client: Client, name: str) -> ComponentSpec | None:
         view = client.view(name)
     except NoSuchComponent:
         return None
-    connections = {port: topic for port, topic in view.connections.items() if topic}
+    connections = {port: topic for port, topic in view.connections.items() if topic != ""}
     return ComponentSpec(
         name,
         description.cls,

@@ -41,6 +41,7 @@ from regraft.bus_schema.messages.protocol.host import (
     StartComponent,
     StopComponent,
 )
+from regraft.bus_schema.messages.protocol.usage import HostUsage
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
@@ -271,9 +272,13 @@ class Client:
         """Return what a host was given; raises as ``ask_host`` does."""
         return self.ask_host(host, "view", None, HostView, timeout)
 
+    def usage(self, host: str, timeout: float = 2.0) -> HostUsage:
+        """Return what the components of a host take; raises as ``ask_host`` does."""
+        return self.ask_host(host, "usage", None, HostUsage, timeout)
+
     def ask_host(self, host: str, verb: str, message: HostMessage | None, reply: type[A], timeout: float = 2.0) -> A:
-        """Ask a host: ``start`` and ``stop`` give a HostStatus, ``logs`` LogLines, ``view`` a HostView, ``describe``
-        a DescribedComponent.
+        """Ask a host: ``start`` and ``stop`` give a HostStatus, ``logs`` LogLines, ``view`` a HostView, ``usage``
+        a HostUsage, ``describe`` a DescribedComponent.
 
         Raises:
             NoSuchHost: it is not there.

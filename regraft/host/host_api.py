@@ -24,6 +24,7 @@ from regraft.bus_schema.messages.protocol.host import (
 from regraft.host.host_publisher import Refused, UnknownComponent, refuse
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
+from regraft.host.watchdog.usage import Usage
 from regraft.host.zygote.describer import DESCRIBE, Describer
 from regraft.process.logs import tail
 from regraft.runtime.core.terms import Fenced, in_force
@@ -39,6 +40,7 @@ class HostApi:
         self.describer = describer
         self._supervisor = supervisor
         self._log = logging.getLogger("host")
+        self._usage = Usage()
         self.verbs: dict[str, Callable[[bytes], object]] = {
             "view": self._view,
             "runs": lambda _: self._supervisor.status(),
@@ -49,6 +51,7 @@ class HostApi:
             "logs": self._logs,
             "succeed": self._start_successor,
             "speak": self._let_speak,
+            "usage": lambda _: self._usage.measure(self._supervisor.plan.name, self._supervisor.all_processes()),
         }
 
     def answer(self, query: Query) -> None:

@@ -34,7 +34,7 @@ class PrimaryHost(Host):
 
     def __init__(self, plan: HostPlan, bus: Bus, zygote: Zygote, witness: ProofChecker) -> None:
         super().__init__(plan, bus, zygote)
-        self._rescue = Failover(bus, plan.architecture.system, self._publisher.event)
+        self._rescue = Failover(bus, plan.architecture.system, self._tell_later)
         self.others = JoinedHosts(lambda: self.plan.architecture, self._tell, self._lost)
         self._witness = witness
         self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
@@ -68,6 +68,10 @@ class PrimaryHost(Host):
     def _tell(self, kind: str, host: str, text: str) -> None:
         self._next_status = 0.0
         self._publisher.event(kind, host, text)
+
+    def _tell_later(self, kind: str, host: str, text: str) -> None:
+        """Tell from another thread: only the host's own one may put anything."""
+        self.inbox.put(lambda: self._tell(kind, host, text))
 
     def _lost(self, host: str) -> None:
         target = self.plan.architecture.rules(host).move_to

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from regraft.bus_schema.annotations import ClassPath, Connections, FilePath, Metres, PlainValue, Radians, Text
+from regraft.bus_schema.annotations import ClassPath, FilePath, Metres, Named, PlainValue, Radians, Text
 from regraft.bus_schema.errors import BadMessage
 
 
@@ -40,7 +40,7 @@ class DeviceSpec:
     name: Annotated[str, Text(64)]
     cls: ClassPath
     parameters: dict[str, PlainValue] = field(default_factory=dict)
-    connections: Connections = field(default_factory=dict)
+    connections: Annotated[dict[str, str], Named("connect")] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

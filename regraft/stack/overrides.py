@@ -144,7 +144,7 @@ def _described_anew(
     given = {
         port.name: spec.connections[port.name]
         for port in description.ports
-        if port.name in spec.connections and spec.connections[port.name] != before.get(port.name)
+        if port.name in spec.connections and spec.connections[port.name] != before.get(port.name, "")
     }
     spec = replace(spec, description=description)
     return replace(spec, connections=connections(spec, architecture.topics, given)), wrong

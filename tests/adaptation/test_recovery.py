@@ -90,17 +90,25 @@ def dying(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, call: int, whe
     monkeypatch.setattr(owner, name, die_async if name in ("perform", "start", "stop", "succeed", "let_speak") else die)
 
 
-def _interrupted(
+def dying_at(
     system: System, monkeypatch: pytest.MonkeyPatch, changes: tuple[Change, ...], name: str, call: int, when: str
-) -> None:
-    """Adapt with a manager that dies half-way, and check what the next one makes of it."""
-    before = system.views()
+) -> AdaptationReport:
+    """Adapt with a manager that dies half-way, and start the next one; returns the first answer."""
     owner = {"perform": transaction, "begin_giving": Hosts, "start": Hosts}.get(name, Journal)
     with monkeypatch.context() as patch:
         dying(patch, owner, name, call, when)
         pending = system.adapt(*changes, wait=False)
         wait_until(lambda: not system.running["manager"].thread.is_alive())
     system.start_manager()
+    return pending
+
+
+def _interrupted(
+    system: System, monkeypatch: pytest.MonkeyPatch, changes: tuple[Change, ...], name: str, call: int, when: str
+) -> None:
+    """Adapt with a manager that dies half-way, and check what the next one makes of it."""
+    before = system.views()
+    pending = dying_at(system, monkeypatch, changes, name, call, when)
     lines = system.lines().entries
     assert system.views() == before
     assert system.host.specs.keys() == system.architecture.components.keys()

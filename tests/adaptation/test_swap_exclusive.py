@@ -10,7 +10,7 @@ import pytest
 
 from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters, Swap
-from regraft.bus_schema.model.architecture import Architecture, TopicSpec
+from regraft.bus_schema.model.architecture import Architecture, HostRules, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
 from tests.adaptation.holding import Clumsy, Holder
 from tests.adaptation.host_stub import HostStub
@@ -36,7 +36,8 @@ def _site(folder: Path, simulated: bool, cls: type[Holder] = Holder) -> System:
         specs.append(spec_of("ticker", Ticker, parameters={"speed": "max"}))
     topics = {name: TopicSpec(name, "handover_tests/Item") for name in ("items", "totals", "config")}
     topics |= {name: TopicSpec(name, "regraft/Twist") for name in ("numbers", "count", "echo")}
-    architecture = Architecture(SYSTEM, 1, simulated, {spec.name: spec for spec in specs}, topics)
+    rules = {"local": HostRules(devices=("arm",))}
+    architecture = Architecture(SYSTEM, 1, simulated, {spec.name: spec for spec in specs}, topics, host_rules=rules)
     hub = MemoryHub()
     system = System(hub, architecture, HostStub(hub, architecture), folder / "journal.sqlite")
     system.start_manager()

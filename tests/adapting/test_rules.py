@@ -104,6 +104,13 @@ def test_a_rule_may_connect_and_change_states_in_one_transaction() -> None:
     assert request.context == {"node": "adapt", "rule": rules}
 
 
+def test_a_rule_may_disconnect_a_port() -> None:
+    at = bench("AdaptOnStart", 'subject_location="detector" rules="disconnect image, disconnect lamp.level"')
+    at.tick()
+    (request,) = at.context.adaptations
+    assert request.changes == (Connect("detector", "image", None), Connect("lamp", "level", None))
+
+
 @pytest.mark.parametrize(
     "rules",
     [

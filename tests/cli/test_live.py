@@ -169,12 +169,32 @@ def test_unknown_names_exit_with_2_and_say_what_there_is(tiny: System) -> None:
         ("topic", "info", "numbr"),
         ("service", "call", "last_numbr"),
         ("connect", "listener", "nmber", "spare"),
+        ("disconnect", "listener", "nmber"),
         ("journal", "show", "12345"),
         ("logs", "talkr"),
     ):
         found = regraft(tiny.home, *command)
         assert found.returncode == 2, found
         assert "Traceback" not in found.stderr
+
+
+def test_a_port_is_disconnected_and_the_journal_can_undo_it(tiny: System) -> None:
+    tried = tiny.ask("disconnect", "listener", "hint", "--dry-run")
+    assert [step["action"] for step in tried["steps"]] == ["disconnect hint (from spare)"]
+    done = tiny.ask("disconnect", "listener", "hint", "--reason", "no hints")
+    assert done["request"]["changes"] == [{"change": "connect", "component": "listener", "port": "hint", "topic": None}]
+    assert tiny.ask("topic", "info", "spare")["readers"] == []
+    shown = regraft(tiny.home, "journal", "show", done["id"])
+    assert "connect: component listener, port hint, topic null" in shown.stdout
+    refused = regraft(tiny.home, "disconnect", "listener", "number")
+    assert refused.returncode == 1
+    assert "listener.connect.number: input 'number' is required while the component is active" in refused.stderr
+    swapped = tiny.ask("swap", "listener", "--connect", "hint=spare")
+    assert tiny.ask("topic", "info", "spare")["readers"] == ["listener.hint"]
+    tiny.ask("undo", swapped["id"])
+    assert tiny.ask("topic", "info", "spare")["readers"] == []
+    tiny.ask("undo", done["id"])
+    assert tiny.ask("topic", "info", "spare")["readers"] == ["listener.hint"]
 
 
 def test_a_system_without_a_mission_says_so(tiny: System) -> None:
@@ -203,7 +223,9 @@ def test_a_component_can_join_be_changed_directly_and_ends_with_the_system(tmp_p
         assert system.component_after("ear", 0)["host"] is None
         system.ask("param", "set", "ear", "offset", "5")
         system.ask("connect", "ear", "number", "spare")
-        assert system.ask("topic", "info", "spare")["readers"] == ["ear.number"]
+        assert system.ask("topic", "info", "spare")["readers"] == ["ear.number", "ear.hint", "listener.hint"]
+        system.ask("disconnect", "ear", "hint")
+        assert system.ask("topic", "info", "spare")["readers"] == ["ear.number", "listener.hint"]
         system.ask("lifecycle", "set", "ear", "deactivate")
         assert system.ask("lifecycle", "get", "ear")["state"] == "inactive"
     assert joined.process.returncode == 0

@@ -76,7 +76,7 @@ def port(name: str, direction: str, kind: str = "regraft/Twist") -> PortDescript
 def spec(name: str, *ports: PortDescription, **connections: str) -> ComponentSpec:
     description = Description("m:C", "", ports, services=(ServiceDescription("stop", "service", "a/A", "b/B"),))
     return ComponentSpec(
-        name, "m:C", connections=connections, services={"stop": f"{name}/stop"}, description=description
+        name, "m:C", connections={**connections}, services={"stop": f"{name}/stop"}, description=description
     )
 
 

@@ -81,6 +81,12 @@ THIRD = ComponentSpec(
 KINDS: dict[str, tuple[Change, ...]] = {
     "set_parameters": (SetParameters("relay", {"gain": 2.0}), SetParameters("second", {"gain": 3.0})),
     "connect": (Connect("relay", "numbers", "others"), Connect("second", "numbers", "numbers")),
+    "disconnect": (
+        SetParameters("second", {"gain": 3.0}),
+        Connect("second", "numbers", None),
+        Connect("meter", "aside", None),
+        Connect("second", "relayed", None),
+    ),
     "transition": (ChangeState("second", Transition.DEACTIVATE), ChangeState("second", Transition.CLEANUP)),
     "add": (Add("third", THIRD, (TopicSpec("more", "failures/Number"),)),),
     "remove": (Remove("second"),),
@@ -120,5 +126,5 @@ ELSEWHERE: dict[str, tuple[Change, ...]] = {
 
 Each of all these begins and ends with the stack as it is in ``STACK``, or ``OF_TWO_HOSTS``.
 """
-WITH_A_GAP = {"connect", "mode", "several", "transition"}
+WITH_A_GAP = {"connect", "disconnect", "mode", "several", "transition"}
 """Kinds that move inputs, or make a component inactive: what is told where nobody listens then is not lost."""

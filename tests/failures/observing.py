@@ -27,7 +27,7 @@ class Standing:
     cls: str
     state: str
     parameters: dict[str, Any]
-    connections: dict[str, str]
+    connections: dict[str, str | None]
     pid: int
 
 

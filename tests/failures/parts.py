@@ -46,8 +46,8 @@ class Relay(Component):
     any that is called next.
     """
 
-    numbers = Input(Number)
-    relayed = Output(Number)
+    numbers = Input(Number, required=False)
+    relayed = Output(Number, required=False)
     gain = Parameter(1.0, minimum=0.0, maximum=10.0)
     flags = Parameter("", "the folder of what shall go wrong", unit="path", read_only=True)
     handler_timeout = 1.0

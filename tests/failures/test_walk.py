@@ -105,3 +105,9 @@ def test_whatever_fails_at_some_steps_of_a_move_all_of_it_has_happened_or_none(s
     place = start(hosts=2)
     walks = _walks(place, "move", KINDS_OF_TWO_HOSTS["move"], (*WAYS, *OF_HOSTS), OF_HAND_OVERS)
     assert _walk_all(place, walks[3::9])[Outcome.ROLLED_BACK] > 0
+
+
+def test_whatever_fails_at_some_steps_of_a_disconnection_all_of_it_has_happened_or_none(start: Start) -> None:
+    place = start()
+    walks = _walks(place, "disconnect", KINDS["disconnect"], WAYS)
+    assert _walk_all(place, walks[1::6])[Outcome.ROLLED_BACK] > 0

@@ -8,6 +8,7 @@ from typing import Any
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.bus.interface import Bus
+from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
@@ -31,6 +32,7 @@ from regraft.bus_schema.messages.protocol.host import (
     ProcessState,
     ProcessStatus,
 )
+from regraft.bus_schema.messages.protocol.usage import HostUsage, RunUsage
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,
@@ -69,7 +71,7 @@ class Drive(Component):
 def spec(cls: type[Component], name: str, **more: Any) -> ComponentSpec:
     """Return what an architecture says of a component of a class."""
     parameters = {p.name: p.default for p in describe(cls).parameters}
-    connections = {p.name: p.topic for p in describe(cls).ports}
+    connections: Connections = {p.name: p.topic for p in describe(cls).ports}
     return ComponentSpec(
         name, class_path(cls), parameters=parameters, connections=connections, description=describe(cls), **more
     )
@@ -263,7 +265,7 @@ class HostStub:
         self._token = bus.announce(keys.host("local", "alive"))
         self._queries = [
             bus.serve(keys.host("local", verb), answer)
-            for verb, answer in (("logs", self._answer), ("view", self._show))
+            for verb, answer in (("logs", self._answer), ("view", self._show), ("usage", self._use))
         ]
         self._thread = threading.Thread(target=self._tell, daemon=True)
         self._thread.start()
@@ -281,6 +283,11 @@ class HostStub:
         query = self._bus.open_query(item)
         assert query is not None
         query.reply(codec.encode(HostView("local", "run", 0, self.architecture, ())))
+
+    def _use(self, item: Any) -> None:
+        query = self._bus.open_query(item)
+        assert query is not None
+        query.reply(codec.encode(HostUsage("local", 2, 100.0, 50.0, {"navigator": RunUsage(0.25, 9.5)})))
 
     def _answer(self, item: Any) -> None:
         query = self._bus.open_query(item)

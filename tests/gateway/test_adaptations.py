@@ -29,6 +29,21 @@ def test_an_applied_adaptation_answers_with_its_report(running: Running) -> None
     assert running.http.get("/architecture").headers["etag"] == '"2"'
 
 
+def test_a_port_is_disconnected_by_a_topic_that_is_null(running: Running) -> None:
+    change = {"change": "connect", "component": "drive", "port": "velocity", "topic": None}
+    response = running.post("/adaptations", adaptation(change))
+    assert response.json()["request"]["changes"] == [change]
+    without = running.post("/adaptations", adaptation({**change, "topic": 7}, {**change, "port": None}))
+    assert without.status_code == 422
+    assert {violation["field"] for violation in without.json()["violations"]} == {
+        "changes.0.topic",
+        "changes.1.port",
+    }
+    del change["topic"]
+    left_out = running.post("/adaptations", adaptation(change))
+    assert (left_out.status_code, left_out.json()["violations"][0]["field"]) == (422, "changes.0.topic")
+
+
 def test_who_asked_is_told_to_the_journal(running: Running) -> None:
     running.post("/adaptations", adaptation())
     running.post("/adaptations", adaptation(), headers={"X-Regraft-Actor": ("Åda\u200b\x85 " + "x" * 300).encode()})

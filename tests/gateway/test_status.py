@@ -77,6 +77,16 @@ def test_hosts_are_shown_with_their_processes(running: Running) -> None:
     assert host["status"]["processes"][0]["component"] == "navigator"
 
 
+def test_hosts_are_shown_with_what_they_offer_and_what_their_components_need(running: Running) -> None:
+    for query in ("", "?measured=true"):
+        (host,) = running.http.get(f"/hosts{query}").json()["hosts"]
+        assert host["capability"]["devices"] == []
+        cpu, memory = host["capability"]["amounts"]
+        assert (cpu["name"], cpu["unit"], cpu["offered"], cpu["declared"]) == ("cpu", "cores", None, 0.0)
+        assert (memory["name"], memory["measured"]) == ("memory", 9.5 if query else None)
+    assert running.http.get("/hosts?measured=perhaps").status_code == 422
+
+
 def test_the_revision_is_the_etag_of_the_architecture(running: Running) -> None:
     response = running.http.get("/architecture")
     assert response.headers["etag"] == '"1"'

@@ -328,3 +328,16 @@ class Swelling(Ticker):
     def on_configure(self) -> None:
         self.kept = b"x" * (300 * 2**20)
         time.sleep(1.0)
+
+
+class Fast(Ticker):
+    """Computes on an accelerator."""
+
+    resources = Resources(cpu=0.1, memory=20.0, devices=("fpga",), amounts={"accelerator_area": 0.5})
+
+
+class Thrifty(Ticker):
+    """Needs a little of the same."""
+
+    ticks = Output(Tick, topic="pulses")
+    resources = Resources(cpu=0.1, memory=20.0, amounts={"accelerator_area": 0.25})

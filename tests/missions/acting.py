@@ -112,7 +112,7 @@ class ActingManager(Component):
         if isinstance(change, SetParameters):
             runtime.parameters.set(change.parameters)
             runtime.component.on_parameters(frozenset(change.parameters))
-        elif isinstance(change, Connect) and change.port in runtime.inputs:
+        elif isinstance(change, Connect) and change.topic is not None and change.port in runtime.inputs:
             for step in (RewireStep.OPEN, RewireStep.SWITCH):
                 done = runtime.rewiring.step(Rewire(step, change.port, change.topic))
                 if isinstance(done, Pending):

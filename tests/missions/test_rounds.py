@@ -75,7 +75,7 @@ class Rounds:
     @property
     def cameras(self) -> list[str]:
         """The topics that the detector was connected to, one after the other."""
-        return [change.topic for change in self.manager.changes if isinstance(change, Connect)]
+        return [str(change.topic) for change in self.manager.changes if isinstance(change, Connect)]
 
     def quality(self, name: str) -> Quality:
         (found,) = [quality for quality in status(self.rig).qualities if quality.requirement == name]

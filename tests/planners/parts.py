@@ -9,6 +9,7 @@ from typing import Any
 
 from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
+from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.manager import ArchitectureRequest
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
@@ -101,7 +102,7 @@ class SmallManager(Component):
 
 def spec(cls: type[Component], name: str) -> ComponentSpec:
     """Return what an architecture says of a component of a class."""
-    connections = {port.name: port.topic for port in describe(cls).ports}
+    connections: Connections = {port.name: port.topic for port in describe(cls).ports}
     return ComponentSpec(name, class_path(cls), connections=connections, description=describe(cls))
 
 

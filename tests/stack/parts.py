@@ -132,5 +132,29 @@ class Gripper(Component):
     resources = Resources(devices=("/dev/gripper",))
 
 
+class Squeezer(Gripper):
+    """Needs much of what a host has."""
+
+    resources = Resources(devices=("/dev/gripper",), amounts={"grip": 1.5})
+
+
+class Presser(Component):
+    """Needs a little of the same."""
+
+    resources = Resources(amounts={"grip": 0.75})
+
+
+class Negative(Component):
+    """Needs less than nothing."""
+
+    resources = Resources(amounts={"grip": -1.0})
+
+
+class Doubled(Component):
+    """Calls memory an amount of another kind."""
+
+    resources = Resources(amounts={"memory": 1.0})
+
+
 class Plain:
     """No component."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from regraft.stack import load
 from tests.stack.files import changed, line_of, problems, write
 
 LIMIT = "      max_velocity: 0.2\n"
@@ -118,6 +119,20 @@ CASES = [
         "[1, 'a']: must be an array of numbers",
     ),
     ("gains: [1, 2.5]", "gains: [1, -1]", "gains", f"{N}.parameters.gains", "[1, -1]: must be at least 0"),
+    (
+        CONNECT,
+        "      odometry: null\n",
+        "odometry: null",
+        f"{N}.connect.odometry",
+        "input 'odometry' is required while the component is active, but is connected to no topic; topics that carry",
+    ),
+    (
+        CONNECT,
+        CONNECT + "      smel: null\n",
+        "smel: null",
+        f"{N}.connect.smel",
+        "there is no port 'smel'; did you mean 'smell'?",
+    ),
     (
         CONNECT,
         "      odometry: odometri\n",
@@ -299,18 +314,50 @@ def test_many_writers_are_welcome_where_the_topic_says_so(tmp_path: Path) -> Non
     assert problem.field == "components.stick.host"
 
 
+OFFER = "system: a\nhosts: {local: {devices: [/dev/gripper], amounts: {grip: 2}}}\n"
+
+
+def test_a_device_or_an_amount_that_the_host_does_not_offer_is_told(tmp_path: Path) -> None:
+    component = "components:\n  g: {class: 'tests.stack.parts:Squeezer', host: edge}\n"
+    text = f"system: a\nhosts: {{edge: {{amounts: {{gripp: 3}}}}}}\n{component}"
+    amount, device = problems(tmp_path, text)
+    assert (amount.line, amount.field) == (4, "components.g")
+    assert amount.problem == (
+        "needs 1.5 grip, and host 'edge' offers none: name it under hosts.edge.amounts; did you mean 'gripp'?"
+    )
+    assert device.problem.startswith("needs /dev/gripper for itself, and host 'edge' has none")
+
+
+def test_more_of_an_amount_than_the_host_offers_is_told_with_who_needs_it(tmp_path: Path) -> None:
+    parts = "components:\n  g: {class: 'tests.stack.parts:Squeezer'}\n  h: {class: 'tests.stack.parts:Presser'}\n"
+    (problem,) = problems(tmp_path, OFFER + parts)
+    assert (problem.line, problem.field) == (2, "hosts.local.amounts.grip")
+    assert problem.problem == (
+        "offers 2 grip, but its components need 2.25 (g 1.5, h 0.75): place some of them elsewhere"
+    )
+    assert load(write(tmp_path, OFFER + parts.replace("Presser'", "Presser', state: unconfigured")))
+
+
+def test_an_amount_that_a_class_cannot_need_is_told(tmp_path: Path) -> None:
+    for name, why in (("Negative", "is -1, must be finite and at least 0"), ("Doubled", "is a field of its own")):
+        (problem,) = problems(tmp_path, f"{OFFER}components:\n  g: {{class: 'tests.stack.parts:{name}'}}\n")
+        assert (problem.line, problem.field) == (4, "components.g.class")
+        assert "resources.amounts." in problem.problem
+        assert why in problem.problem
+
+
 def test_device_held_twice_is_told(tmp_path: Path) -> None:
     gripper = "{class: 'tests.stack.parts:Gripper'}"
-    first, second = problems(tmp_path, f"system: a\ncomponents:\n  left: {gripper}\n  right: {gripper}\n")
+    first, second = problems(tmp_path, f"{OFFER}components:\n  left: {gripper}\n  right: {gripper}\n")
     assert first.problem.startswith("needs /dev/gripper of host 'local' for itself, but 'right' holds it")
-    assert (second.line, second.field) == (4, "components.right")
+    assert (second.line, second.field) == (5, "components.right")
 
 
 def test_simulated_time_needs_one_source(tmp_path: Path) -> None:
     (problem,) = problems(
-        tmp_path, "system: a\nclock: simulated\ncomponents:\n  g: {class: 'tests.stack.parts:Gripper'}\n"
+        tmp_path, f"{OFFER}clock: simulated\ncomponents:\n  g: {{class: 'tests.stack.parts:Gripper'}}\n"
     )
-    assert (problem.line, problem.field) == (2, "clock")
+    assert (problem.line, problem.field) == (3, "clock")
 
 
 def test_simulated_time_has_only_one_source(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from regraft.bus_schema.model.architecture import (
     ComponentSpec,
     Constraint,
     ConstraintKind,
+    HostRules,
     TopicSpec,
     Writers,
 )
@@ -75,7 +76,8 @@ def system(
     ]
     hosts = ("local", *(f"host-of-{spec.name}" for spec in specs))
     components = {spec.name: spec for spec in specs}
-    return Architecture("test", 1, False, components, {t.name: t for t in topics}, hosts, constraints)
+    rules = {host: HostRules(devices=("/dev/video0",)) for host in hosts}
+    return Architecture("test", 1, False, components, {t.name: t for t in topics}, hosts, constraints, host_rules=rules)
 
 
 def found(architecture: Architecture) -> list[tuple[str, str]]:
@@ -130,7 +132,9 @@ def test_two_active_writers_share_a_topic_only_if_it_takes_many() -> None:
 
 def test_output_must_be_connected() -> None:
     violation = only(system(replace(camera("eye"), connections={})))
-    assert violation.problem.startswith("output 'image' is connected to no topic; topics that carry test/Image")
+    assert violation.problem.startswith(
+        "output 'image' is required, but is connected to no topic; topics that carry test/Image"
+    )
 
 
 def test_service_offered_twice_is_told_even_of_idle_components() -> None:
@@ -142,6 +146,18 @@ def test_device_is_held_by_one_component_of_a_host() -> None:
     left, right = camera("left"), replace(camera("right", "spare"), host="host-of-left")
     assert found(system(left, right)) == [("left", "resources.devices"), ("right", "resources.devices")]
     assert violations(system(left, replace(right, state=State.UNCONFIGURED))) == ()
+
+
+def test_device_is_only_where_a_host_has_it() -> None:
+    left = camera("left")
+    rules = {"host-of-left": HostRules(devices=("/dev/vido0",)), "local": HostRules(devices=("/dev/video0",))}
+    violation = only(replace(system(left), host_rules=rules))
+    assert (violation.component, violation.field) == ("left", "resources.devices")
+    assert violation.problem == (
+        "needs /dev/video0 for itself, and host 'host-of-left' has none: name it under hosts.host-of-left.devices; "
+        "did you mean '/dev/vido0'?; offered by: local"
+    )
+    assert violations(replace(system(replace(left, state=State.UNCONFIGURED)), host_rules={})) == ()
 
 
 def test_unknown_host_and_wrong_key_are_told() -> None:

@@ -55,6 +55,23 @@ def test_optional_input_without_a_topic_stays_unconnected(tmp_path: Path) -> Non
     assert "smell" not in navigator.connections
 
 
+def test_a_port_can_be_connected_to_no_topic(tmp_path: Path) -> None:
+    smelling = ("  truth: regraft/Odometry\n", "  smell: stacktest/Smell\n")
+    text = changed(smelling, ("      odometry: odometry\n", "      odometry: odometry\n      smell: null\n"))
+    stack = load(write(tmp_path, text))
+    assert stack.architecture.components["rescuer.navigator"].connections["smell"] is None
+    assert violations(stack.architecture) == ()
+    (tmp_path / "over.yaml").write_text(
+        "include: [stack.yaml]\ncomponents: {rescuer.navigator: {connect: {smell: smell}}}\n"
+    )
+    (tmp_path / "again.yaml").write_text(
+        "include: [over.yaml]\ncomponents: {rescuer.navigator: {connect: {smell: null}}}\n"
+    )
+    for name, topic in (("over", "smell"), ("again", None)):
+        again = load(tmp_path / f"{name}.yaml")
+        assert again.architecture.components["rescuer.navigator"].connections["smell"] == topic
+
+
 def test_optional_input_whose_topic_exists_is_connected(tmp_path: Path) -> None:
     text = changed(("  truth: regraft/Odometry\n", "  smell: stacktest/Smell\n"))
     navigator = load(write(tmp_path, text)).architecture.components["rescuer.navigator"]

@@ -43,6 +43,9 @@ def test_hosts_are_names_or_have_rules(tmp_path: Path) -> None:
     assert _loaded(tmp_path, "{edge: {when_lost: wait}}") == {"edge": HostRules()}
     rules = "{edge: {when_lost: {move_to: local}, lost_after: 1.5, cpu: 2, memory: 512}}"
     assert _loaded(tmp_path, rules) == {"edge": HostRules("local", 1.5, 2.0, 512.0)}
+    rules = "{edge: {devices: [fpga], amounts: {power: 12, accelerator_area: 0.5}}}"
+    amounts = {"power": 12.0, "accelerator_area": 0.5}
+    assert _loaded(tmp_path, rules) == {"edge": HostRules(devices=("fpga",), amounts=amounts)}
 
 
 @pytest.mark.parametrize(
@@ -58,6 +61,12 @@ def test_hosts_are_names_or_have_rules(tmp_path: Path) -> None:
         ("{edge: {}, local: {when_lost: wait}}", "hosts.local.when_lost: the system ends with its first host"),
         ("{edge: {memory: 1}}", "hosts.edge.memory: offers 1 MiB, but its components need"),
         ("{edge: {cpu: -1}}", "hosts.edge.cpu"),
+        ("{edge: {amounts: 3}}", "hosts.edge.amounts: must be a map"),
+        ("{edge: {amounts: {power: -1}}}", "hosts.edge.amounts.power: is -1, must be finite and at least 0"),
+        ("{edge: {amounts: {power: much}}}", "hosts.edge.amounts.power: must be a number, is a text"),
+        ("{edge: {amounts: {power: .nan}}}", "hosts.edge.amounts.power: must be finite"),
+        ("{edge: {amounts: {memory: 3}}}", "hosts.edge.amounts.memory: is a field of its own"),
+        ("{edge: {amount: {power: 3}}}", "hosts.edge.amount: there is no such field; did you mean 'amounts'?"),
         ("{edge: {}, two words: {}}", "cannot name a host"),
     ],
 )

@@ -96,6 +96,8 @@ def test_bad_seed_speed_and_system_are_refused(tmp_path: Path) -> None:
 
 
 def test_real_time_has_no_speed_to_change(tmp_path: Path) -> None:
-    stack = load(write(tmp_path, "system: a\ncomponents:\n  g: {class: 'tests.stack.parts:Gripper'}\n"))
+    stack = load(
+        write(tmp_path, "system: a\ncomponents:\n  g: {class: 'tests.stack.parts:Presser', state: unconfigured}\n")
+    )
     assert stack.speed is None
     assert "runs under the real clock" in refused(lambda: with_speed(stack, "max"))[0]

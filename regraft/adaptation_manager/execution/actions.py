@@ -78,11 +78,11 @@ async def _connect_port(context: ExecutionContext, action: ConnectPort) -> None:
     await _connect(context, view, action.port, action.topic)
 
 
-async def _connect(context: ExecutionContext, view: ComponentView, port: str, topic: str) -> None:
+async def _connect(context: ExecutionContext, view: ComponentView, port: str, topic: str | None) -> None:
     now = view.connections.get(port, "")
     if now == topic:
         await abandon(context, view.component, port)
-    elif now:
+    elif now != "":
         await move_port(context, view.component, port, topic)
 
 

@@ -7,7 +7,7 @@ from regraft.adaptation_manager.execution.verify import differences
 from regraft.adaptation_manager.steps.actions import ReachState, StayDown
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import ExecutionContext
-from regraft.adaptation_manager.targets.processes import NOT_RUNNING, leave_stopped
+from regraft.adaptation_manager.targets.processes import NOT_RUNNING, leave_stopped, start_again
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode
 from regraft.bus_schema.messages.protocol.host import ProcessState, UpdateSpecs
 from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition, is_at_most
@@ -36,6 +36,8 @@ async def tolerate_failure(context: ExecutionContext, action: ReachState, failur
 async def stay_down(context: ExecutionContext, action: StayDown) -> None:
     """Leave a component that did not answer down: as its host restarts it, or else without a process.
 
+    One that is to be active is started again instead.
+
     Raises:
         ControlFailed: its host does not end it.
     """
@@ -43,6 +45,8 @@ async def stay_down(context: ExecutionContext, action: StayDown) -> None:
     await _give_spec(context, name)
     if not await _settled(context, name, action.state) or not await _is_as_specified(context, name):
         await leave_stopped(context, name, action.host)
+        if action.state is State.ACTIVE:
+            await start_again(context, name, action.host)
     _note(context, name, "does_not_answer", f"{name} does not answer")
 
 

@@ -93,7 +93,7 @@ def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
     """
     found: dict[str, object] = {"state": view.state.value}
     found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
-    found |= {f"connect.{name}": topic for name, topic in view.connections.items() if topic}
+    found |= {f"connect.{name}": topic for name, topic in view.connections.items() if topic != ""}
     return [
         f"{view.component}: {where} is {found[where]!r}, should be {_plain(value)!r}"
         for where, value in wanted.items()

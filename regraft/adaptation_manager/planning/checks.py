@@ -17,6 +17,7 @@ from regraft.adaptation_manager.planning.reading import (
     needed_but_silent,
     read_named,
 )
+from regraft.adaptation_manager.planning.room import room_violations
 from regraft.adaptation_manager.steps import OF_PROCESSES, PLANNERS
 from regraft.adaptation_manager.steps.draft import Draft
 from regraft.adaptation_manager.targets.component_client import ComponentClient
@@ -78,9 +79,12 @@ async def _check_changes(
         restarting=frozenset(n for n, p in controls.processes.items() if n not in read.live and keeps_ending(p)),
         changes=request.changes,
     )
+    stages = []
     for index, change in enumerate(request.changes):
         draft.index = index
         _plan(draft, change)
+        stages.append(draft.architecture)
+    found += room_violations(draft, architecture, stages)
     found += [*needed_but_silent(draft, read, request), *unclear, *draft.violations]
     draft.steps[:0] = kept_down(draft, read, request)
     of_result = _of_result(request, as_it_is(architecture, draft.architecture, read), draft.architecture)

@@ -13,7 +13,16 @@ from regraft.adaptation_manager.targets.host_client import Hosts
 from regraft.adaptation_manager.targets.processes import NOT_RUNNING
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, Move, Remove, SetParameters, Swap, Violation
+from regraft.bus_schema.model.adaptation import (
+    AdaptationRequest,
+    Change,
+    Connect,
+    Move,
+    Remove,
+    SetParameters,
+    Swap,
+    Violation,
+)
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, is_at_most, is_lower
 
@@ -131,7 +140,14 @@ def _is_needed(name: str, silent: Silent, draft: Draft, changes: Sequence[Change
         return True
     if Swap in kinds:
         return False  # what is broken can be replaced
-    return silent.out_of_reach or draft.spec(name).state is State.ACTIVE
+    if silent.out_of_reach:
+        return True
+    return draft.spec(name).state is State.ACTIVE and not _only_disconnects(name, changes)
+
+
+def _only_disconnects(name: str, changes: Sequence[Change]) -> bool:
+    """Return whether a component is only to be connected to less: it need not run for that."""
+    return all(isinstance(c, Connect) and c.topic is None for c in changes if c.component == name)
 
 
 def kept_down(draft: Draft, read: Read, request: AdaptationRequest) -> list[PlannedStep]:
@@ -144,7 +160,9 @@ def kept_down(draft: Draft, read: Read, request: AdaptationRequest) -> list[Plan
             continue
         spec = draft.spec(name)
         nothing = ApplyParameters(name, {})  # whatever has failed before is not brought back by an undo
-        text = f"keep {spec.state.value} although it does not answer"
+        active = spec.state is State.ACTIVE
+        text = "start it again as it is to be" if active else f"keep {spec.state.value}"
+        text = f"{text} although it does not answer"
         steps.append(PlannedStep(name, text, StayDown(name, spec.host, spec.state), nothing))
     return steps
 

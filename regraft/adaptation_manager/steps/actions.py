@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from regraft.bus_schema.annotations import Count, PlainValue, Tagged, ToldBriefly
+from regraft.bus_schema.annotations import Connections, Count, PlainValue, Tagged, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition
@@ -26,12 +26,12 @@ class ApplyParameters:
 
 @dataclass(frozen=True, slots=True)
 class ConnectPort:
-    """The port is connected to this topic (no matter while the component is unconfigured)."""
+    """The port is connected to this topic, None for none (no matter while the component is unconfigured)."""
 
     action: ClassVar[str] = "connect_port"
     component: str
     port: str
-    topic: str
+    topic: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class ReachState:
     action: ClassVar[str] = "reach_state"
     component: str
     state: State
-    connections: dict[str, str]
+    connections: Connections
     by: Transition | None = None
     hold: bool = False
 
@@ -57,7 +57,10 @@ class ReachState:
 
 @dataclass(frozen=True, slots=True)
 class StayDown:
-    """The component, which did not answer, is at most in this state, or has no process. It was asked for nothing."""
+    """The component, which did not answer, is at most in this state, or has no process. It was asked for nothing.
+
+    If it is to be active, it runs as its spec states, or is started as that.
+    """
 
     action: ClassVar[str] = "stay_down"
     component: str

@@ -1,4 +1,4 @@
-"""``connect``: a port moves to another topic, in the spec and, while messages flow, in the component."""
+"""``connect``: a port moves to another topic or to none, in the spec and, while messages flow, in the component."""
 
 from __future__ import annotations
 
@@ -18,12 +18,16 @@ def plan(draft: Draft, change: Connect) -> None:
         return
     former = live.connections.get(change.port, "")
     # An unconfigured component has no connections; it gets the spec's when it is configured.
-    if not former or former == change.topic:
+    if former in ("", change.topic):
         return
+    if change.topic is None:
+        text = f"disconnect {change.port} (from {former})"
+    else:
+        text = f"connect {change.port} to {change.topic} (from {former or 'no topic'})"
     draft.steps.append(
         PlannedStep(
             change.component,
-            f"connect {change.port} to {change.topic} (from {former})",
+            text,
             ConnectPort(change.component, change.port, change.topic),
             ConnectPort(change.component, change.port, former),
         )

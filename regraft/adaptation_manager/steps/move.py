@@ -17,20 +17,19 @@ from regraft.bus_schema.model.description import Description
 
 def plan(draft: Draft, change: Move) -> None:
     """Add the change to the draft, with the class as the other host describes it; where it is already, it stays."""
-    swap = swap_of(draft.changes, change.component)
-    if swap is not None:
-        _plan_with_swap(draft, change, swap)
+    if swap_of(draft.changes, change.component) is not None:
+        _plan_with_swap(draft, change)
     elif start_elsewhere.is_wanted(draft, change):
         start_elsewhere.plan(draft, change)
     else:
         _plan(draft, change)
 
 
-def _plan_with_swap(draft: Draft, change: Move, swap: int) -> None:
-    """Judge where the component goes; the swap, the change of this index, is what goes there."""
+def _plan_with_swap(draft: Draft, change: Move) -> None:
+    """Judge where the component goes; the swap is what goes there."""
     name = change.component
-    spec, described = draft.before.get(name) or draft.spec(name), draft.described.get(swap)
-    problems = _of_component(draft, spec) or _of_place(draft, change, spec.host, described.spec if described else spec)
+    spec = draft.before.get(name) or draft.spec(name)
+    problems = _of_component(draft, spec) or _of_place(draft, change)
     for where, problem in problems:
         draft.refuse(name, where, problem)
     draft.moved.add(name)
@@ -44,7 +43,7 @@ def _plan(draft: Draft, change: Move) -> None:
     if live is not None and live.state not in HANDS_OVER and not problems:
         problem = f"is {live.state.value} by then: only an active or inactive component hands over"
         problems.append(("component", problem))
-    problems += _of_place(draft, change, spec.host, spec)
+    problems += _of_place(draft, change)
     described = draft.described.get(-1 if draft.index is None else draft.index)
     if described is not None and described.spec.description is not None:
         problems += _of_class(change, spec, described.spec)
@@ -83,16 +82,9 @@ def _of_component(draft: Draft, spec: ComponentSpec) -> list[tuple[str, str]]:
     return [("component", refused)] if refused else []
 
 
-def _of_place(draft: Draft, change: Move, home: str, becomes: ComponentSpec) -> list[tuple[str, str]]:
-    """Return what the other host lacks for the component, whatever it reports itself."""
-    found = [("host", draft.absent[change.host])] if change.host in draft.absent else []
-    if change.host == home or change.host not in draft.architecture.hosts:
-        return found
-    needed = becomes.description.resources.devices if becomes.description else ()
-    for device in sorted(set(needed) - set(draft.architecture.rules(change.host).devices)):
-        there = f"host {change.host!r} has none that the stack names under hosts.{change.host}.devices"
-        found.append(("resources.devices", f"needs {device} for itself, which stays on {home!r}: {there}"))
-    return found
+def _of_place(draft: Draft, change: Move) -> list[tuple[str, str]]:
+    """Return why nothing can be started at the other host; whether it has room shows in the result."""
+    return [("host", draft.absent[change.host])] if change.host in draft.absent else []
 
 
 def _of_class(change: Move, spec: ComponentSpec, there: ComponentSpec) -> list[tuple[str, str]]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState
 from regraft.adaptation_manager.steps.draft import Draft
+from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.architecture import ComponentSpec
@@ -64,6 +65,7 @@ def _is_down_already(live: ComponentView | None, spec: ComponentSpec, lower: Sta
     return not is_at_most(spec.state, lower) and (live is None or is_at_most(live.state, lower))
 
 
-def _connections(draft: Draft, name: str, state: State) -> dict[str, str]:
+def _connections(draft: Draft, name: str, state: State) -> Connections:
     live = draft.live[name].connections
-    return dict.fromkeys(live, "") if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}
+    unconnected: Connections = dict.fromkeys(live, "")
+    return unconnected if state is State.UNCONFIGURED else {**live, **draft.spec(name).connections}

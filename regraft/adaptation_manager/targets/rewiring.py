@@ -1,4 +1,4 @@
-"""Moves a running component's port to another topic, with nothing lost and nothing doubled.
+"""Moves a running component's port to another topic, or to none, with nothing lost and nothing doubled.
 
 The components do the moving (``regraft.runtime.lifecycle.rewiring``); this is the order in which they are asked: open
 the new topic next to the old, see markers through from every publisher to every reader, switch.
@@ -18,10 +18,12 @@ OLD_PUBLISHER_TIMEOUT = 0.5
 """Seconds that a publisher of the topic being left may take for its marker: it may be why it is left."""
 
 
-async def move_port(context: ExecutionContext, component: str, port: str, topic: str) -> None:
-    """Move a connected port to ``topic``; raises ControlFailed, with the port on either topic but working."""
+async def move_port(context: ExecutionContext, component: str, port: str, topic: str | None) -> None:
+    """Move a port to ``topic``, None for none; raises ControlFailed, with the port on either topic but working."""
     context.touch(component)
-    if context.direction(component, port) == "input":
+    if topic is None:
+        await _disconnect(context, component, port)
+    elif context.direction(component, port) == "input":
         await _move_input(context, component, port, topic)
     else:
         await _move_output(context, component, port, topic)
@@ -52,14 +54,10 @@ async def _move_input(context: ExecutionContext, component: str, port: str, topi
     opened = await context.controls.rewire(component, Rewire(RewireStep.OPEN, port, topic)).view()
     former = opened.connections[port]
     await _bind(context, (component,), port, topic, context.writers(topic))
-    cuts = await _cuts(context, former)
+    cuts = await _cuts(context, former) if former else {}
     switch = Rewire(RewireStep.SWITCH, port, topic, cuts=cuts, revision=context.revision)
     switched = await context.controls.rewire(component, switch).view()
-    if switched.detail.get("complete") is False:
-        context.kit.event(
-            "adaptation.incomplete_switch",
-            f"{component}.{port}: not all of {former!r} before the switch to {topic!r} has come",
-        )
+    _note_incomplete(context, switched, f"{component}.{port}: not all of {former!r} before the switch to {topic!r}")
 
 
 async def _move_output(context: ExecutionContext, component: str, port: str, topic: str) -> None:
@@ -69,6 +67,21 @@ async def _move_output(context: ExecutionContext, component: str, port: str, top
     for reader in readers:
         context.touch(reader)
     await context.controls.rewire(component, Rewire(RewireStep.SWITCH, port, topic, revision=context.revision)).view()
+
+
+async def _disconnect(context: ExecutionContext, component: str, port: str) -> None:
+    view = await context.controls.read(component).view()
+    former = view.connections.get(port)
+    reads = former and context.direction(component, port) == "input"
+    cuts = await _cuts(context, former) if former and reads else {}
+    leave = Rewire(RewireStep.DISCONNECT, port, cuts=cuts, revision=context.revision)
+    left = await context.controls.rewire(component, leave).view()
+    _note_incomplete(context, left, f"{component}.{port}: not all of {former!r} before it was disconnected")
+
+
+def _note_incomplete(context: ExecutionContext, switched: ComponentView, what: str) -> None:
+    if switched.detail.get("complete") is False:
+        context.kit.event("adaptation.incomplete_switch", f"{what} has come")
 
 
 async def _connected_readers(context: ExecutionContext, topic: str) -> tuple[str, ...]:

@@ -48,12 +48,15 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class Connect:
-    """Change of connection: a port moves to another topic, with nothing lost and nothing doubled."""
+    """Change of connection: a port moves to another topic, with nothing lost and nothing doubled.
+
+    ``topic`` None disconnects it: an input first handles what has been put by then.
+    """
 
     change: ClassVar[str] = "connect"
     component: str
     port: str
-    topic: str
+    topic: str | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from regraft.bus_schema.annotations import Bounds, ClassPath, Connections, Count, Hertz, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.model.description import Description, PortDescription
+from regraft.bus_schema.model.description import Amounts, Description, PortDescription
 from regraft.bus_schema.model.lifecycle import State
 
 
@@ -81,7 +81,8 @@ class Limits:
 class ComponentSpec:
     """One component as it should be. ``cls`` is ``module:Class``; a component with a ``command`` runs any program.
 
-    ``connections`` maps every port to its topic, ``services`` every offered service to the name it is offered under.
+    ``connections`` maps every port to its topic, None for none; ``services`` maps every offered service to the name
+    it is offered under.
     ``description`` is what its class says; None for an unmanaged process, which does not speak the lifecycle.
     ``name`` may be left out where the spec is listed under it. Where ``limits`` say nothing, those of the architecture
     hold.
@@ -126,8 +127,8 @@ class HostRules:
 
     ``lost_after`` seconds without a sign of life from a host count as its loss. ``move_to`` names the host that its
     components are then started on; empty: they wait for its return. ``cpu`` (cores) and ``memory`` (MiB) are
-    what its components may need together; None: no limit. ``devices`` are those that it has for a component that
-    needs one for itself and is moved there.
+    what its components may need together; None: no limit. ``amounts`` are all others that it offers, by name.
+    ``devices`` are those that it has for a component that needs one for itself.
     """
 
     move_to: str = ""
@@ -135,6 +136,7 @@ class HostRules:
     cpu: Annotated[float, Bounds(0.0)] | None = None
     memory: Annotated[float, Bounds(0.0)] | None = None
     devices: tuple[str, ...] = ()
+    amounts: Amounts = field(default_factory=dict)
 
 
 class ConstraintKind(Enum):

@@ -13,6 +13,7 @@ from regraft.bus_schema.encoding.registry import TYPE_NAME
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.capability import capability_violations
 from regraft.bus_schema.model.constraints import constraint_violations
 from regraft.bus_schema.model.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
@@ -35,10 +36,10 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
         *(found for name, spec in sorted(architecture.components.items()) for found in _component(name, spec)),
         *_modes(architecture),
         *host_violations(architecture),
+        *capability_violations(architecture),
         *_parameters(architecture, architecture.components),
         *wiring_violations(architecture),
         *_services(architecture),
-        *_devices(architecture),
         *constraint_violations(architecture),
     )
 
@@ -151,23 +152,6 @@ def _service_problems(spec: ComponentSpec, offered: str, known: list[str], offer
     if others and spec.name in offering:
         both = ", ".join(repr(name) for name in others)
         yield f"is offered as {service!r}, as {both} does too: offer one of them under another name"
-
-
-def _devices(architecture: Architecture) -> Iterator[Violation]:
-    held: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for name, spec in sorted(architecture.components.items()):
-        if spec.description and spec.state not in (State.UNCONFIGURED, State.FINALIZED):
-            for device in sorted(set(spec.description.resources.devices)):
-                held[spec.host, device].append(name)
-    for (host, device), holders in sorted(held.items()):
-        for name in holders:
-            others = ", ".join(repr(other) for other in holders if other != name)
-            if others:
-                problem = (
-                    f"needs {device} of host {host!r} for itself, but {others} holds it: "
-                    "move one to another host, or leave it unconfigured"
-                )
-                yield Violation(None, name, "resources.devices", problem)
 
 
 def _own_name_problem(name: str, kind: str) -> str | None:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from regraft.bus_schema.annotations import ClassPath, Count, PlainValue, Ratio, Seconds
+from regraft.bus_schema.annotations import Bounds, ClassPath, Count, PlainValue, Ratio, Seconds
 from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.errors import BadKey, BadMessage
+from regraft.bus_schema.keys import own_name
 
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""
+RESERVED_AMOUNTS = ("cpu", "memory", "devices")
+"""What resources have under these names already."""
 PATH = "path"
 """The unit of a text that names a file."""
+
+
+Amounts = dict[str, Annotated[float, Bounds(0.0)]]
+"""How much of each amount, by name."""
 
 
 @message("regraft/PortDescription")
@@ -75,11 +86,29 @@ class ServiceDescription:
 @message("regraft/Resources")
 @dataclass(frozen=True, slots=True)
 class Resources:
-    """A component's demand on its host: share of one core, memory in MiB, and devices that only one may hold."""
+    """A component's demand on its host: share of one core, memory in MiB, and devices that only one may hold.
+
+    ``amounts`` are further amounts by name, such as ``{"power": 3.5, "accelerator_area": 0.4}``. Those of all
+    components on a host add up. The name's documentation states its unit, which is that of the hosts' offers.
+    """
 
     cpu: Ratio = 0.0
     memory: float = 0.0
     devices: tuple[str, ...] = ()
+    amounts: Amounts = field(default_factory=dict)
+
+
+def check_amounts(amounts: Mapping[str, float]) -> None:
+    """Make sure that named amounts are amounts; raises BadMessage."""
+    for name, value in amounts.items():
+        try:
+            own_name(name, "amount")
+        except BadKey as error:
+            raise BadMessage(str(error), ("amounts", name)) from None
+        if name in RESERVED_AMOUNTS:
+            raise BadMessage("is a field of its own: give it there", ("amounts", name))
+        if not 0.0 <= value < math.inf:
+            raise BadMessage(f"is {value:g}, must be finite and at least 0", ("amounts", name))
 
 
 @message("regraft/Description")

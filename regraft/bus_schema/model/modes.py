@@ -69,5 +69,5 @@ def _is_so(change: Change, architecture: Architecture) -> bool:
         now = {name: effective_parameter(spec.description, spec.parameters, name) for name in change.parameters}
         return now == change.parameters
     if isinstance(change, Connect):
-        return spec.connections.get(change.port) == change.topic
+        return spec.connections.get(change.port, "") == change.topic
     return isinstance(change, ChangeState) and spec.state in GOALS.get(change.transition, ())

@@ -20,8 +20,8 @@ from regraft.bus_schema.suggestions import LISTED, instead_of
 def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
     """Yield everything wrong with the connections of ``architecture``.
 
-    Only components that should be active write: the others feed nobody and stand in nobody's way. An input
-    that is not required may be left out of ``connections``; nobody feeds it then.
+    Only components that should be active write: the others feed nobody and stand in nobody's way. A port that is
+    not required may be left out of ``connections``, or have no topic. An inactive component may have any port so.
     """
     writers = _writers(architecture)
     for name, spec in sorted(architecture.components.items()):
@@ -79,8 +79,10 @@ def _port_problems(
     label = f"{port.direction} {port.name!r}"
     name = spec.connections.get(port.name)
     if name is None:
-        if port.required:
-            yield f"{label} is connected to no topic; {_fitting(architecture.topics, port)}"
+        left_out = port.name not in spec.connections
+        if port.required and (left_out or spec.state is State.ACTIVE):
+            needed = "" if left_out else " while the component is active"
+            yield f"{label} is required{needed}, but is connected to no topic; {_fitting(architecture.topics, port)}"
         return
     problem = connection_problem(architecture.topics, port, name)
     if problem is not None:

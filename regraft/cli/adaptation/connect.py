@@ -1,4 +1,4 @@
-"""``regraft connect``: moves a port to another topic."""
+"""``regraft connect`` and ``disconnect``: move a port to another topic, or to none."""
 
 from __future__ import annotations
 
@@ -28,14 +28,32 @@ def connect(
     as_json: JsonOption = False,
 ) -> None:
     """Move a port to another topic while messages flow."""
-    topic_name(topic)
+    _connect(ctx, Connect(component, port, topic_name(topic)), dry_run, reason, system, as_json)
+
+
+def disconnect(
+    ctx: typer.Context,
+    component: ComponentArgument,
+    port: Annotated[str, typer.Argument(metavar="PORT", help="An input or output that need not be connected.")],
+    dry_run: DryRunOption = False,
+    reason: ReasonOption = "",
+    system: SystemOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Connect a port to no topic; an input first handles what has been published by then."""
+    _connect(ctx, Connect(component, port, None), dry_run, reason, system, as_json)
+
+
+def _connect(
+    ctx: typer.Context, change: Connect, dry_run: bool, reason: str, system: str | None, as_json: bool
+) -> None:
+    component, port, topic = change.component, change.port, change.topic
     with reached(ctx, system) as there:
         described = there.known.component(component).description
         ports = {said.name for said in described.ports} if described else set()
         if port not in ports:
             raise BadInput(f"{component} has no port {port!r}; {instead_of(port, ports)}")
         if component in there.known.hosted:
-            change = Connect(component, port, topic)
             managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
             return
         managing.refuse_dry_run(component, dry_run)
@@ -45,14 +63,18 @@ def connect(
     if as_json:
         show_json({"component": component, "port": port, "topic": topic, "before": before})
     else:
-        say(f"{component}.{port} is connected to {topic}")
+        say(f"{component}.{port} is connected to {'no topic' if topic is None else topic}")
 
 
-def rewire(there: Reached, component: str, port: str, topic: str) -> None:
+def rewire(there: Reached, component: str, port: str, topic: str | None) -> None:
     """Move a port of a component that takes control queries from anybody; raises ClientError.
 
     Without an adaptation manager, writers may put no markers. Messages on either topic around the switch may then be
     missed.
     """
-    for step in (RewireStep.OPEN, RewireStep.SWITCH):
-        there.client.control(component, "connections", Rewire(step, port, topic))
+    if topic is None:
+        steps = [Rewire(RewireStep.DISCONNECT, port)]
+    else:
+        steps = [Rewire(step, port, topic) for step in (RewireStep.OPEN, RewireStep.SWITCH)]
+    for step in steps:
+        there.client.control(component, "connections", step)

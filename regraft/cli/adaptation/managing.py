@@ -103,9 +103,13 @@ def estimate_lines(estimate: Estimate | None) -> list[str]:
 def change_lines(request: AdaptationRequest | Proposal) -> list[str]:
     """Return each change as one line."""
     return [
-        f"{change.pop('change')}: {', '.join(f'{name} {value}' for name, value in change.items())}"
+        f"{change.pop('change')}: {', '.join(f'{name} {_shown(value)}' for name, value in change.items())}"
         for change in codec.to_plain(request)["changes"]
     ]
+
+
+def _shown(value: object) -> object:
+    return "null" if value is None else value
 
 
 def headline(report: AdaptationReport) -> str:

@@ -102,7 +102,7 @@ class _Draft:
         if host not in self.known.hosts:
             yield no_such("host", host, self.known.hosts)
 
-    def _of_ports(self, spec: ComponentSpec, connections: Mapping[str, str]) -> Iterator[str]:
+    def _of_ports(self, spec: ComponentSpec, connections: Mapping[str, str | None]) -> Iterator[str]:
         if spec.description is None:
             return
         names = [port.name for port in spec.description.ports]
@@ -111,7 +111,7 @@ class _Draft:
             if port is None:
                 yield f"{spec.name} has no port {name!r}; {instead_of(name, names)}"
                 continue
-            problem = connection_problem(self.topics, port, topic)
+            problem = connection_problem(self.topics, port, topic) if topic is not None else None
             if problem is not None:
                 yield f"{spec.name}: {problem}"
 

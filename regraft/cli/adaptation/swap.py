@@ -26,7 +26,9 @@ def swap(
     parameters: Annotated[
         Several, typer.Option("--set", "-p", metavar="NAME=VALUE", help="A parameter; the others keep their values.")
     ] = None,
-    ports: Annotated[Several, typer.Option("--connect", metavar="PORT=TOPIC", help="The topic of a port.")] = None,
+    ports: Annotated[
+        Several, typer.Option("--connect", metavar="PORT=TOPIC", help="The topic of a port, null for none.")
+    ] = None,
     host: Annotated[str, typer.Option("--host", metavar="HOST", help="The host where it continues.")] = "",
     without_state: Annotated[bool, typer.Option("--without-state", help="Start without the present state.")] = False,
     dry_run: DryRunOption = False,
@@ -35,7 +37,7 @@ def swap(
     as_json: JsonOption = False,
 ) -> None:
     """Have another class continue in a component's place, or the same one configured otherwise; nothing is missed."""
-    connections = {port: str(topic) for port, topic in map(assignment, ports or ())}
+    connections = {port: None if topic is None else str(topic) for port, topic in map(assignment, ports or ())}
     values = dict(map(assignment, parameters or ()))
     if len(values) != len(parameters or ()) or len(connections) != len(ports or ()):
         raise BadInput("a parameter or port is given twice: leave one out")

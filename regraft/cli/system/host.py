@@ -13,6 +13,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.cli.outcomes import NOT_REACHABLE, BadInput
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.host_log import log_to_file
+from regraft.cli.system.host_resources import show_resources
 from regraft.cli.terminal.options import (
     InsecureOption,
     JsonOption,
@@ -37,6 +38,9 @@ def host(
     name: Annotated[
         str | None, typer.Option("--name", metavar="NAME", help="With --join: the name to be a host under.")
     ] = None,
+    resources: Annotated[
+        bool, typer.Option("--resources", help="Show what each host offers, and what its components need and take.")
+    ] = False,
     stack_folder: Annotated[
         Path | None,
         typer.Option(
@@ -58,8 +62,10 @@ def host(
         if name is not None or stack_folder is not None or tls is not None or insecure or secret is not None:
             raise BadInput("--name, --stack-folder, --tls, --insecure and --secret belong to --join ENDPOINT")
         with reached(ctx, system) as there:
-            _list(there, as_json)
+            (show_resources if resources else _list)(there, as_json)
         return
+    if resources:
+        raise BadInput("--resources shows the hosts of a system: leave out --join")
     if name is None:
         raise BadInput("--join needs a --name to be a host under, such as --name edge")
     guard = Guard(tls, insecure, secret)

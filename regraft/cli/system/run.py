@@ -18,7 +18,7 @@ from typing import Annotated
 import typer
 
 from regraft import run_directory
-from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.annotations import Connections, PlainValue
 from regraft.bus_schema.keys import component_name, system_name, topic_name
 from regraft.bus_schema.model.robots.scopes import scope_of
 from regraft.bus_schema.suggestions import instead_of
@@ -56,7 +56,9 @@ def run(
     ] = None,
     connections: Annotated[
         list[str] | None,
-        typer.Option("--connect", metavar="PORT=TOPIC", help="Connect a port to a topic; may be repeated."),
+        typer.Option(
+            "--connect", metavar="PORT=TOPIC", help="Connect a port to a topic, null for none; may be repeated."
+        ),
     ] = None,
     join: Annotated[
         str | None,
@@ -111,16 +113,16 @@ def _parameters(cls: type[Component], settings: list[str]) -> dict[str, PlainVal
     return given
 
 
-def _connections(cls: type[Component], parameters: dict[str, PlainValue], connections: list[str]) -> dict[str, str]:
+def _connections(cls: type[Component], parameters: dict[str, PlainValue], connections: list[str]) -> Connections:
     ports = [port.name for port in describe(cls, parameters).ports]
-    found = {}
+    found: Connections = {}
     for text in connections:
         port, equals, topic = text.partition("=")
         if not equals:
             raise BadInput(f"--connect {text}: must look like PORT=TOPIC")
         if port not in ports:
             raise BadInput(f"--connect {text}: there is no port {port!r}; {instead_of(port, ports)}")
-        found[port] = topic_name(topic)
+        found[port] = None if topic == "null" else topic_name(topic)
     return found
 
 

@@ -7,11 +7,13 @@ from collections import Counter
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCode, Qualities
 from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.messages.protocol.usage import HostUsage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
+from regraft.client.capability import capability
 from regraft.client.errors import ControlRefused, NoSuchComponent
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.views import (
@@ -115,10 +117,21 @@ class Overview:
         names = [name for name in sorted(architecture.topics) if view.has_topic(name, _users(name, architecture))]
         return TopicList(architecture.revision, tuple(_topic(name, architecture) for name in names))
 
-    def hosts(self) -> HostList:
-        """Return all hosts."""
-        seen = self._client.hosts(LISTEN_FOR).values()
-        return HostList(tuple(HostLine(h.name, h.alive, h.age, h.status, h.state, h.processes) for h in seen))
+    def hosts(self, *, measured: bool = False) -> HostList:
+        """Return all hosts, with what their components take if that is to be ``measured``."""
+        architecture = self._manager.last_architecture()
+        lines = []
+        for host in self._client.hosts(LISTEN_FOR).values():
+            usage = self._usage(host.name) if measured and host.alive else None
+            can = capability(architecture, host.name, usage) if architecture else None
+            lines.append(HostLine(host.name, host.alive, host.age, host.status, host.state, host.processes, can))
+        return HostList(tuple(lines))
+
+    def _usage(self, host: str) -> HostUsage | None:
+        try:
+            return self._client.usage(host, LIVE_TIMEOUT)
+        except ClientError:
+            return None
 
 
 def _line(seen: ComponentSeen, spec: ComponentSpec | None) -> ComponentLine:

@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, Pro
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.client.capability import HostCapability
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,8 @@ class TopicList:
 class HostLine:
     """A host and its processes; ``age`` is the seconds since it last spoke.
 
-    ``state`` is how the first host sees it, null for the first host itself.
+    ``state`` is how the first host sees it, null for the first host itself. ``capability`` is null while the adaptation
+    manager is silent.
     """
 
     name: str
@@ -109,6 +111,7 @@ class HostLine:
     status: HostStatus | None
     state: HostState | None = None
     processes: tuple[ProcessStatus, ...] = ()
+    capability: HostCapability | None = None
 
 
 @dataclass(frozen=True, slots=True)

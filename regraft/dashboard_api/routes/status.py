@@ -88,10 +88,12 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
         """The topics, all or those of a robot: type, rate, reliability, who writes and who reads."""
         return overview.topics(robot)
 
-    @router.get("/hosts", response_description="All hosts")
-    def list_hosts() -> Shown[HostList]:
-        """All hosts and their processes."""
-        return overview.hosts()
+    @router.get("/hosts", response_description="All hosts", responses=declared(422))
+    def list_hosts(
+        measured: Annotated[bool, Query(description="measure what their components take, too")] = False,
+    ) -> Shown[HostList]:
+        """All hosts, their processes, what they offer and what their components need."""
+        return overview.hosts(measured=measured)
 
     @router.get(
         "/architecture",

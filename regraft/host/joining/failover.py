@@ -22,8 +22,8 @@ RETRY_INTERVAL = 0.5
 class Failover:
     """Asks for adaptations in the name of the first host."""
 
-    def __init__(self, bus: Bus, system: str, tell: Callable[..., None]) -> None:
-        """Ask on ``bus``; failures are reported by ``tell(kind, subject, text)``."""
+    def __init__(self, bus: Bus, system: str, tell: Callable[[str, str, str], None]) -> None:
+        """Ask on ``bus``; failures are reported by ``tell(kind, subject, text)``, on any thread."""
         self._bus = bus
         self._system = system
         self._tell = tell

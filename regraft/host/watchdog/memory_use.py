@@ -67,11 +67,11 @@ class MemoryUse:
     def _search(self, leaders: Mapping[str, int]) -> dict[str, frozenset[int]]:
         if not leaders:
             return {}
-        found = {run: _family(leader) for run, leader in leaders.items()}
+        found = {run: family(leader) for run, leader in leaders.items()}
         for adopted in _children(self._zygote) - set(leaders.values()):
             run = _run_of(adopted, leaders)
             if run is not None:
-                found[run] |= _family(adopted)
+                found[run] |= family(adopted)
         return {run: frozenset(processes) for run, processes in found.items()}
 
 
@@ -97,7 +97,7 @@ def _sum(lines: Iterable[str], names: tuple[str, ...]) -> float:
     return sum(float(line.split()[1]) * 1024 / MEBIBYTE for line in lines if line.startswith(names))
 
 
-def _family(leader: int) -> set[int]:
+def family(leader: int) -> set[int]:
     """Return a process and all below it."""
     found, waiting = {leader}, [leader]
     while waiting:

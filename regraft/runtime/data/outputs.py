@@ -40,6 +40,10 @@ class LiveOutput(Generic[M]):
         """Declare ``key`` next to the one in use, without writing there yet; ``reliable`` as its topic is."""
         return self._writers.open(key, self._kind.encoding, reliable=self.declared.reliable and reliable)
 
+    def leave(self) -> None:
+        """Write nowhere from now on; the former key stays declared until it is closed."""
+        self._writer = None
+
     def disconnect(self) -> None:
         """Undeclare the key in use."""
         if self._writer:
@@ -59,13 +63,15 @@ class LiveOutput(Generic[M]):
         return self._writer is not None and self._writer.matched
 
     def publish(self, message: M) -> None:
-        """Put a message.
+        """Put a message, at no key while the port is connected to no topic.
 
         Raises:
             NotActive: the component is not active.
             BadMessage: a field of the message does not fit its type.
         """
-        self._active_writer().put(self._packed(message))
+        writer, packed = self._active_writer(), self._packed(message)
+        if writer is not None:
+            writer.put(packed)
 
     def publish_deferred(self, make: Callable[[], M]) -> None:
         """Publish what ``make`` returns, as of now; in simulated time others need not wait until it is made.
@@ -78,10 +84,12 @@ class LiveOutput(Generic[M]):
         Raises:
             NotActive: the component is not active.
         """
-        self._active_writer().put_deferred(lambda: self._packed(make()))
+        writer = self._active_writer()
+        if writer is not None:
+            writer.put_deferred(lambda: self._packed(make()))
 
-    def _active_writer(self) -> Writer:
-        if self._writer is None or self._reporter.status.state not in MAY_PUBLISH:
+    def _active_writer(self) -> Writer | None:
+        if self._reporter.status.state not in MAY_PUBLISH:
             raise NotActive(f"output {self.name!r}: only an active component publishes")
         return self._writer
 

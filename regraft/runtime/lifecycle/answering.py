@@ -11,6 +11,7 @@ from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode, ControlError
+from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts
@@ -99,7 +100,8 @@ class Answering:
         parts = self._parts
         ends = {name: port.key for name, port in parts.inputs.items()}
         ends |= {name: port.key for name, port in parts.outputs.items()}
-        connections = {name: parts.keys.topic_of(key) or "" for name, key in ends.items()}
+        nothing = "" if parts.state in (State.UNCONFIGURED, State.FINALIZED) else None
+        connections = {name: parts.keys.topic_of(key) or nothing for name, key in ends.items()}
         return ComponentView(
             parts.assignment.name,
             parts.assignment.incarnation,

@@ -26,16 +26,25 @@ class Connections:
         parts = self._parts
         for name, port in parts.inputs.items():
             key = self._key(name, port.declared.topic)
-            port.connect(key, reliable=parts.is_reliable(key))
-            self.also_read(name, key)
+            if key:
+                port.connect(key, reliable=parts.is_reliable(key))
+                self.also_read(name, key)
         for name, output in parts.outputs.items():
             key = self._key(name, output.declared.topic)
-            output.connect(key, reliable=parts.is_reliable(key))
+            if key:
+                output.connect(key, reliable=parts.is_reliable(key))
+
+    @property
+    def connected(self) -> bool:
+        """Whether the ports are connected, apart from those that are to have no topic."""
+        return self._connected
 
     def _key(self, port: str, topic: str | None) -> str:
+        """Return the key of a port, empty for one that is to have no topic."""
         assignment = self._parts.assignment
         usual = in_scope(assignment.scope, topic or port)
-        return self._parts.keys.topic(assignment.connections.get(port, usual))
+        connected = assignment.connections.get(port, usual)
+        return "" if connected is None else self._parts.keys.topic(connected)
 
     def also_read(self, name: str, key: str) -> None:
         """Subscribe an input's second key, next to the one it has."""

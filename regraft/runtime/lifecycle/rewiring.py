@@ -1,4 +1,4 @@
-"""Moves a port to another topic while messages flow: open the new next to the old, wait for markers, switch.
+"""Moves a port while messages flow: open the new topic next to the old, wait for markers, switch.
 
 A publisher puts a marker behind its last sample. An input that has seen the markers of all publishers of the new topic
 misses none of their later samples. Once the old topic is handled up to its own markers, nothing of it is missing
@@ -8,6 +8,7 @@ either. Only then is the old one closed. The same works for busy and for silent 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.messages.protocol.control import Peer, Rewire, RewireStep
@@ -17,6 +18,9 @@ from regraft.runtime.data.inputs import LiveInput, Move
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.parts import Parts
+
+Finish = Callable[[bool], dict[str, object]]
+"""Ends a step, with whether all has come that was to be handled; returns the detail of its answer."""
 
 
 class RewiringRefused(Exception):
@@ -45,6 +49,7 @@ class Rewiring:
             RewireStep.AWAIT: self._await,
             RewireStep.SWITCH: self._switch,
             RewireStep.ABANDON: self._abandon,
+            RewireStep.DISCONNECT: self._disconnect,
         }
         return steps[step.step](step)
 
@@ -69,8 +74,7 @@ class Rewiring:
         key = self._key(step)
         port = self._parts.inputs.get(step.port)
         if port is not None:
-            if not port.key:
-                raise RewiringRefused(f"input {step.port!r} is not connected while the component is unconfigured")
+            self._refuse_unless_connected(step)
             if key == port.key:
                 raise RewiringRefused(f"input {step.port!r} is connected to {step.topic!r} already")
             if port.move is not None and port.move.key != key:
@@ -79,8 +83,9 @@ class Rewiring:
             self._connections.also_read(step.port, key)
             return {}
         output = self._parts.outputs.get(step.port)
-        if output is None or not output.key:
-            raise RewiringRefused(f"there is no connected port {step.port!r}")
+        if output is None:
+            raise RewiringRefused(f"there is no port {step.port!r}")
+        self._refuse_unless_connected(step)
         self._opened[step.port] = key
         writer = output.open(key, reliable=self._parts.is_reliable(key))
         writer.mark()
@@ -115,23 +120,54 @@ class Rewiring:
         key = self._key(step)
         if output is None or self._opened.get(step.port) != key:
             raise RewiringRefused(f"port {step.port!r} has not been opened towards {step.topic!r}")
-        old = output.key
-        if not old:
-            raise RewiringRefused(f"output {step.port!r} is not connected while the component is unconfigured")
-        cut = self._parts.writers.open_keys[old].sequence
-        self._parts.writers.open_keys[old].mark()
+        self._refuse_unless_connected(step)
+        old, cut = output.key, self._cut(output.key)
         output.connect(key, reliable=self._parts.is_reliable(key))
         del self._opened[step.port]
-        if not any(other.key == old for other in self._parts.outputs.values()):
-            self._parts.writers.close(old)
+        self._close_unless_written(old)
         return {"cut": cut}
+
+    def _cut(self, key: str) -> int:
+        """Put a marker at a key that an output leaves; returns the sequence that the key has come to."""
+        writer = self._parts.writers.open_keys.get(key)
+        if writer is None:
+            return 0
+        writer.mark()
+        return writer.sequence
+
+    def _close_unless_written(self, key: str) -> None:
+        if not any(output.key == key for output in self._parts.outputs.values()):
+            self._parts.writers.close(key)
+
+    def _disconnect(self, step: Rewire) -> Pending | dict[str, object]:
+        self._abandon(step)
+        port, output = self._parts.inputs.get(step.port), self._parts.outputs.get(step.port)
+        if port is None and output is None:
+            raise RewiringRefused(f"there is no port {step.port!r}")
+        self._refuse_unless_connected(step)
+        if port is not None:
+            return self._when_handled(port, step, partial(self._leave, port)) if port.key else {}
+        assert output is not None
+        old, cut = output.key, self._cut(output.key)
+        output.leave()
+        self._close_unless_written(old)
+        return {"cut": cut}
+
+    def _refuse_unless_connected(self, step: Rewire) -> None:
+        if not self._connections.connected:
+            raise RewiringRefused(f"port {step.port!r} is not connected while the component is unconfigured")
 
     def _switch_input(self, port: LiveInput[object], step: Rewire) -> Pending:
         if port.move is None or port.move.key != self._key(step):
             raise RewiringRefused(f"input {step.port!r} has not been opened towards {step.topic!r}")
+        return self._when_handled(port, step, partial(self._finish_switch, port))
+
+    def _when_handled(self, port: LiveInput[object], step: Rewire, finish: Finish) -> Pending:
+        """Finish once what has been put by the cuts is handled, or was waited for in vain."""
         old = port.key
         if self._parts.stepped:
-            return self._switch_in_step(port, {old: {source: cut for source, cut in step.cuts.items() if cut > 0}})
+            frontier = {old: {source: cut for source, cut in step.cuts.items() if cut > 0}}
+            return self._when_handled_in_step(frontier, finish)
 
         def handled() -> bool:
             streams = self._parts.inbound.streams
@@ -141,19 +177,24 @@ class Rewiring:
                 if cut > 0
             )
 
-        return Pending(handled, lambda: self._finish_switch(port, handled()))
+        return Pending(handled, lambda: finish(handled()))
 
-    def _switch_in_step(self, port: LiveInput[object], frontier: Frontier) -> Pending:
-        """Switch in a slot: what wakes nobody still waits for the component's next step, and is delivered now."""
+    def _when_handled_in_step(self, frontier: Frontier, finish: Finish) -> Pending:
+        """Finish in a slot: what wakes nobody still waits for the component's next step, and is delivered now."""
         inbound = self._parts.inbound
 
-        def finish() -> dict[str, object]:
+        def deliver() -> dict[str, object]:
             complete = inbound.reaches(frontier)
             inbound.release(frontier)
             self._parts.work()
-            return self._finish_switch(port, complete)
+            return finish(complete)
 
-        return Pending(lambda: inbound.reaches(frontier), finish)
+        return Pending(lambda: inbound.reaches(frontier), deliver)
+
+    def _leave(self, port: LiveInput[object], complete: bool) -> dict[str, object]:
+        old, port.key = port.key, ""
+        self._connections.stop_reading(port.name, old)
+        return {"complete": complete}
 
     def _finish_switch(self, port: LiveInput[object], complete: bool) -> dict[str, object]:
         move = port.move
@@ -172,6 +213,6 @@ class Rewiring:
             key, port.move = port.move.key, None
             self._connections.stop_reading(step.port, key)
         opened = self._opened.pop(step.port, None)
-        if opened and not any(output.key == opened for output in self._parts.outputs.values()):
-            self._parts.writers.close(opened)
+        if opened:
+            self._close_unless_written(opened)
         return {}

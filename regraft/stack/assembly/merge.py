@@ -1,4 +1,7 @@
-"""Merges a document over another: maps are merged, lists and scalars replaced, and ``null`` removes."""
+"""Merges a document over another: maps are merged, lists and scalars replaced, and ``null`` removes.
+
+In ``connect`` of a component ``null`` is a value: the port is connected to no topic.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +52,9 @@ class _Merge:
         parts = dict(base.value)
         for key, part in over.value.items():
             here = (*path, key)
-            if key in parts and part.value is None:
+            if _is_connection(here):
+                parts[key] = part
+            elif key in parts and part.value is None:
                 del parts[key]
             elif key in parts:
                 parts[key] = self.merged(parts[key], part, here)
@@ -80,6 +85,10 @@ class _Merge:
 
 def _is_entry(path: tuple[str, ...]) -> bool:
     return len(path) == 2
+
+
+def _is_connection(path: tuple[str, ...]) -> bool:
+    return len(path) == 4 and path[0] == "components" and path[2] == "connect"
 
 
 def _long(topic: Node) -> Node:

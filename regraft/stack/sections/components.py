@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.annotations import Connections, PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
@@ -70,15 +70,15 @@ def read_component(table: Section, name: str, refused: Collection[str] = ()) -> 
     )
 
 
-def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> dict[str, str]:
+def read_connections(table: Section, spec: ComponentSpec, topics: Mapping[str, TopicSpec]) -> Connections:
     """Return the topic of every port: the one that ``connect`` names, or the port's own.
 
-    An optional input or output stays unconnected where the stack has no topic of its name.
+    An optional input or output stays unconnected where the stack has no topic of its name, or names none.
     """
-    return connections(spec, topics, table.section(spec.name).text_map("connect"))
+    return connections(spec, topics, table.section(spec.name).optional_text_map("connect"))
 
 
-def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Mapping[str, str]) -> dict[str, str]:
+def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Mapping[str, str | None]) -> Connections:
     """Return the topic of every port: the given one, or its own if it has to have one or the stack has that topic.
 
     A port that a parameter asks for has to have one: it was meant. Its own topic is one of the component's scope.
@@ -86,7 +86,7 @@ def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Map
     scope = scope_of(spec.name, topics)
     ports = spec.description.ports if spec.description else ()
     own = {port.name: (in_scope(scope, port.topic), port.required or bool(port.origin)) for port in ports}
-    return {port: topic for port, (topic, needed) in own.items() if needed or topic in topics} | dict(given)
+    return {**{port: topic for port, (topic, needed) in own.items() if needed or topic in topics}, **given}
 
 
 def read_services(table: Section, spec: ComponentSpec, topics: Collection[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from regraft.bus_schema import keys
 from regraft.bus_schema.encoding.codec import from_plain, to_plain
 from regraft.bus_schema.errors import BadKey, BadMessage
 from regraft.bus_schema.model.architecture import HostRules
+from regraft.bus_schema.model.description import check_amounts
 from regraft.stack.sections.limits import read_memory
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.section import Section
@@ -18,7 +19,7 @@ def read_hosts(root: Section) -> tuple[tuple[str, ...], dict[str, HostRules]]:
     """Return the names of all hosts, the first one first, and the rules of those that have any.
 
     ``hosts`` is a list of names, or a map from name to ``when_lost``, ``lost_after``, ``cpu``, ``memory``,
-    ``devices``.
+    ``devices``, ``amounts``.
     """
     node = root.node("hosts")
     if node is None:
@@ -45,7 +46,7 @@ def _check_name(root: Section, place: str, name: str) -> None:
 
 
 def _rules(section: Section, name: str) -> HostRules:
-    section.only("when_lost", "lost_after", "cpu", "memory", "devices")
+    section.only("when_lost", "lost_after", "cpu", "memory", "devices", "amounts")
     usual = HostRules()
     lost_after = section.number("lost_after")
     rules = HostRules(
@@ -54,6 +55,7 @@ def _rules(section: Section, name: str) -> HostRules:
         section.number("cpu"),
         read_memory(section, "memory"),
         section.distinct("devices"),
+        _amounts(section.section("amounts")),
     )
     if name == FIRST:
         for field in ("when_lost", "lost_after"):
@@ -64,6 +66,18 @@ def _rules(section: Section, name: str) -> HostRules:
     except BadMessage as error:
         section.wrong(".".join(error.where), error.why)
         return usual
+
+
+def _amounts(section: Section) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for name in section.names():
+        amount = section.number(name)
+        try:
+            check_amounts({name: amount or 0.0})
+            found |= {name: amount} if amount is not None else {}
+        except BadMessage as error:
+            section.wrong(name, error.why)
+    return found
 
 
 def _move_to(section: Section) -> str:

@@ -154,6 +154,13 @@ class Section:
         texts = {name: inner.text(name) for name in inner.names()}
         return {name: text for name, text in texts.items() if text}
 
+    def optional_text_map(self, key: str) -> dict[str, str | None]:
+        """Return a map of texts, some of which may be null; empty by default."""
+        inner = self.section(key)
+        nothing = {name: None for name, part in inner._parts.items() if part.value is None}
+        texts = {name: inner.text(name) for name in inner.names() if name not in nothing}
+        return {name: text for name, text in {**texts, **nothing}.items() if text != ""}
+
     def plain_map(self, key: str) -> dict[str, PlainValue]:
         """Return a map of any values, empty by default."""
         inner = self.section(key)

@@ -46,6 +46,7 @@ class Listener(Component):
     """Remembers the last number."""
 
     number = Input(Number)
+    hint = Input(Number, topic="spare", required=False)
     offset = Parameter(0.0, "added to what is told", minimum=-100.0, maximum=100.0)
 
     def on_configure(self) -> None:

@@ -64,7 +64,7 @@ class Peer:
 
 
 class RewireStep(Enum):
-    """Read the connections; open the new topic next to the old; put a marker; wait for markers; switch; give up."""
+    """Read connections; open the new topic next to the old; put a marker; wait for markers; switch; give up; leave."""
 
     READ = "read"
     OPEN = "open"
@@ -72,6 +72,7 @@ class RewireStep(Enum):
     AWAIT = "await"
     SWITCH = "switch"
     ABANDON = "abandon"
+    DISCONNECT = "disconnect"
 
 
 @message("regraft/Rewire")
@@ -79,8 +80,8 @@ class RewireStep(Enum):
 class Rewire:
     """One step of rewiring a port (docs/protocol.md, "Rewiring").
 
-    ``peers`` are the runs whose marker on ``topic`` is waited for. ``cuts`` is for an input that switches. It has, for
-    each source, up to which sequence its data on the former topic is handled first.
+    ``peers`` are the runs whose marker on ``topic`` is waited for. ``cuts`` is for an input that switches or is
+    disconnected. It has, for each source, up to which sequence its data on the former topic is handled first.
     """
 
     step: RewireStep
@@ -97,7 +98,8 @@ class Rewire:
 class ComponentView:
     """A component as it is now: the reply to every control query that succeeded.
 
-    ``faults`` counts the errors that it has reported, ``error`` is the last.
+    ``faults`` counts the errors that it has reported, ``error`` is the last. ``connections`` are empty texts while
+    it is not configured, and None for a port that is connected to no topic.
     """
 
     component: str

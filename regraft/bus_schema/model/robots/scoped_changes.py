@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.model.adaptation import (
     Add,
     Change,
@@ -41,9 +42,9 @@ class Names:
             return replace(change, mode=self.topic(change.mode))
         component = self.component(change.component)
         if isinstance(change, Connect):
-            return replace(change, component=component, topic=self.topic(change.topic))
+            return replace(change, component=component, topic=self._topic(change.topic))
         if isinstance(change, Swap):
-            connections, services = self._topics(change.connections), self._topics(change.services)
+            connections, services = self._connections(change.connections), self._services(change.services)
             return replace(change, component=component, connections=connections, services=services)
         if isinstance(change, Remove):
             return replace(change, component=component, topics=tuple(map(self.topic, change.topics)))
@@ -56,9 +57,15 @@ class Names:
         return replace(
             spec,
             name=self.component(spec.name) if spec.name else "",
-            connections=self._topics(spec.connections),
-            services=self._topics(spec.services),
+            connections=self._connections(spec.connections),
+            services=self._services(spec.services),
         )
 
-    def _topics(self, names: Mapping[str, str]) -> dict[str, str]:
+    def _topic(self, name: str | None) -> str | None:
+        return None if name is None else self.topic(name)
+
+    def _connections(self, topics: Mapping[str, str | None]) -> Connections:
+        return {port: self._topic(name) for port, name in topics.items()}
+
+    def _services(self, names: Mapping[str, str]) -> dict[str, str]:
         return {key: self.topic(name) for key, name in names.items()}

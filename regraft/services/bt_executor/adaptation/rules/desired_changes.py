@@ -126,7 +126,7 @@ def _holds(change: Change, architecture: Architecture) -> bool:
     if isinstance(change, SetParameters):
         return not change.parameters and spec is not None
     if spec is not None and isinstance(change, Connect):
-        return spec.connections.get(change.port) == change.topic
+        return spec.connections.get(change.port, "") == change.topic
     if spec is not None and isinstance(change, ChangeState):
         return any(end is spec.state for (_, by), (_, end) in TRANSITIONS.items() if by is change.transition)
     return False

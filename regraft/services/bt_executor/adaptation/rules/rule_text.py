@@ -16,13 +16,14 @@ _SET: Final = re.compile(
     re.DOTALL,
 )
 _CONNECT: Final = re.compile(rf"connect\s+(?P<target>{_NAME})\s+to\s+(?P<topic>[\w./-]+)\s*")
+_DISCONNECT: Final = re.compile(rf"disconnect\s+(?P<target>{_NAME})\s*")
 _TRANSITIONS: Final = "|".join(each.value for each in Transition if each is not Transition.SHUTDOWN)
 _CHANGE_STATE: Final = re.compile(rf"(?P<transition>{_TRANSITIONS})(?:\s+(?P<component>{_NAME}))?\s*")
 
 MAX_SHOWN_LENGTH: Final = 200
 ACTION_FORMS: Final = (
     "PARAMETER := VALUE, PARAMETER += VALUE, PARAMETER -= VALUE, each with 'within [LOW, HIGH]' if wanted; "
-    "connect PORT to TOPIC; configure, activate, deactivate or cleanup COMPONENT"
+    "connect PORT to TOPIC; disconnect PORT; configure, activate, deactivate or cleanup COMPONENT"
 )
 
 
@@ -39,10 +40,10 @@ class SetText:
 
 @dataclass(frozen=True, slots=True)
 class ConnectText:
-    """``connect target to topic``; the target is a port, or ``component.port``."""
+    """``connect target to topic``, or ``disconnect target``: the target is a port, or ``component.port``."""
 
     target: str
-    topic: str
+    topic: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +102,9 @@ def _action(text: str) -> ActionText:
     found = _CONNECT.fullmatch(text)
     if found:
         return ConnectText(found["target"], found["topic"])
+    found = _DISCONNECT.fullmatch(text)
+    if found:
+        return ConnectText(found["target"], None)
     found = _CHANGE_STATE.fullmatch(text)
     if found:
         return StateText(Transition(found["transition"]), found["component"] or "")
