@@ -27,6 +27,7 @@ from regraft.bus_schema.messages.protocol.control import (
 from regraft.bus_schema.messages.protocol.handover import Role
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.qualities import estimated, judged
 from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
@@ -37,6 +38,7 @@ from regraft.runtime.lifecycle.answering import Answering
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
+from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.lifecycle.rewiring import Rewiring, RewiringRefused
 from regraft.runtime.parts import Parts
 
@@ -53,6 +55,7 @@ class Control:
         checkpoints: Checkpoints,
         answering: Answering,
         fence: Fence,
+        measuring: Measuring,
         retime: Callable[[], None],
     ) -> None:
         self._parts = parts
@@ -62,6 +65,7 @@ class Control:
         self._checkpoints = checkpoints
         self._answering = answering
         self._fence = fence
+        self._measuring = measuring
         self._retime = retime
         self._verbs: dict[str, Callable[[bytes], object]] = {
             "describe": self._describe,
@@ -72,6 +76,7 @@ class Control:
             "handover": handover.step,
             "resend": self._resend,
             "types": self._types,
+            "qualities": lambda _: measuring.last(),
         }
 
     def take(self, query: Query) -> None:
@@ -107,16 +112,18 @@ class Control:
             changed = parts.parameters.check(asked.parameters, starting=True)
         except ParameterError as error:
             raise ControlRefused(ControlCode.REFUSED, *error.problems) from None
-        component = parts.component
-        qualities = Qualities(
+        described = estimated(quality.describe() for quality in parts.declared.qualities.values())
+        given = parts.component.estimate({**parts.parameters.plain(), **changed}, dict(asked.context))
+        estimates = judged(described, given)
+        measurements = self._measuring.measure() if parts.state is State.ACTIVE else None
+        return Qualities(
             parts.assignment.name,
             parts.assignment.incarnation,
             parts.clock.now() / 1e9,
-            component.estimate({**parts.parameters.plain(), **changed}, dict(asked.context)),
-            component.evaluate() if parts.state is State.ACTIVE else {},
+            estimates.values,
+            measurements.values if measurements is not None else {},
+            estimates.problems | (measurements.problems if measurements is not None else {}),
         )
-        codec.to_plain(qualities)  # raises BadMessage for what is no finite number by a name
-        return qualities
 
     def _transition(self, payload: bytes) -> object:
         wanted = codec.decode(payload, SetTransition)

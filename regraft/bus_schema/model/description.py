@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from regraft.bus_schema.annotations import ClassPath, Count, PlainValue, Ratio, Seconds
 from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.model.qualities import QualityDescription
 
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""
@@ -91,7 +92,8 @@ class Description:
     it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
     can. ``stateful`` says whether it gives a state, of version ``state_version``; ``restores`` are the
     versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
-    ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
+    ``exclusive`` holds, while it is configured, what no other process can hold at the same time. Those ``qualities``
+    that it measures are published every ``evaluate_every`` seconds; None: never.
     """
 
     cls: ClassPath
@@ -108,6 +110,8 @@ class Description:
     restores: tuple[Count, ...] = ()
     is_time_source: bool = False
     exclusive: bool = False
+    qualities: tuple[QualityDescription, ...] = ()
+    evaluate_every: Seconds | None = None
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""
@@ -116,6 +120,10 @@ class Description:
     def parameter(self, name: str) -> ParameterDescription | None:
         """Return the parameter of that name."""
         return next((parameter for parameter in self.parameters if parameter.name == name), None)
+
+    def quality(self, name: str) -> QualityDescription | None:
+        """Return the quality of that name."""
+        return next((quality for quality in self.qualities if quality.name == name), None)
 
 
 def types_in(description: Description) -> tuple[str, ...]:

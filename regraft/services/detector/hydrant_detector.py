@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import cv2
 
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, Quality, RefusalCode, RequestRefused, service
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose, Vector3
 from regraft.bus_schema.messages.health import Level
@@ -55,6 +55,19 @@ class HydrantDetector(Component):
     picture_energy = Parameter(PICTURE_ENERGY, "for one on-board picture", minimum=0.0, unit="J")
     base_height = robot_parameters.base_height()
     farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, maximum=100.0, unit="m")
+
+    detection_rate = Quality(
+        "share of the pictures with a hit", better="higher", minimum=0.0, maximum=1.0, functional=True
+    )
+    useful_rate = Quality(
+        "share of the pictures without a fault", better="higher", minimum=0.0, maximum=1.0, estimated=False
+    )
+    pictures_taken = Quality("that were looked at", minimum=0.0, estimated=False, name="pictures")
+    hits_per_request = Quality("as expected", better="higher", minimum=0.0, functional=True, measured=False)
+    energy_per_request = Quality("of the robot's", unit="J", better="lower", minimum=0.0, measured=False)
+    power = Quality("if one request follows another", unit="W", better="lower", minimum=0.0, measured=False)
+    time_per_request = Quality("until the reply", unit="s", better="lower", minimum=0.0, measured=False)
+    cpu_per_request = Quality("of one core", unit="s", better="lower", minimum=0.0, measured=False)
 
     image = Input(Image, latest_only=True, description="where to look")
     odometry = Input(Odometry, keep=KEPT, required=False, description="where robot and camera are in the map")
