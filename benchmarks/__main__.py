@@ -19,6 +19,7 @@ from benchmarks import (
     devices,
     frog,
     move,
+    qualities,
     restart,
     rewire,
     round_trip,
@@ -45,6 +46,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "tree_tick": tree_tick.tree_tick,
     "devices": devices.devices,
     "frog": frog.frog,
+    "qualities": qualities.qualities,
 }
 
 

@@ -28,8 +28,8 @@ def frog(effort: Effort) -> list[Result]:
     gl: list[dict[str, Any]] = []
     ray: list[dict[str, Any]] = []
     for _ in range(min(RUNS, effort.rounds)):
-        gl.append(_run(seconds))
-        ray.append(_run(seconds, *RAY))
+        gl.append(run_frog(str(STACK), seconds))
+        ray.append(run_frog(str(STACK), seconds, *RAY))
     return [_result("FROG at full speed, GL", gl, 10.0), _result("FROG at full speed, ray camera", ray, 5.0)]
 
 
@@ -47,9 +47,9 @@ def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
     )
 
 
-def _run(seconds: float, *options: str) -> dict[str, Any]:
+def run_frog(stack: str, seconds: float, *options: str) -> dict[str, Any]:
     """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
-    command = own_python("-m", "regraft.cli", "up", str(STACK))
+    command = own_python("-m", "regraft.cli", "up", stack)
     command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
     with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
         environment = {**own_environment(), "REGRAFT_HOME": home}

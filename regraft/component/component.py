@@ -19,6 +19,9 @@ from regraft.component.ports import Input, Output
 from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
 
+InputQualities = Mapping[str, Mapping[str, float]]
+"""The qualities of what feeds a component, by input port and quality."""
+
 
 class Component:
     """A part of a robot that runs as a process, with a lifecycle, parameters and ports.
@@ -124,6 +127,18 @@ class Component:
         Values of names that are declared as no `Quality` do not count, nor those outside its range.
         """
         return {}
+
+    @classmethod
+    def estimate_from_inputs(
+        cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue], inputs: InputQualities
+    ) -> dict[str, float]:
+        """Report what ``estimate`` does, given what feeds the component; override it where that matters.
+
+        ``inputs`` has for each input port the qualities of the component that feeds it, such as
+        ``inputs["image"]["rate"]``: none where nothing feeds it, or nothing is known. In a cycle of connections they
+        are those that were measured last.
+        """
+        return cls.estimate(parameters, context)
 
     def evaluate(self) -> dict[str, float]:
         """Report what qualities the running component gives now (ReFrESH EV).

@@ -8,7 +8,7 @@ from typing import Any
 from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
-from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
@@ -25,12 +25,13 @@ from regraft.bus_schema.messages.protocol.control import (
     StateStep,
 )
 from regraft.bus_schema.messages.protocol.handover import Role
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import estimated, judged
 from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
+from regraft.component.predicting import predicted
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.handover.protocol import HandoverProtocol
@@ -76,7 +77,7 @@ class Control:
             "handover": handover.step,
             "resend": self._resend,
             "types": self._types,
-            "qualities": lambda _: measuring.last(),
+            "qualities": self._measured,
         }
 
     def take(self, query: Query) -> None:
@@ -106,15 +107,20 @@ class Control:
         known = {kind.name: kind for kind in known_types()}
         return KnownTypes(tuple(describe_type(known[name]) for name in names if name in known))
 
+    def _measured(self, payload: bytes) -> MeasuredQualities:
+        if payload:
+            raise BadMessage("must be empty: the query takes nothing")
+        return self._measuring.last()
+
     def _qualities(self, asked: AskQualities) -> Qualities:
         parts = self._parts
         try:
             changed = parts.parameters.check(asked.parameters, starting=True)
         except ParameterError as error:
             raise ControlRefused(ControlCode.REFUSED, *error.problems) from None
-        described = estimated(quality.describe() for quality in parts.declared.qualities.values())
-        given = parts.component.estimate({**parts.parameters.plain(), **changed}, dict(asked.context))
-        estimates = judged(described, given)
+        described = tuple(quality.describe() for quality in parts.declared.qualities.values())
+        parameters = {**parts.parameters.plain(), **changed}
+        estimates = predicted(type(parts.component), described, parameters, asked.context)
         measurements = self._measuring.measure() if parts.state is State.ACTIVE else None
         return Qualities(
             parts.assignment.name,

@@ -123,6 +123,7 @@ def test_the_table_of_keys_is_how_keys_are_spelled() -> None:
         keys.standby("NAME"),
         keys.standby("NAME", "INCARNATION"),
         keys.checkpoint("NAME"),
+        keys.qualities("NAME"),
         keys.control("NAME", 0, "VERB").replace("/0/", "/INCARNATION/"),
         keys.request("SERVICE"),
         keys.reply("SERVICE", "CLIENT"),

@@ -30,7 +30,7 @@ class Better(Enum):
 class QualityDescription:
     """A quality of a component: its unit, which direction is better, its range, and who gives it.
 
-    A ``functional`` quality is about what the component does, another one about how well or at what cost it does that.
+    A ``functional`` quality is about what the component does, another one about how well or at what cost.
     It is ``measured`` by ``evaluate`` and ``estimated`` by ``estimate``.
     """
 
@@ -71,7 +71,7 @@ class Judged:
 
     @property
     def problems(self) -> dict[str, str]:
-        """What was given and does not count, by name; what is only left out is no problem."""
+        """The reasons for what was given and does not count; a quality that is only left out is no problem."""
         given = {name: why for name, why in self.unknown.items() if why != NOT_GIVEN}
         return given | self.undeclared
 

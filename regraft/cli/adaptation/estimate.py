@@ -15,7 +15,8 @@ from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
 from regraft.cli.terminal.values import assignment
-from regraft.component.component import parameter_set
+from regraft.component.component import describe, parameter_set
+from regraft.component.predicting import predicted
 from regraft.process.main import load_class
 from regraft.process.trial.trial_import import check_classes
 from regraft.stack.classes import look_in
@@ -56,7 +57,7 @@ def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
     check_classes([path], complain)
     cls = load_class(path)
     given: dict[str, PlainValue] = parameter_set(cls, asked.parameters).plain()
-    return cls.estimate(given, dict(asked.context))
+    return predicted(cls, describe(cls, asked.parameters).qualities, given, asked.context).values
 
 
 def _show(component: str, estimated: Mapping[str, float], evaluated: Mapping[str, float] | None, as_json: bool) -> None:

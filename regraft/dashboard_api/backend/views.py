@@ -13,6 +13,7 @@ from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, Pro
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
+from regraft.client.qualities import QualityNow
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +95,13 @@ class TopicList:
 
     revision: Count
     topics: tuple[TopicLine, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class QualityList:
+    """All qualities that components measure."""
+
+    qualities: tuple[QualityNow, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import shutil
 from dataclasses import dataclass, field, replace
@@ -15,6 +14,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.host import DescribedComponent
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.component.predicting import predicted
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.assembly.references import replaced
@@ -86,11 +86,11 @@ def describe_component(
 
 def _estimated(spec: ComponentSpec, context: dict[str, PlainValue]) -> dict[str, float]:
     """Return what qualities a class states it would give; one that fails at that can run nevertheless."""
-    described = spec.description.parameters if spec.description else ()
-    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters
+    if spec.description is None:
+        return {}
+    parameters = {parameter.name: parameter.default for parameter in spec.description.parameters} | spec.parameters
     try:
-        told = load_class(spec.cls).estimate(parameters, context)
-        return {str(name): float(value) for name, value in told.items() if math.isfinite(value)}
+        return predicted(load_class(spec.cls), spec.description.qualities, parameters, context).values
     except Exception:
         logging.getLogger(__name__).exception("%s: the qualities of %s", spec.name, spec.cls)
         return {}

@@ -68,17 +68,23 @@ class Measuring:
     def _report(self, found: Judged) -> None:
         """Report each problem once, until it is over; a component without any usable value has a fault."""
         reporter, problems = self._parts.reporter, found.problems
+        fresh: dict[str, list[str]] = {}
         for name in problems.keys() - self._reported.keys():
-            text = f"the quality {name!r} is unknown: {problems[name]}"
-            reporter.event("quality.unknown", text, quality=name, why=problems[name])
+            fresh.setdefault(problems[name], []).append(name)
+        for why, names in fresh.items():
+            reporter.event("quality.unknown", _sentence(sorted(names), why), qualities=sorted(names), why=why)
         if problems.keys() != self._reported.keys():
             level = Level.WARNING if problems else Level.OK
             text = f"unknown: {', '.join(sorted(problems))}" if problems else "all that is given counts"
-            reporter.diagnose(SUBJECT, level, text, **problems)
-        self._reported = dict(problems)
-        useless = not found.values and bool(problems)
-        self._failures = self._failures + 1 if useless else 0
+            reporter.diagnose(SUBJECT, level, text, problems=problems)
+        self._reported = problems
+        self._failures = self._failures + 1 if problems and not found.values else 0
         if self._failures == FAULT_AFTER:
             text = f"no quality is known after {FAULT_AFTER} measurements: {next(iter(problems.values()))}"
             reporter.event("quality.fault", text)
-            reporter.diagnose(SUBJECT, Level.ERROR, text, **problems)
+            reporter.diagnose(SUBJECT, Level.ERROR, text, problems=problems)
+
+
+def _sentence(names: list[str], why: str) -> str:
+    subject = "the quality" if len(names) == 1 else "the qualities"
+    return f"{subject} {', '.join(map(repr, names))} {'is' if len(names) == 1 else 'are'} unknown: {why}"
