@@ -21,7 +21,7 @@ from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
 from regraft.host.watchdog.quality_watch import QualityWatch
-from regraft.host.zygote.describer import DESCRIBE, Describer
+from regraft.host.zygote.describer import VERBS, Describer
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import Patience, stretched
 from regraft.process.logs import begin_anew_if_long, log_of
@@ -60,7 +60,7 @@ class Host(Supervisor):
                 self._bus.subscribe(key, self.inbox.put_lazy)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, DESCRIBE)),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, *VERBS)),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()

@@ -14,6 +14,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
+    EstimateQualities,
     HostStatus,
     HostView,
     JournalEnd,
@@ -28,7 +29,9 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.estimation.calling import call
 from regraft.host.zygote.describe_process import Surroundings, describe_component
+from regraft.host.zygote.estimate_process import estimates
 
 
 class HostStub:
@@ -68,6 +71,7 @@ class HostStub:
         self._bus.serve(keys.host("local", "specs"), self._specs)
         self._bus.serve(keys.host("local", "journal"), self._keep_end)
         self._bus.serve(keys.host("local", "describe"), self._describe)
+        self._bus.serve(keys.host("local", "estimate"), self._estimate)
         self._bus.serve(keys.host("local", "start"), self._start)
         self._bus.serve(keys.host("local", "stop"), self._stop)
         self._bus.serve(keys.host("local", "logs"), self._logs)
@@ -135,7 +139,11 @@ class HostStub:
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)
-        query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"), wanted.context)))
+        query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"))))
+
+    def _estimate(self, query: MemoryQuery) -> None:
+        if "estimate" not in self.deaf:
+            query.reply(codec.encode(estimates(codec.decode(query.payload, EstimateQualities), call)))
 
     def _start(self, query: MemoryQuery) -> None:
         if "start" in self.deaf:

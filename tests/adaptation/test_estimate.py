@@ -14,7 +14,7 @@ from regraft.bus_schema.model.adaptation import (
     SetParameters,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Basis, Estimate
+from regraft.bus_schema.model.estimates import Basis, Estimate, Source
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
@@ -100,4 +100,8 @@ def test_a_class_that_cannot_say_is_no_obstacle(system: System, running: bool) -
         assert _qualities(report)["lamp", "power"] == (4.0, None)
     else:
         spec = ComponentSpec(cls="tests.adaptation.parts:Lamp", parameters={"level": 9.5})
-        assert _qualities(system.adapt(Add("lamp", spec), dry_run=True)) == {}
+        estimate = _estimate(system.adapt(Add("lamp", spec), dry_run=True))
+        assert {(q.quality, q.after, q.after_source, q.after_why) for q in estimate.qualities} == {
+            (quality, None, Source.UNKNOWN, "estimate raised ValueError: too bright to say")
+            for quality in ("power", "light")
+        }

@@ -14,7 +14,8 @@ from regraft.bus_schema.suggestions import instead_of
 MAX_UNDECLARED = 8
 """Names that a class has not declared, of those that are reported."""
 MAX_NAME = 200
-NOT_GIVEN = "not given"
+NOT_GIVEN, ONLY_MEASURED = "not given", "only measured"
+"""Why a declared quality has no value, where nothing is wrong."""
 
 
 class Better(Enum):

@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.perception import Detect, Detection, Detections
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.bus_schema.model.robots.scopes import in_scope
+from regraft.component.component import InputQualities
 from regraft.services import robot_parameters
 from regraft.services.detector.confidence import Calibration
 from regraft.services.detector.finder import Finder, Found
@@ -87,6 +88,14 @@ class HydrantDetector(Component):
             "picture_energy": cls.picture_energy.default,
         }
         return cls.performance.estimate({**known, **parameters}, context)
+
+    @classmethod
+    def estimate_from_inputs(
+        cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue], inputs: InputQualities
+    ) -> dict[str, float]:
+        """Return the same at the rate of the camera that is connected, unless the context gives one."""
+        rate = inputs.get("image", {}).get("rate", 0.0)
+        return cls.estimate(parameters, {"camera_rate": rate, **context} if rate > 0.0 else context)
 
     def evaluate(self) -> dict[str, float]:
         """Return how many ``pictures`` were looked at, and rates (0 to 1) of the last 20.
