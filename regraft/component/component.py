@@ -347,6 +347,7 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         cls.is_exclusive(),
         tuple(quality.describe() for quality in parts.qualities.values()),
         cls.evaluate_every if any(quality.describe().measured for quality in parts.qualities.values()) else None,
+        cls.estimate_from_inputs.__func__ is not Component.estimate_from_inputs.__func__,  # type: ignore[attr-defined]
     )
 
 

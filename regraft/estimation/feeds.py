@@ -14,7 +14,7 @@ Feeders = dict[str, tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Ends:
-    """The topics that a component reads, by port, and writes."""
+    """The topics that a component's estimator reads the writers of, by port, and those that the component writes."""
 
     reads: tuple[tuple[str, str], ...]
     writes: frozenset[str]
@@ -37,13 +37,17 @@ class Feeds:
 
 
 def ends_of(spec: ComponentSpec) -> Ends:
-    """Return the topics of a component's ports; one that is not active reads and writes none."""
-    if spec.state is not State.ACTIVE:
+    """Return the topics of a component's ports; one that is not active reads and writes none.
+
+    An estimator that does not depend on inputs closes no cycle, whatever its component reads.
+    """
+    if spec.state is not State.ACTIVE or spec.description is None:
         return Ends((), frozenset())
     reads, writes = [], []
     for port, topic in spec.connected_ports():
         if port.direction == "input":
-            reads.append((port.name, topic))
+            if spec.description.estimates_from_inputs:
+                reads.append((port.name, topic))
         else:
             writes.append(topic)
     return Ends(tuple(reads), frozenset(writes))

@@ -93,7 +93,8 @@ class Description:
     can. ``stateful`` says whether it gives a state, of version ``state_version``; ``restores`` are the
     versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
     ``exclusive`` holds, while it is configured, what no other process can hold at the same time. Those ``qualities``
-    that it measures are published every ``evaluate_every`` seconds; None: never.
+    that it measures are published every ``evaluate_every`` seconds; None: never. One that
+    ``estimates_from_inputs`` does so from the qualities of what feeds it.
     """
 
     cls: ClassPath
@@ -112,6 +113,7 @@ class Description:
     exclusive: bool = False
     qualities: tuple[QualityDescription, ...] = ()
     evaluate_every: Seconds | None = None
+    estimates_from_inputs: bool = False
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""

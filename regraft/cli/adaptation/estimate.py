@@ -1,4 +1,4 @@
-"""``regraft estimate``: what quality a component gives, or a class would give."""
+"""``regraft estimate``: the qualities that a component gives, or a class or a whole stack would give."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
+from regraft.cli.adaptation.estimate_stack import estimate_stack
 from regraft.cli.adaptation.mistakes import refuse_values
+from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
@@ -34,14 +36,35 @@ Context = Annotated[
 def estimate(
     ctx: typer.Context,
     component: Annotated[
-        str, typer.Argument(metavar="COMPONENT|MODULE:CLASS", help="A running component, or a class that need not run.")
-    ],
+        str,
+        typer.Argument(metavar="[COMPONENT|MODULE:CLASS]", help="A running component, or a class that need not run."),
+    ] = "",
+    stack: Annotated[
+        str, typer.Option("--stack", metavar="STACK", help="A stack that need not run: all of it, or COMPONENT of it.")
+    ] = "",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--change",
+            metavar="COMPONENT.NAME=VALUE|{CHANGE}",
+            help="With --stack, estimate after it too: navigator.max_velocity=0.1; may be repeated.",
+        ),
+    ] = None,
     settings: Settings = None,
     context: Context = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the qualities that a component gives now, and would give with other parameters in another context."""
+    if stack:
+        if settings:
+            raise BadInput("--set goes with a COMPONENT alone; with --stack use --change navigator.max_velocity=0.1")
+        estimate_stack(stack, component, changes or [], dict(map(assignment, context or [])), as_json=as_json)
+        return
+    if changes:
+        raise BadInput("--change goes with --stack; for a running system use 'regraft adapt FILE --dry-run'")
+    if not component:
+        raise BadInput("name a COMPONENT, a MODULE:CLASS or a --stack")
     asked = AskQualities(dict(map(assignment, settings or [])), dict(map(assignment, context or [])))
     if ":" in component:
         _show(component, _of_class(component, asked), None, as_json)
