@@ -19,6 +19,7 @@ from benchmarks import (
     devices,
     frog,
     move,
+    neighbours,
     qualities,
     restart,
     rewire,
@@ -47,6 +48,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "devices": devices.devices,
     "frog": frog.frog,
     "qualities": qualities.qualities,
+    "neighbours": neighbours.neighbours,
 }
 
 

@@ -16,7 +16,7 @@ from regraft.process.main import load_class
 Call = Callable[[ComponentSpec, Mapping[str, PlainValue], InputQualities], Judged]
 """Asks a component's class for its estimates, given a context and what feeds it; never raises."""
 
-MAX_SECONDS = 5.0
+MAX_SECONDS = 2.0
 """Seconds that an estimator may take in `call_within_bounds`."""
 
 
