@@ -1,7 +1,7 @@
 """The qualities of a whole architecture, estimated from its classes and connections; of its neighbours at little cost.
 
-Nothing has to run. Each estimator is given the qualities of what feeds its inputs, by port. Where components feed each
-other in a cycle, an input has what was measured last, and the figures that were made from it are called assumed.
+Nothing has to run. Each estimator is given the qualities of what feeds its inputs, by port. An input within a cycle has
+what was measured last; figures that rest on it are called assumed.
 """
 
 from __future__ import annotations
@@ -96,8 +96,7 @@ class Estimation:
     def changed(self, components: Specs) -> Estimation:
         """Return the estimation of another architecture; what it shares with this one is not estimated again.
 
-        A spec is shared if it is equal, fastest if it is the same object. What a changed component has measured says
-        nothing of it any more.
+        A spec is shared if it is equal, fastest if it is the same object. Measurements of a changed component count no longer.
         """
         other = object.__new__(Estimation)
         other._context, other._measured, other._call = self._context, self._measured, self._call

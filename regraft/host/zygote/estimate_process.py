@@ -18,8 +18,7 @@ from regraft.estimation.calling import Call, call_within_bounds
 from regraft.estimation.estimation import Estimation
 
 UNDER_WAY = ".under_way"
-"""Suffix of the file that names the component whose estimator is being called, for the case that it ends the process.
-"""
+"""Suffix of the file with the component whose estimator is being called: it may end the process."""
 
 
 def be_estimator(order: dict[str, Any]) -> int:
