@@ -96,7 +96,8 @@ class Estimation:
     def changed(self, components: Specs) -> Estimation:
         """Return the estimation of another architecture; what it shares with this one is not estimated again.
 
-        A spec is shared if it is equal, fastest if it is the same object. Measurements of a changed component count no longer.
+        A spec is shared if it is equal, fastest if it is the same object. Measurements of a changed component count no
+        longer.
         """
         other = object.__new__(Estimation)
         other._context, other._measured, other._call = self._context, self._measured, self._call
