@@ -14,9 +14,9 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.estimates import Figure, Source
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import ONLY_MEASURED
+from regraft.bus_schema.model.qualities import NOT_GIVEN, ONLY_MEASURED, Judged, QualityDescription
 from regraft.estimation.calling import Call, call
-from regraft.estimation.feeds import Feeders, ends_of, feeds_of
+from regraft.estimation.feeds import Ends, Feeders, Feeds, ends_of, feeds_of
 
 Values = Mapping[str, float]
 NOTHING: Values = MappingProxyType({})
@@ -68,19 +68,33 @@ class Estimation:
         context: Mapping[str, PlainValue] | None = None,
         measured: Mapping[str, Values] | None = None,
         call: Call = call,
+        *,
+        former: Estimation | None = None,
     ) -> None:
         """Estimate all ``components``; ``measured`` is what those measured last that run.
 
-        ``call`` asks one class: by default in this process.
+        ``call`` asks one class: by default in this process. `changed` gives the ``former`` estimation.
         """
         self._context = dict(context or {})
         self._measured = measured or {}
         self._call = call
-        self._ends = {name: ends_of(spec) for name, spec in components.items()}
-        self._feeds = feeds_of(self._ends)
+        known = former._found if former is not None else {}
+        fresh = {name for name, spec in components.items() if not _is_known(known.get(name), spec)}
+        self._ends, self._feeds = self._wired(components, fresh, former)
         self._found: dict[str, _Estimated] = {}
         for name in self._feeds.order:
-            self._found[name] = self._estimate(components[name], self._found, as_measured=True)
+            if name in fresh or not self._reads_the_same(name, known[name]):
+                self._found[name] = self._estimate(components[name], as_measured=former is None)
+            else:
+                self._found[name] = known[name]
+
+    def changed(self, components: Specs) -> Estimation:
+        """Return the estimation of another architecture; what it shares with this one is not estimated again.
+
+        A spec is shared if it is equal, fastest if it is the same object. Measurements of a changed component count no
+        longer.
+        """
+        return Estimation(components, self._context, self._measured, self._call, former=self)
 
     @property
     def figures(self) -> dict[str, Mapping[str, Figure]]:
@@ -93,75 +107,40 @@ class Estimation:
         missing = Figure(None, Source.UNKNOWN, "not declared" if found else "the component is not there")
         return found.figures.get(quality, missing) if found else missing
 
-    def changed(self, components: Specs) -> Estimation:
-        """Return the estimation of another architecture; what it shares with this one is not estimated again.
+    @staticmethod
+    def _wired(components: Specs, fresh: set[str], former: Estimation | None) -> tuple[dict[str, Ends], Feeds]:
+        """Return the ends of all components and the feeds between them, the former ones where they still hold."""
+        if former is None:
+            ends = {name: ends_of(spec) for name, spec in components.items()}
+            return ends, feeds_of(ends)
+        ends = {name: ends_of(components[name]) if name in fresh else former._ends[name] for name in components}
+        return (former._ends, former._feeds) if ends == former._ends else (ends, feeds_of(ends))
 
-        A spec is shared if it is equal, fastest if it is the same object. Measurements of a changed component count no
-        longer.
-        """
-        other = object.__new__(Estimation)
-        other._context, other._measured, other._call = self._context, self._measured, self._call
-        fresh = {name for name, spec in components.items() if not self._knows(name, spec)}
-        if fresh or len(components) != len(self._found):
-            ends = {name: ends_of(components[name]) if name in fresh else self._ends[name] for name in components}
-            other._ends, other._feeds = (self._ends, self._feeds) if ends == self._ends else (ends, feeds_of(ends))
-        else:
-            other._ends, other._feeds = self._ends, self._feeds
-        found: dict[str, _Estimated] = {}
-        for name in other._feeds.order:
-            before = self._found.get(name)
-            if before is not None and name not in fresh and other._reads_the_same(name, before, found):
-                found[name] = before
-            else:
-                found[name] = other._estimate(components[name], found, as_measured=False)
-        other._found = found
-        return other
-
-    def _knows(self, name: str, spec: ComponentSpec) -> bool:
-        before = self._found.get(name)
-        return before is not None and (before.spec is spec or before.spec == spec)
-
-    def _reads_the_same(self, name: str, before: _Estimated, found: Mapping[str, _Estimated]) -> bool:
+    def _reads_the_same(self, name: str, before: _Estimated) -> bool:
         """Return whether all that its estimator has read is as before: most have read nothing."""
         if not before.read:
             return True
         feeders = self._feeds.feeders[name]
-        fed, assumptions = self._fed(name, {port: feeders.get(port, ()) for port in before.read}, found)
+        fed, assumptions = self._fed(name, {port: feeders.get(port, ()) for port in before.read})
         return fed == before.read and _of(assumptions, before.read) == before.assumptions
 
-    def _estimate(self, spec: ComponentSpec, found: Mapping[str, _Estimated], *, as_measured: bool) -> _Estimated:
-        if spec.description is None:
+    def _estimate(self, spec: ComponentSpec, *, as_measured: bool) -> _Estimated:
+        described = spec.description.qualities if spec.description is not None else ()
+        if not described:
             return _Estimated(spec, {})
-        described = spec.description.qualities
         if spec.state is not State.ACTIVE:
             why = f"the component is {spec.state.value}"
             return _Estimated(spec, {quality.name: Figure(None, Source.UNKNOWN, why) for quality in described})
-        if not described:
-            return _Estimated(spec, {})
-        fed, assumptions = self._fed(spec.name, self._feeds.feeders[spec.name], found)
-        inputs = _Inputs(fed)
+        fed, assumptions = self._fed(spec.name, self._feeds.feeders[spec.name])
+        inputs = _Inputs(_inputs_of(spec) | fed)
         judged = self._call(spec, self._context, inputs)
         assumed = _of(assumptions, inputs.read)
-        estimated = Figure(None, Source.ESTIMATED)
-        if assumed:
-            estimated = Figure(None, Source.ASSUMED, f"in a cycle, by what was measured last: {', '.join(assumed)}")
         measured = self._measured.get(spec.name, NOTHING) if as_measured else NOTHING
-        figures = {}
-        for quality in described:
-            name = quality.name
-            if name in judged.values:
-                figures[name] = Figure(judged.values[name], estimated.source, estimated.why)
-            elif name in measured and quality.measured:
-                figures[name] = Figure(measured[name], Source.MEASURED)
-            else:
-                why = judged.unknown.get(name, "") if quality.estimated else ONLY_MEASURED
-                figures[name] = Figure(None, Source.UNKNOWN, why)
+        figures = {quality.name: _figure(quality, judged, measured, assumed) for quality in described}
         values = {name: figure.value for name, figure in figures.items() if figure.value is not None}
         return _Estimated(spec, figures, values, {port: fed.get(port, NOTHING) for port in inputs.read}, assumed)
 
-    def _fed(
-        self, name: str, feeders: Feeders, found: Mapping[str, _Estimated]
-    ) -> tuple[dict[str, Values], dict[str, tuple[str, ...]]]:
+    def _fed(self, name: str, feeders: Feeders) -> tuple[dict[str, Values], dict[str, tuple[str, ...]]]:
         """Return the qualities of what feeds each port, and what of it is assumed.
 
         Where several feed one port, names that more than one of them gives are left out.
@@ -175,10 +154,34 @@ class Estimation:
                     assumptions[port] = (*assumptions.get(port, ()), f"{name}.{port} from {feeder}")
                     given.append(self._measured.get(feeder, NOTHING))
                 else:
-                    assumptions[port] = (*assumptions.get(port, ()), *found[feeder].assumptions)
-                    given.append(found[feeder].values)
+                    assumptions[port] = (*assumptions.get(port, ()), *self._found[feeder].assumptions)
+                    given.append(self._found[feeder].values)
             fed[port] = given[0] if len(given) == 1 else _unambiguous(given)
         return fed, assumptions
+
+
+def _is_known(before: _Estimated | None, spec: ComponentSpec) -> bool:
+    return before is not None and (before.spec is spec or before.spec == spec)
+
+
+def _inputs_of(spec: ComponentSpec) -> dict[str, Values]:
+    """Return nothing for each input of a component whose estimator reads them."""
+    if spec.description is None or not spec.description.estimates_from_inputs:
+        return {}
+    return {port.name: NOTHING for port in spec.description.ports if port.direction == "input"}
+
+
+def _figure(quality: QualityDescription, judged: Judged, measured: Values, assumed: tuple[str, ...]) -> Figure:
+    name = quality.name
+    if name in judged.values and assumed:
+        why = f"in a cycle, by what was measured last: {', '.join(assumed)}"
+        return Figure(judged.values[name], Source.ASSUMED, why)
+    if name in judged.values:
+        return Figure(judged.values[name], Source.ESTIMATED)
+    if name in measured and quality.measured:
+        return Figure(measured[name], Source.MEASURED)
+    why = judged.unknown.get(name, NOT_GIVEN) if quality.estimated else ONLY_MEASURED
+    return Figure(None, Source.UNKNOWN, why)
 
 
 def _unambiguous(given: list[Values]) -> Values:

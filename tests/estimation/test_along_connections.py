@@ -87,6 +87,11 @@ def test_a_class_that_cannot_be_loaded_is_unknown() -> None:
     assert "estimate raised NoSuchClass" in flow(Estimation({"source": gone}), "source").why
 
 
+def test_an_input_that_is_not_connected_has_nothing_to_give() -> None:
+    loose = replace(FIRST, connections={"given": "b"})
+    assert flow(Estimation({"first": loose}), "first") == Figure(None, Source.UNKNOWN, "not given")
+
+
 def test_what_several_feeders_give_alike_is_left_out() -> None:
     twin = replace(SOURCE, name="twin")
     assert flow(Estimation({**CHAIN, "twin": twin}), "first").value is None
