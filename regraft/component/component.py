@@ -12,13 +12,15 @@ from regraft.bus_schema.errors import BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.description import Description, Resources
 from regraft.bus_schema.suggestions import instead_of
-from regraft.component.handlers import Period, Service, period_of, service_of
+from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
 from regraft.component.ports import Input, Output
 from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
 
+MIN_MEASURING_PERIOD = 0.01
+"""Seconds: who measures more often does little else."""
 InputQualities = Mapping[str, Mapping[str, float]]
 """The qualities of what feeds a component, by input port and quality."""
 
@@ -209,7 +211,7 @@ def declared(cls: type[Any]) -> Declared:
     """Return what a class and its bases declare, in order of declaration.
 
     Raises:
-        BadType: a service is ill-typed, or two services or qualities share a name.
+        BadType: a service is ill-typed, two services or qualities share a name, or measuring has no possible period.
         BadKey: the name of a port, parameter or quality is too long.
     """
     known = _declared.get(cls)
@@ -233,10 +235,16 @@ def declared(cls: type[Any]) -> Declared:
         own_name(name, "port")
     for name in found.parameters:
         own_name(name, "parameter")
-    for name in found.qualities:
-        own_name(name, "quality")
+    _check_period(cls)
     _declared[cls] = found
     return found
+
+
+def _check_period(cls: type[Any]) -> None:
+    every = getattr(cls, "evaluate_every", None)
+    if every is not None and not MIN_MEASURING_PERIOD <= every <= LONGEST:
+        right = f"must be between {MIN_MEASURING_PERIOD:g} and {LONGEST:g} s, or None for never"
+        raise BadType(f"{class_path(cls)}: evaluate_every = {every!r}: {right}")
 
 
 def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSet:

@@ -56,6 +56,7 @@ class HostStub:
         self.speaks: Callable[[str, int], object] = lambda name, started_as: None
         self.updates: list[UpdateSpecs] = []
         self.refuse = ""
+        self.refuses_estimates = False
         self.deaf: set[str] = set()
         self.removed: set[str] = set()
         self.last_runs: dict[str, int] = {}
@@ -142,7 +143,9 @@ class HostStub:
         query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"))))
 
     def _estimate(self, query: MemoryQuery) -> None:
-        if "estimate" not in self.deaf:
+        if self.refuses_estimates:
+            query.reply(codec.encode(ControlError(ControlCode.FAILED, ("not today",))), error=True)
+        else:
             query.reply(codec.encode(estimates(codec.decode(query.payload, EstimateQualities), call)))
 
     def _start(self, query: MemoryQuery) -> None:

@@ -92,6 +92,14 @@ def test_qualities_of_what_changes_are_told_before_and_after(system: System) -> 
     assert _qualities(system.adapt(SetParameters("listener", {"gain": 0.1}), dry_run=True)) == {}
 
 
+def test_a_host_that_does_not_estimate_is_no_obstacle(system: System) -> None:
+    system.adapt(LAMP)
+    system.host.refuses_estimates = True
+    found = _estimate(system.adapt(SetParameters("lamp", {"level": 6.0}), dry_run=True)).qualities
+    assert {(each.before, each.after, each.after_source) for each in found} == {(None, None, Source.UNKNOWN)}
+    assert all("not today" in each.after_why for each in found)
+
+
 @pytest.mark.parametrize("running", [False, True])
 def test_a_class_that_cannot_say_is_no_obstacle(system: System, running: bool) -> None:
     if running:

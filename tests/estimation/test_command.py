@@ -130,6 +130,13 @@ def test_a_command_that_means_nothing_is_refused(arguments: tuple[str, ...], pro
     assert problem in done.stderr
 
 
+def test_an_estimate_of_a_class_that_does_not_count_is_said_with_the_reason() -> None:
+    done = estimate("tests.qualities.parts:Gauge", "--context", "level=9")
+    assert done.stderr == "regraft: the quality 'level' is unknown: 9: must be at most 1 m\n"
+    assert "cost" in done.stdout
+    assert "level" not in done.stdout
+
+
 def test_frog_s_detector_is_estimated_at_the_rate_of_its_camera() -> None:
     slow = after(FROG, "camera.rate=0.5")
     assert (slow["camera.rate"], slow["detector.time_per_request"]) == (0.5, 2.0)

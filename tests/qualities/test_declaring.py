@@ -72,6 +72,15 @@ def test_a_quality_cannot_have_a_name_that_is_too_long() -> None:
         describe(Long)
 
 
+@pytest.mark.parametrize("period", [0.0, -1.0, math.nan, math.inf])
+def test_a_class_cannot_measure_all_the_time_or_never_by_a_number(period: float) -> None:
+    class Restless(Gauge):
+        evaluate_every = period
+
+    with pytest.raises(BadType, match=r"evaluate_every = .*: must be between 0.01 and 1e\+09 s, or None"):
+        describe(Restless)
+
+
 def test_a_quality_cannot_take_the_place_of_a_hook() -> None:
     with pytest.raises(BadType, match=r"test_declaring.py:\d+: 'snapshot' cannot name a quality"):
 

@@ -112,6 +112,15 @@ def test_a_component_without_any_known_quality_has_a_fault_after_a_while_until_i
     assert kinds(rig) == ["quality.unknown", "quality.fault", "quality.unknown"]
 
 
+def test_a_problem_that_comes_and_goes_is_an_event_now_and_then(rig: Rig) -> None:
+    rig.add(Gauge)
+    for _ in range(10):
+        for mood in ("nan", "fine"):
+            rig.runtimes["gauge"].parameters.set({"mood": mood})
+            rig.advance(0.5)
+    assert kinds(rig) == ["quality.unknown"] * 2
+
+
 def test_a_class_without_qualities_publishes_none_and_wakes_for_none(rig: Rig) -> None:
     published = rig.collect_qualities("plain")
     rig.add(Plain)

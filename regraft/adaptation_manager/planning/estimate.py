@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from regraft import Future
 from regraft.adaptation_manager.planning.durations import Durations
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import ExecutionContext
+from regraft.adaptation_manager.targets.host_client import FIRST
 from regraft.bus.interface import Answer, BusError
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
@@ -22,7 +23,6 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities import NOT_GIVEN, ONLY_MEASURED, measured
 from regraft.patience import stretched
 
-Figures = Mapping[str, Figure]
 UNSAID = (NOT_GIVEN, ONLY_MEASURED)
 """Reasons for unknown figures that are no news."""
 
@@ -49,19 +49,29 @@ async def _qualities(
         tuple(before.values()), tuple(after.values()), request_context, await _measured(before, context)
     )
     changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
-    try:
-        found = await context.hosts.estimate(wanted)
-    except ControlFailed as error:
-        found = EstimatedQualities(*({n: _unknown(specs, n, str(error)) for n in changed} for specs in (before, after)))
-    names = sorted({*changed, *found.before, *found.after})
+    homes = {name: (after.get(name) or before[name]).host for name in changed}
+    answers = {host: await _answer(host, wanted, context) for host in sorted({FIRST, *homes.values()})}
+    names = sorted({*changed, *answers[FIRST].before, *answers[FIRST].after})
     active = {name for name, spec in after.items() if spec.state is State.ACTIVE}
-    return tuple(line for name in names for line in _lines(name, found, name in changed, name in active))
+    return tuple(
+        line for name in names for line in _lines(name, answers[homes.get(name, FIRST)], name in homes, name in active)
+    )
 
 
-def _unknown(specs: Mapping[str, ComponentSpec], name: str, why: str) -> dict[str, Figure]:
-    spec = specs.get(name)
-    described = spec.description.qualities if spec is not None and spec.description is not None else ()
-    return {quality.name: Figure(None, Source.UNKNOWN, why) for quality in described}
+async def _answer(host: str, wanted: EstimateQualities, context: ExecutionContext) -> EstimatedQualities:
+    """Ask a host, which may be the only one that can import the classes of its components."""
+    try:
+        return await context.hosts.estimate(host, wanted)
+    except ControlFailed as error:
+        return EstimatedQualities(*(_unknown(specs, str(error)) for specs in (wanted.before, wanted.after)))
+
+
+def _unknown(specs: Sequence[ComponentSpec], why: str) -> dict[str, dict[str, Figure]]:
+    return {
+        spec.name: {quality.name: Figure(None, Source.UNKNOWN, why) for quality in spec.description.qualities}
+        for spec in specs
+        if spec.description is not None
+    }
 
 
 def _lines(component: str, found: EstimatedQualities, changed: bool, active: bool) -> Iterator[QualityEstimate]:

@@ -264,10 +264,12 @@ class Hosts:
         asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_TIMEOUT)
         return _read(spec.host, "describe", await asked, DescribedComponent)
 
-    async def estimate(self, wanted: EstimateQualities) -> EstimatedQualities:
-        """Ask the first host for the qualities that classes estimate; raises ControlFailed."""
-        asked = self._ask(FIRST, "estimate", codec.encode(wanted), DESCRIBED_TIMEOUT)
-        return _read(FIRST, "estimate", await asked, EstimatedQualities)
+    async def estimate(self, host: str, wanted: EstimateQualities) -> EstimatedQualities:
+        """Ask a host for the qualities that the classes which it can import estimate; raises ControlFailed."""
+        if not self.is_there(host):
+            raise NoAnswer(self.why_not_there(host))
+        asked = self._ask(host, "estimate", codec.encode(wanted), DESCRIBED_TIMEOUT)
+        return _read(host, "estimate", await asked, EstimatedQualities)
 
     async def start(
         self, component: str, host: str, resume: bool, *, leave_out: int = 0, afresh: bool = False

@@ -10,6 +10,7 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
+from regraft.bus_schema.model.qualities import Judged
 from regraft.cli.adaptation.estimate_stack import estimate_stack
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput
@@ -67,23 +68,32 @@ def estimate(
         raise BadInput("name a COMPONENT, a MODULE:CLASS or a --stack")
     asked = AskQualities(dict(map(assignment, settings or [])), dict(map(assignment, context or [])))
     if ":" in component:
-        _show(component, _of_class(component, asked), None, as_json)
+        found = _of_class(component, asked)
+        _show(component, found.values, None, found.problems, as_json)
         return
     with reached(ctx, system) as there:
         refuse_values(there.known.component(component), asked.parameters, starting=True)
         qualities = there.client.qualities(component, asked)
-    _show(component, qualities.estimated, qualities.evaluated, as_json)
+    _show(component, qualities.estimated, qualities.evaluated, qualities.unknown, as_json)
 
 
-def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
+def _of_class(path: str, asked: AskQualities) -> Judged:
     look_in(Path.cwd())
     check_classes([path], complain)
     cls = load_class(path)
     given: dict[str, PlainValue] = parameter_set(cls, asked.parameters).plain()
-    return predicted(cls, describe(cls, asked.parameters).qualities, given, asked.context).values
+    return predicted(cls, describe(cls, asked.parameters).qualities, given, asked.context)
 
 
-def _show(component: str, estimated: Mapping[str, float], evaluated: Mapping[str, float] | None, as_json: bool) -> None:
+def _show(
+    component: str,
+    estimated: Mapping[str, float],
+    evaluated: Mapping[str, float] | None,
+    unknown: Mapping[str, str],
+    as_json: bool,
+) -> None:
+    for name, why in unknown.items():
+        complain(f"the quality {name!r} is unknown: {why}")
     if as_json:
         shown = {"component": component, "estimated": dict(estimated)}
         show_json(shown if evaluated is None else {**shown, "evaluated": dict(evaluated)})

@@ -11,6 +11,8 @@ from regraft.runtime.parts import Parts
 FAULT_AFTER = 5
 """Measurements in a row without any usable value that make a fault."""
 SUBJECT = "qualities"
+REPEAT_INTERVAL = 5.0
+"""Seconds of the component's clock before a problem of the same quality is an event again."""
 
 
 class Measuring:
@@ -20,6 +22,7 @@ class Measuring:
         self._parts = parts
         self._described = measured(quality.describe() for quality in parts.declared.qualities.values())
         self._reported: dict[str, str] = {}
+        self._told_at: dict[str, float] = {}
         self._failures = 0
         self._last: MeasuredQualities | None = None
 
@@ -69,7 +72,11 @@ class Measuring:
         """Report each problem once, until it is over; a component without any usable value has a fault."""
         reporter, problems = self._parts.reporter, found.problems
         fresh: dict[str, list[str]] = {}
+        now = self._parts.clock.now() / 1e9
         for name in problems.keys() - self._reported.keys():
+            if now - self._told_at.get(name, -REPEAT_INTERVAL) < REPEAT_INTERVAL:
+                continue
+            self._told_at[name] = now
             fresh.setdefault(problems[name], []).append(name)
         for why, names in fresh.items():
             reporter.event("quality.unknown", _sentence(sorted(names), why), qualities=sorted(names), why=why)
@@ -78,6 +85,7 @@ class Measuring:
             text = f"unknown: {', '.join(sorted(problems))}" if problems else "all that is given counts"
             reporter.diagnose(SUBJECT, level, text, problems=problems)
         self._reported = problems
+        self._told_at = {name: at for name, at in self._told_at.items() if now - at < REPEAT_INTERVAL}
         self._failures = self._failures + 1 if problems and not found.values else 0
         if self._failures == FAULT_AFTER:
             text = f"no quality is known after {FAULT_AFTER} measurements: {next(iter(problems.values()))}"
