@@ -21,6 +21,8 @@ from benchmarks import (
     many,
     memory,
     move,
+    neighbours,
+    qualities,
     restart,
     rewire,
     round_trip,
@@ -49,6 +51,8 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "frog": frog.frog,
     "many": many.many,
     "memory": memory.memory,
+    "qualities": qualities.qualities,
+    "neighbours": neighbours.neighbours,
 }
 
 

@@ -18,6 +18,7 @@ from regraft.component.kit import ExclusiveSlot, Kit, Task
 from regraft.component.live_ports import InputPort, OutputPort
 from regraft.component.parameters import Parameter, ParameterError
 from regraft.component.ports import Input, Output
+from regraft.component.quality import Quality
 from regraft.component.records import Records
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "OutputPort",
     "Parameter",
     "ParameterError",
+    "Quality",
     "Records",
     "RefusalCode",
     "RequestRefused",

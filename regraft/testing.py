@@ -29,6 +29,7 @@ from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Event
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component
 from regraft.component.goal import Goal
@@ -142,6 +143,13 @@ class Rig:
                 collected.append(codec.decode(sample.payload, cls))
 
         self.bus.subscribe(self.keys.topic(topic), take)
+        return collected
+
+    def collect_qualities(self, component: str) -> list[MeasuredQualities]:
+        """Return a list to which all that a component measures of its qualities is added from now on."""
+        collected: list[MeasuredQualities] = []
+        key = self.keys.qualities(component)
+        self.bus.subscribe(key, lambda sample: collected.append(codec.decode(sample.payload, MeasuredQualities)))
         return collected
 
     def call(self, service: str, request: object, reply: type[A], *, timeout: float = 5.0) -> A:

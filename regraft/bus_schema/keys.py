@@ -22,7 +22,10 @@ TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 OF_A_WORD = f"letters, digits, _ and -, at most {MAX_WORD_LENGTH}"
 MAX_SHOWN_LENGTH = 100
 
-CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types")
+CONTROL_VERBS = (
+    *("describe", "transition", "parameters", "connections"),
+    *("state", "handover", "resend", "types", "qualities"),
+)
 
 
 def system_name(name: str) -> str:
@@ -109,6 +112,10 @@ class Keys:
     def checkpoint(self, component: str) -> str:
         """Where a component puts its checkpoints, for its host to keep."""
         return f"{self.system}/component/{component}/checkpoint"
+
+    def qualities(self, component: str) -> str:
+        """Where a component puts the qualities that it measures (``*`` matches any component)."""
+        return f"{self.system}/component/{component}/qualities"
 
     def control(self, component: str, incarnation: int, verb: str) -> str:
         """A control query of one run of a component (``verb`` ``*`` declares them all)."""

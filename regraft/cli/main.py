@@ -19,6 +19,7 @@ from regraft.cli.adaptation.planner import planner
 from regraft.cli.adaptation.remove import remove
 from regraft.cli.adaptation.swap import move, swap
 from regraft.cli.bus.param import param
+from regraft.cli.bus.quality import quality
 from regraft.cli.bus.service import action, goal, service
 from regraft.cli.bus.topic import topic
 from regraft.cli.bus.types import types
@@ -50,6 +51,7 @@ GROUPS = {
     "action": action,
     "goal": goal,
     "planner": planner,
+    "quality": quality,
     "token": token,
     "stack": stack,
 }

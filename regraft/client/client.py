@@ -42,6 +42,7 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
 )
 from regraft.bus_schema.messages.protocol.usage import HostUsage
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
@@ -62,7 +63,7 @@ F = TypeVar("F")
 PRESENCE_TIMEOUT = 1.0
 """Seconds that asking who is alive may take."""
 ControlMessage = SetTransition | ParameterValues | Rewire | StateRequest | AskQualities | AskTypes
-ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes
+ControlReply = ComponentView | Description | Qualities | Snapshot | KnownTypes | MeasuredQualities
 HostMessage = StartComponent | StopComponent | LogRequest | DescribeComponent
 
 
@@ -92,6 +93,7 @@ class Client:
         self._hear(self.keys.status("*"), ComponentStatus, self._board.take_component)
         self._hear(self.keys.host("*", "status"), HostStatus, self._board.take_host)
         self._hear(self.keys.clock("time"), ClockTime, self._board.take_clock)
+        self._hear(self.keys.qualities("*"), MeasuredQualities, self._board.take_measured)
 
     @classmethod
     def connect(cls, info: RunInfo, name: str | None = None) -> Client:
@@ -196,7 +198,7 @@ class Client:
         """Ask the living run of a component a control query; without a message it only reads.
 
         ``describe`` gives a Description, or Qualities if these are asked for. ``state`` gives a Snapshot unless it
-        restores, ``types`` gives KnownTypes. The others give a ComponentView.
+        restores, ``types`` gives KnownTypes, ``qualities`` MeasuredQualities. The others give a ComponentView.
 
         Raises:
             NoSuchComponent: no run of it is alive.
@@ -212,6 +214,8 @@ class Client:
             expected = Snapshot
         elif verb == "types":
             expected = KnownTypes
+        elif verb == "qualities":
+            expected = MeasuredQualities
         return self._control(component, verb, message, expected, timeout)
 
     def _control(self, component: str, verb: str, message: object | None, reply: type[A], timeout: float) -> A:
@@ -225,6 +229,14 @@ class Client:
     def qualities(self, component: str, asked: AskQualities | None = None, timeout: float = 2.0) -> Qualities:
         """Return what quality a component gives and, as ``asked``, would give; raises as ``control`` does."""
         return self._control(component, "describe", asked or AskQualities(), Qualities, timeout)
+
+    def ask_measured(self, component: str, timeout: float = 2.0) -> MeasuredQualities:
+        """Return the qualities that a component has measured last; raises as ``control`` does."""
+        return self._control(component, "qualities", None, MeasuredQualities, timeout)
+
+    def last_measured(self, component: str) -> MeasuredQualities | None:
+        """Return the qualities that a component has published last while this client listened, None if none."""
+        return self._board.measured(component)
 
     def types(self, component: str, *names: str, timeout: float = 2.0) -> tuple[TypeDescription, ...]:
         """Return message types as a component describes them, those of ``names`` that it knows.
@@ -323,6 +335,10 @@ class Client:
         """Have ``callback`` called with how well the mission's requirements are met, whenever that changes."""
         return self._hear(self.keys.quality("*"), Quality, callback)
 
+    def measurements(self, component: str, callback: Callable[[TopicSample], object]) -> Subscription:
+        """Have ``callback`` called with the MeasuredQualities that a component publishes."""
+        return self._subscribe(component, self.keys.qualities(component_name(component)), MeasuredQualities, callback)
+
     def _hear(self, key: str, cls: type[A], callback: Callable[[A], object]) -> Closable:
         def take(sample: Sample) -> None:
             try:
@@ -338,8 +354,12 @@ class Client:
 
         A callback that cannot keep up makes the subscription drop samples, and count them.
         """
-        subscription = Subscription(topic, cls, callback)
-        key = self.keys.topic(topic_name(topic))
+        return self._subscribe(topic, self.keys.topic(topic_name(topic)), cls, callback)
+
+    def _subscribe(
+        self, name: str, key: str, cls: type | None, callback: Callable[[TopicSample], object]
+    ) -> Subscription:
+        subscription = Subscription(name, cls, callback)
         subscription.begin(self._listener.subscribe(key, subscription.take, subscription.admit))
         self._keep(subscription)
         return subscription

@@ -12,6 +12,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import HostState, HostStatus, OtherHost, ProcessStatus
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State
 
 K = TypeVar("K")
@@ -90,6 +91,7 @@ class Board:
         self._components: dict[str, dict[int, Heard]] = {}
         self._hosts: dict[str, tuple[HostStatus, float]] = {}
         self._clock: ClockTime | None = None
+        self._measured: dict[str, MeasuredQualities] = {}
 
     def take_component(self, status: ComponentStatus) -> None:
         """Note what a run of a component says: which one speaks for it, its liveliness token decides later."""
@@ -115,6 +117,18 @@ class Board:
         with self._changed:
             self._clock = clock
             self._changed.notify_all()
+
+    def take_measured(self, qualities: MeasuredQualities) -> None:
+        """Note what a component has measured."""
+        with self._changed:
+            self._measured.pop(qualities.component, None)
+            self._measured[qualities.component] = qualities
+            _forget_oldest(self._measured, MAX_NAMES)
+
+    def measured(self, component: str) -> MeasuredQualities | None:
+        """Return what a component has measured last, None if nothing was heard."""
+        with self._changed:
+            return self._measured.get(component)
 
     def wait_until_heard(self, runs: Mapping[str, int], hosts: set[str], seconds: float) -> None:
         """Wait until all of these runs and hosts have told their status, at most ``seconds``."""

@@ -12,11 +12,17 @@ from regraft.bus_schema.errors import BadMessage, BadType
 from regraft.bus_schema.keys import own_name
 from regraft.bus_schema.model.description import Description, Resources, check_amounts
 from regraft.bus_schema.suggestions import instead_of
-from regraft.component.handlers import Period, Service, period_of, service_of
+from regraft.component.handlers import LONGEST, Period, Service, period_of, service_of
 from regraft.component.kit import Kit
 from regraft.component.parameters import Parameter, ParameterError, ParameterSet
 from regraft.component.ports import Input, Output
+from regraft.component.quality import Quality
 from regraft.component.reserved import check_attributes
+
+MIN_MEASURING_PERIOD = 0.01
+"""Seconds: who measures more often does little else."""
+InputQualities = Mapping[str, Mapping[str, float]]
+"""The qualities of what feeds a component, by input port and quality."""
 
 
 class Component:
@@ -39,6 +45,8 @@ class Component:
     """Other versions of a state, which ``convert_state`` turns into that of this class."""
     checkpoint_every: ClassVar[float | None] = None
     """Seconds between checkpoints, which the host keeps and gives back after a crash; None for no checkpoints."""
+    evaluate_every: ClassVar[float | None] = 1.0
+    """Seconds between publications of what ``evaluate`` gives, for the system's side; None for no publications."""
     resources: ClassVar[Resources] = Resources()
     """The component's demand on its host."""
     lockstep: ClassVar[bool] = True
@@ -95,6 +103,14 @@ class Component:
         return ()
 
     @classmethod
+    def qualities_for(cls, parameters: dict[str, Any]) -> Iterable[Quality]:
+        """Name the qualities that a component has by its read-only ``parameters``, next to those of its class.
+
+        Each needs a ``name``.
+        """
+        return ()
+
+    @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:
         """Find what would keep a component with these ``parameters`` from being configured, before anything starts.
 
@@ -108,11 +124,30 @@ class Component:
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
-        """Report what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES)."""
+        """Report what qualities it would give under ``parameters`` in ``context``, without running (ReFrESH ES).
+
+        Values of names that are declared as no `Quality` do not count, nor those outside its range.
+        """
         return {}
 
+    @classmethod
+    def estimate_from_inputs(
+        cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue], inputs: InputQualities
+    ) -> dict[str, float]:
+        """Report what ``estimate`` does, given what feeds the component; override it where that matters.
+
+        ``inputs`` has for each input port the qualities of the component that feeds it, such as
+        ``inputs["image"]["rate"]``: none where nothing feeds it, or nothing is known. In a cycle of connections they
+        are those that were measured last.
+        """
+        return cls.estimate(parameters, context)
+
     def evaluate(self) -> dict[str, float]:
-        """Report what qualities the running component gives now (ReFrESH EV)."""
+        """Report what qualities the running component gives now (ReFrESH EV).
+
+        Only those that are declared as a `Quality` count. One that is left out is unknown. It is called between two
+        handlers, every ``evaluate_every`` seconds, and must change nothing.
+        """
         return {}
 
     def on_configure(self) -> None:
@@ -166,6 +201,7 @@ class Declared:
     parameters: dict[str, Parameter[Any]]
     services: dict[str, Service]
     timers: dict[str, Period]
+    qualities: dict[str, Quality]
 
 
 _declared: dict[type[Any], Declared] = {}
@@ -175,13 +211,13 @@ def declared(cls: type[Any]) -> Declared:
     """Return what a class and its bases declare, in order of declaration.
 
     Raises:
-        BadType: a service is ill-typed, or two services share a name.
-        BadKey: the name of a port or parameter is too long.
+        BadType: a service is ill-typed, two services or qualities share a name, or measuring has no possible period.
+        BadKey: the name of a port, parameter or quality is too long.
     """
     known = _declared.get(cls)
     if known is not None:
         return known
-    found = Declared({}, {}, {}, {}, {})
+    found = Declared({}, {}, {}, {}, {}, {})
     names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
     for name in names:
         attribute = inspect.getattr_static(cls, name)
@@ -191,14 +227,24 @@ def declared(cls: type[Any]) -> Declared:
             found.outputs[name] = attribute
         elif isinstance(attribute, Parameter):
             found.parameters[name] = attribute
+        elif isinstance(attribute, Quality):
+            _take_quality(found.qualities, attribute)
         elif inspect.isfunction(attribute):
             _take_function(found, name, attribute)
     for name in (*found.inputs, *found.outputs):
         own_name(name, "port")
     for name in found.parameters:
         own_name(name, "parameter")
+    _check_period(cls)
     _declared[cls] = found
     return found
+
+
+def _check_period(cls: type[Any]) -> None:
+    every = getattr(cls, "evaluate_every", None)
+    if every is not None and not MIN_MEASURING_PERIOD <= every <= LONGEST:
+        right = f"must be between {MIN_MEASURING_PERIOD:g} and {LONGEST:g} s, or None for never"
+        raise BadType(f"{class_path(cls)}: evaluate_every = {every!r}: {right}")
 
 
 def parameter_set(cls: type[Component], given: Mapping[str, Any]) -> ParameterSet:
@@ -252,7 +298,16 @@ def declared_for(cls: type[Component], parameters: ParameterSet) -> Declared:
             outputs[port.name] = port
     if problems:
         raise ParameterError(problems)
-    return replace(parts, inputs=inputs, outputs=outputs, parameters=dict(parameters.declared))
+    qualities = dict(parts.qualities)
+    for quality in cls.qualities_for(fixed):
+        _take_quality(qualities, quality)
+    return replace(parts, inputs=inputs, outputs=outputs, parameters=dict(parameters.declared), qualities=qualities)
+
+
+def _take_quality(qualities: dict[str, Quality], quality: Quality) -> None:
+    if quality.name in qualities:
+        raise BadType(f"two qualities have the name {quality.name!r}")
+    qualities[own_name(quality.name, "quality")] = quality
 
 
 def _take_function(found: Declared, name: str, function: Any) -> None:
@@ -302,6 +357,9 @@ def describe(cls: type[Component], parameters: Mapping[str, Any] | None = None) 
         cls.restorable_versions(),
         cls.is_time_source,
         cls.is_exclusive(),
+        tuple(quality.describe() for quality in parts.qualities.values()),
+        cls.evaluate_every if any(quality.describe().measured for quality in parts.qualities.values()) else None,
+        cls.estimate_from_inputs.__func__ is not Component.estimate_from_inputs.__func__,  # type: ignore[attr-defined]
     )
 
 

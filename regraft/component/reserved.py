@@ -18,6 +18,7 @@ from regraft.bus_schema.errors import BadType
 from regraft.component.handlers import is_offered_or_timed
 from regraft.component.parameters import Parameter
 from regraft.component.ports import Input, Output
+from regraft.component.quality import Quality
 
 STORE, LONG_ARGUMENT = dis.opmap["STORE_ATTR"], dis.opmap["EXTENDED_ARG"]
 
@@ -40,6 +41,8 @@ def _check_definition(owner: type, base: type, name: str, value: Any) -> None:
         used = "a parameter"
     elif isinstance(value, Input | Output):
         used = "a port"
+    elif isinstance(value, Quality):
+        used = "a quality"
     elif isinstance(value, FunctionType) and is_offered_or_timed(value):
         used = "a service, action or timer"
     elif name not in vars(base):

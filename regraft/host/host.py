@@ -14,12 +14,14 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.host.host_api import HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
-from regraft.host.zygote.describer import DESCRIBE, Describer
+from regraft.host.watchdog.quality_watch import QualityWatch
+from regraft.host.zygote.describer import VERBS, Describer
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import Patience, stretched
 from regraft.process.logs import begin_anew_if_long, log_of
@@ -43,6 +45,7 @@ class Host(Supervisor):
         self._log = logging.getLogger("host")
         self._next_look = 0.0
         self._source_up_by = 0.0
+        self._qualities = QualityWatch(self._publisher)
         self._declared: list[Closable] = []
         self.questions = HostApi(self, Describer(zygote, plan))
 
@@ -52,12 +55,12 @@ class Host(Supervisor):
         """Appear on the bus and start everything: the time source first, since the others connect to it."""
         keys, name = self._keys, self.plan.name
         self._declared = [
-            # The host looks often enough by itself: neither heartbeats nor checkpoints need to wake it.
+            # The host looks often enough by itself: heartbeats, checkpoints and qualities need not wake it.
             *(
                 self._bus.subscribe(key, self.inbox.put_lazy)
-                for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"))
+                for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, DESCRIBE)),
+            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, *VERBS)),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()
@@ -137,22 +140,27 @@ class Host(Supervisor):
         if now >= self._next_status:
             self._next_status = now + STATUS_INTERVAL
             self._publisher.status(self.status())
+            self._qualities.forget_all_but(self.processes.__contains__)
             for name in self.processes:
                 begin_anew_if_long(log_of(self.log_folder, name))
 
     def _take_sample(self, sample: Sample) -> None:
-        """Take a heartbeat or checkpoint; one of another incarnation speaks for the dead, or is forged."""
+        """Take a heartbeat, checkpoint or measurement; one of another incarnation speaks for the dead, or is forged."""
         name, kind = sample.key.split("/")[2:4]
         try:
-            if name not in self.processes and name not in self.standby_runs.processes:
+            if kind == "qualities":
+                self._qualities.measured(codec.decode(sample.payload, MeasuredQualities))
+            elif name not in self.processes and name not in self.standby_runs.processes:
                 self.past.take(name, kind, sample)
             elif kind == "checkpoint":
                 managed = self.standby_runs.called(name, Envelope.from_bytes(sample.attachment).incarnation)
                 if managed is not None:
                     managed.checkpoint = sample.payload
             else:
-                managed = self.standby_runs.called(name, codec.decode(sample.payload, ComponentStatus).incarnation)
+                status = codec.decode(sample.payload, ComponentStatus)
+                managed = self.standby_runs.called(name, status.incarnation)
                 if managed is not None and managed.pid:
                     self.beats(managed)
+                    self._qualities.beats(managed.spec, status)
         except SchemaError as error:
             self._log.warning("%s: %s", sample.key, error)

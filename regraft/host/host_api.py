@@ -25,7 +25,7 @@ from regraft.host.host_publisher import Refused, UnknownComponent, refuse
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.usage import Usage
-from regraft.host.zygote.describer import DESCRIBE, Describer
+from regraft.host.zygote.describer import DESCRIBE, VERBS, Describer
 from regraft.process.logs import tail
 from regraft.runtime.core.terms import Fenced, in_force
 
@@ -58,11 +58,11 @@ class HostApi:
         """Answer a query, or begin to."""
         verb = query.key.rsplit("/", 1)[-1]
         try:
-            if verb == DESCRIBE:
-                self.describer.ask(query)
+            if verb in VERBS:
+                (self.describer.ask if verb == DESCRIBE else self.describer.ask_estimates)(query)
                 return
             if verb not in self.verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self.verbs, DESCRIBE))}")
+                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self.verbs, *VERBS))}")
             query.reply(codec.encode(self.verbs[verb](query.payload)))
         except Fenced as error:
             refuse(query, ControlCode.FENCED, str(error))

@@ -9,7 +9,7 @@ from regraft.bus.interface import Bus, BusError, Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
-from regraft.bus_schema.messages.health import Event
+from regraft.bus_schema.messages.health import Diagnostic, Event, Level
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.runtime.core.clock import Clock
@@ -46,6 +46,11 @@ class HostPublisher:
         """Report what has happened, to the log too."""
         self._log.warning("%s", text)
         self._put(self._keys.event, Event(self._clock.now() / 1e9, kind, subject, text, details))
+
+    def diagnose(self, component: str, subject: str, level: Level, text: str) -> None:
+        """Put a diagnostic about a component that cannot speak for itself."""
+        diagnostic = Diagnostic(self._clock.now() / 1e9, component, subject, level, text)
+        self._put(self._keys.diagnostics, diagnostic)
 
     def _put(self, key: str, message: object) -> None:
         try:

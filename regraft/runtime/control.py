@@ -8,7 +8,7 @@ from typing import Any
 from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
-from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
@@ -25,11 +25,13 @@ from regraft.bus_schema.messages.protocol.control import (
     StateStep,
 )
 from regraft.bus_schema.messages.protocol.handover import Role
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.types_by_schema import describe_type
 from regraft.component.component import describe
 from regraft.component.parameters import ParameterError
+from regraft.component.predicting import predicted
 from regraft.runtime.core.pending import Pending
 from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.handover.protocol import HandoverProtocol
@@ -37,6 +39,7 @@ from regraft.runtime.lifecycle.answering import Answering
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
+from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.lifecycle.rewiring import Rewiring, RewiringRefused
 from regraft.runtime.parts import Parts
 
@@ -53,6 +56,7 @@ class Control:
         checkpoints: Checkpoints,
         answering: Answering,
         fence: Fence,
+        measuring: Measuring,
         retime: Callable[[], None],
     ) -> None:
         self._parts = parts
@@ -62,6 +66,7 @@ class Control:
         self._checkpoints = checkpoints
         self._answering = answering
         self._fence = fence
+        self._measuring = measuring
         self._retime = retime
         self._verbs: dict[str, Callable[[bytes], object]] = {
             "describe": self._describe,
@@ -72,6 +77,7 @@ class Control:
             "handover": handover.step,
             "resend": self._resend,
             "types": self._types,
+            "qualities": self._measured,
         }
 
     def take(self, query: Query) -> None:
@@ -101,22 +107,29 @@ class Control:
         known = {kind.name: kind for kind in known_types()}
         return KnownTypes(tuple(describe_type(known[name]) for name in names if name in known))
 
+    def _measured(self, payload: bytes) -> MeasuredQualities:
+        if payload:
+            raise BadMessage("must be empty: the query takes nothing")
+        return self._measuring.last()
+
     def _qualities(self, asked: AskQualities) -> Qualities:
         parts = self._parts
         try:
             changed = parts.parameters.check(asked.parameters, starting=True)
         except ParameterError as error:
             raise ControlRefused(ControlCode.REFUSED, *error.problems) from None
-        component = parts.component
-        qualities = Qualities(
+        described = tuple(quality.describe() for quality in parts.declared.qualities.values())
+        parameters = {**parts.parameters.plain(), **changed}
+        estimates = predicted(type(parts.component), described, parameters, asked.context)
+        measurements = self._measuring.measure() if parts.state is State.ACTIVE else None
+        return Qualities(
             parts.assignment.name,
             parts.assignment.incarnation,
             parts.clock.now() / 1e9,
-            component.estimate({**parts.parameters.plain(), **changed}, dict(asked.context)),
-            component.evaluate() if parts.state is State.ACTIVE else {},
+            estimates.values,
+            measurements.values if measurements is not None else {},
+            estimates.problems | (measurements.problems if measurements is not None else {}),
         )
-        codec.to_plain(qualities)  # raises BadMessage for what is no finite number by a name
-        return qualities
 
     def _transition(self, payload: bytes) -> object:
         wanted = codec.decode(payload, SetTransition)

@@ -20,6 +20,7 @@ from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.connections import Connections
 from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle
+from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.lifecycle.periodic import PeriodicCalls
 from regraft.runtime.lifecycle.rewiring import Rewiring
 from regraft.runtime.lifecycle.runtime_kit import RuntimeKit
@@ -49,7 +50,8 @@ class Runtime(Parts):
         self.connections = Connections(self)
         self.rewiring = Rewiring(self, self.connections)
         self.marker_listeners.append(self.rewiring.saw_marker)
-        periodic = PeriodicCalls(self, self.checkpoints.publish)
+        measuring = Measuring(self)
+        periodic = PeriodicCalls(self, self.checkpoints.publish, measuring)
         self.lifecycle = Lifecycle(self, self.connections, self.rewiring, self.checkpoints, periodic)
         self.fail = self.lifecycle.fail
         self.answering = Answering(self)
@@ -67,6 +69,7 @@ class Runtime(Parts):
             self.checkpoints,
             self.answering,
             self.fence,
+            measuring,
             periodic.retime,
         )
         bus.when_renewed(lambda: self.post(self._link_renewed))

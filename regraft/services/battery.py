@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft import Component, Input, Output, Parameter, every
+from regraft import Component, Input, Output, Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.power import BatteryState, ChargerState, EnergyUse, PowerDraw
@@ -42,6 +42,13 @@ class Battery(Component):
     odometry = Input(Odometry, keep=4096, description="how fast the robot drives")
     energy = Input(EnergyUse, keep=4096, required=False, description="what is taken at once, as for a picture")
     charger = Input(ChargerState, keep=256, required=False, description="what is put in, if there is a charger")
+    drawn_power = Quality("of the whole robot", unit="W", better="lower", minimum=0.0, name="power")
+    endurance = Quality("until it is empty", unit="s", better="higher", minimum=0.0, functional=True)
+    time_to_limit = Quality("until the wanted charge is reached", unit="s", better="higher", minimum=0.0)
+    charge = Quality("how full it is", better="higher", minimum=0.0, maximum=1.0, functional=True, estimated=False)
+    drawn = Quality("energy since the start", unit="J", better="lower", minimum=0.0, estimated=False)
+    charged = Quality("energy since the start", unit="J", minimum=0.0, estimated=False)
+
     battery = Output(BatteryState, description="what is left")
     power = Output(PowerDraw, description="what each part draws, as the mean since the last message")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from regraft import Component, Output, Parameter, every
+from regraft import Component, Output, Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.description import Resources
@@ -30,6 +30,8 @@ class Lighting(Component):
     period = Parameter(1.0 / 0.006, "from one darkness to the next", minimum=1.0, unit="s")
     phase = Parameter(51.8, "how far the curve is at time 0", unit="s")
     darkest = Parameter(1.0, "darkness at the darkest", minimum=0.0, maximum=1.0)
+
+    darkness = Quality("0 is full light, 1 is black", better="lower", minimum=0.0, maximum=1.0, functional=True)
 
     light = Output(LightLevel, description="how dark it is now")
 

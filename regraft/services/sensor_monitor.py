@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from regraft import Component, Input, Output, Parameter, every
+from regraft import Component, Input, Output, Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.geometry import Twist
@@ -67,6 +67,9 @@ class SensorMonitor(Component):
 
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
+
+    detection_delay = Quality("until a failure is reported", unit="s", better="lower", minimum=0.0, measured=False)
+    faults = Quality("sensors with something wrong", better="lower", minimum=0.0, functional=True, estimated=False)
 
     image = Input(Image, latest_only=True, required=False, description="the pictures to watch")
     scan = Input(LaserScan, latest_only=True, required=False, description="the scans to watch")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from regraft import Input, Output, Parameter, Records
+from regraft import Input, Output, Parameter, Quality, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.sensors import LightLevel
@@ -15,7 +15,7 @@ from regraft.lockstep.source import TimeSource
 from regraft.planar import Pose2D, Twist2D
 from regraft.sim_service.devices.core.calling import call
 from regraft.sim_service.devices.core.failures import DeviceFails
-from regraft.sim_service.devices.core.fitting import parameters_of, ports_of
+from regraft.sim_service.devices.core.fitting import parameters_of, ports_of, qualities_of
 from regraft.sim_service.layout.identity import world_hash
 from regraft.sim_service.layout.people import Person
 from regraft.sim_service.layout.scene import load_scene
@@ -65,6 +65,15 @@ class World(TimeSource):
             topic = robot.prefix + TRUTH
             what = "what really is, every tick; for evaluation and tests only"
             yield Output(GroundTruth, topic=topic, name=topic, required=False, description=what)
+
+    @classmethod
+    def qualities_for(cls, parameters: dict[str, Any]) -> Iterable[Quality]:
+        """Name the contacts of all robots together and of each, and the qualities of their devices."""
+        contacts = Quality("how often robots have touched something", better="lower", minimum=0.0, estimated=False)
+        robots: tuple[RobotSpec, ...] = parameters["robots"]
+        for name in dict.fromkeys(("contacts", *(f"{robot.prefix}contacts" for robot in robots))):
+            yield contacts.renamed(name)
+        yield from qualities_of(robots)
 
     @classmethod
     def check_parameters(cls, parameters: dict[str, Any], seed: int) -> None:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import cv2
 
-from regraft import Component, Input, Parameter, Records
+from regraft import Component, Input, Parameter, Quality, Records
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose
 from regraft.bus_schema.messages.health import Level
@@ -97,6 +97,11 @@ class WorldCamera(Component):
     rate = Parameter(0.0, "pictures per second; 0: the renderer's default", minimum=0.0, maximum=60.0, unit="Hz")
     failure = Parameter(NONE, "how the camera fails now", choices=CAMERA_FAILURES)
     failures = Records(CameraFails, "when it fails and works again, in order, while 'failure' is none")
+
+    picture_rate = Quality(
+        "of the pictures, if somebody wants them", unit="Hz", better="higher", minimum=0.0, functional=True, name="rate"
+    )
+    cpu = Quality("share of a core", better="lower", minimum=0.0, measured=False)
 
     world_state = Input(WorldState, latest_only=True, description="the tick to draw")
 

@@ -14,6 +14,7 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
+    EstimateQualities,
     HostStatus,
     HostView,
     JournalEnd,
@@ -28,7 +29,9 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.estimation.calling import call
 from regraft.host.zygote.describe_process import Surroundings, describe_component
+from regraft.host.zygote.estimate_process import estimates
 
 
 class HostStub:
@@ -53,6 +56,7 @@ class HostStub:
         self.speaks: Callable[[str, int], object] = lambda name, started_as: None
         self.updates: list[UpdateSpecs] = []
         self.refuse = ""
+        self.refuses_estimates = False
         self.deaf: set[str] = set()
         self.removed: set[str] = set()
         self.last_runs: dict[str, int] = {}
@@ -68,6 +72,7 @@ class HostStub:
         self._bus.serve(keys.host("local", "specs"), self._specs)
         self._bus.serve(keys.host("local", "journal"), self._keep_end)
         self._bus.serve(keys.host("local", "describe"), self._describe)
+        self._bus.serve(keys.host("local", "estimate"), self._estimate)
         self._bus.serve(keys.host("local", "start"), self._start)
         self._bus.serve(keys.host("local", "stop"), self._stop)
         self._bus.serve(keys.host("local", "logs"), self._logs)
@@ -135,7 +140,13 @@ class HostStub:
 
     def _describe(self, query: MemoryQuery) -> None:
         wanted = codec.decode(query.payload, DescribeComponent)
-        query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"), wanted.context)))
+        query.reply(codec.encode(describe_component(wanted.spec, Surroundings(Path("/stack"), "/run"))))
+
+    def _estimate(self, query: MemoryQuery) -> None:
+        if self.refuses_estimates:
+            query.reply(codec.encode(ControlError(ControlCode.FAILED, ("not today",))), error=True)
+        else:
+            query.reply(codec.encode(estimates(codec.decode(query.payload, EstimateQualities), call)))
 
     def _start(self, query: MemoryQuery) -> None:
         if "start" in self.deaf:

@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.component import quality
 from regraft.lockstep.source import TimeSource
 from tests.support.waiting import PATIENCE
 
@@ -128,6 +129,9 @@ class Lamp(Component):
 
     heard = Input(Twist, topic="numbers", required=False)
     level = Parameter(1.0, minimum=0.0, maximum=10.0)
+
+    power = quality.Quality("of the lamp", unit="W", better="lower", minimum=0.0, measured=False)
+    light = quality.Quality("in the dark", better="higher", minimum=0.0, measured=False)
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

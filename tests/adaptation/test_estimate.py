@@ -14,7 +14,7 @@ from regraft.bus_schema.model.adaptation import (
     SetParameters,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Basis, Estimate
+from regraft.bus_schema.model.estimates import Basis, Estimate, Source
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System
 
@@ -92,6 +92,14 @@ def test_qualities_of_what_changes_are_told_before_and_after(system: System) -> 
     assert _qualities(system.adapt(SetParameters("listener", {"gain": 0.1}), dry_run=True)) == {}
 
 
+def test_a_host_that_does_not_estimate_is_no_obstacle(system: System) -> None:
+    system.adapt(LAMP)
+    system.host.refuses_estimates = True
+    found = _estimate(system.adapt(SetParameters("lamp", {"level": 6.0}), dry_run=True)).qualities
+    assert {(each.before, each.after, each.after_source) for each in found} == {(None, None, Source.UNKNOWN)}
+    assert all("not today" in each.after_why for each in found)
+
+
 @pytest.mark.parametrize("running", [False, True])
 def test_a_class_that_cannot_say_is_no_obstacle(system: System, running: bool) -> None:
     if running:
@@ -100,4 +108,8 @@ def test_a_class_that_cannot_say_is_no_obstacle(system: System, running: bool) -
         assert _qualities(report)["lamp", "power"] == (4.0, None)
     else:
         spec = ComponentSpec(cls="tests.adaptation.parts:Lamp", parameters={"level": 9.5})
-        assert _qualities(system.adapt(Add("lamp", spec), dry_run=True)) == {}
+        estimate = _estimate(system.adapt(Add("lamp", spec), dry_run=True))
+        assert {(q.quality, q.after, q.after_source, q.after_why) for q in estimate.qualities} == {
+            (quality, None, Source.UNKNOWN, "estimate raised ValueError: too bright to say")
+            for quality in ("power", "light")
+        }

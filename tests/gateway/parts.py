@@ -6,7 +6,7 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, Quality, RefusalCode, RequestRefused, service
 from regraft.bus.interface import Bus
 from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.encoding import codec
@@ -57,9 +57,14 @@ class Navigator(Component):
     velocity = Output(Twist)
     max_velocity = Parameter(0.26, minimum=0.0, maximum=0.26, unit="m/s")
 
+    speed = Quality("of driving on", unit="m/s", better="higher", minimum=0.0)
+
     @classmethod
     def estimate(cls, parameters: dict[str, Any], context: dict[str, Any]) -> dict[str, float]:
         return {"speed": parameters["max_velocity"]}
+
+    def evaluate(self) -> dict[str, float]:
+        return {"speed": self.max_velocity / 2.0}
 
 
 class Drive(Component):

@@ -6,7 +6,7 @@ import pytest
 
 from regraft.bus_schema.model.lifecycle import State
 from tests.gateway.conftest import Running
-from tests.support.waiting import wait_until
+from tests.support.waiting import wait_for, wait_until
 
 
 def test_the_system_is_shown_in_one_answer(running: Running) -> None:
@@ -51,6 +51,17 @@ def test_a_component_tells_its_qualities(running: Running) -> None:
     assert "at most 0.26" in refused.json()["violations"][0]["problem"]
     assert running.http.post(url, json={"colour": "red"}).status_code == 422
     assert running.http.get("/components/nobody/qualities").status_code == 404
+
+
+def test_measured_qualities_are_listed_with_their_declaration(running: Running) -> None:
+    def known() -> Any:
+        (line,) = running.http.get("/qualities").json()["qualities"]
+        return line if line["value"] is not None else None
+
+    line = wait_for(known, "a measured speed")
+    assert (line["component"], line["quality"], line["value"]) == ("navigator", "speed", 0.13)
+    assert (line["unit"], line["better"], line["minimum"], line["why"]) == ("m/s", "higher", 0.0, "")
+    assert running.http.get("/qualities", params={"robot": "nobody"}).status_code == 404
 
 
 def test_an_unknown_component_is_not_found(running: Running) -> None:

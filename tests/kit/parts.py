@@ -6,7 +6,7 @@ import threading
 import time
 from dataclasses import dataclass
 
-from regraft import Cancelled, Component, Input, Output, Parameter, RequestRefused, action, every, service
+from regraft import Cancelled, Component, Input, Output, Parameter, Quality, RequestRefused, action, every, service
 from regraft.bus_schema.annotations import Count, PlainValue, Ratio
 from regraft.bus_schema.encoding.registry import message
 from tests.support.waiting import PATIENCE
@@ -66,6 +66,9 @@ class Counter(Component):
     step = Parameter(1, minimum=1, maximum=10)
     label = Parameter("plain", choices=("plain", "fancy"))
     serial = Parameter("none", read_only=True)
+
+    pace = Quality("of the counts", unit="Hz", better="higher", measured=False)
+    counted = Quality("the count", minimum=0.0, estimated=False, name="value")
 
     state_version = 1
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from regraft import CallFailed, Component, Output, Parameter
+from regraft import CallFailed, Component, Output, Parameter, Quality
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Twist
@@ -28,6 +28,9 @@ class Careful(Component):
 
     velocity = Output(Twist)
     max_velocity = Parameter(0.26, minimum=0.0, maximum=0.26, unit="m/s")
+
+    speed = Quality(unit="m/s", better="higher", measured=False)
+    safety = Quality(better="higher", minimum=0.0, maximum=1.0, measured=False)
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

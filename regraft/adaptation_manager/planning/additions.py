@@ -32,7 +32,7 @@ async def described_additions(
             described[index] = DescribedComponent(wanted)
         elif not violations:
             try:
-                described[index] = await hosts.describe(wanted, request.context)
+                described[index] = await hosts.describe(wanted)
             except ControlFailed as error:
                 violations = [Violation(None, "", "class" if wanted.cls else "command", str(error))]
             else:

@@ -93,11 +93,7 @@ async def _check_changes(
     after = replace(draft.architecture, revision=architecture.revision + 1)
     # The value of a swapped component from before its swap may be wrong then, and still wrong in the result.
     found = list(dict.fromkeys(found))
-    return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing), _estimated(draft))
-
-
-def _estimated(draft: Draft) -> dict[str, dict[str, float]]:
-    return {described.spec.name: described.estimated for described in draft.described.values() if described.estimated}
+    return found, Plan(architecture, after, (*draft.preparing, *draft.steps), len(draft.preparing))
 
 
 def _plan(draft: Draft, change: Change) -> None:

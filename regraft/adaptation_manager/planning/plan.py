@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from regraft.adaptation_manager.steps.actions import ApplyParameters, PlannedStep, TakeOver
@@ -13,16 +13,12 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 
 @dataclass(frozen=True)
 class Plan:
-    """An adaptation's steps. Both architectures carry their own revision; the first ``preparing`` steps only prepare.
-
-    ``estimated`` are the qualities that components which do not run yet say they would give.
-    """
+    """An adaptation's steps; the first ``preparing`` only prepare. Both architectures carry their own revision."""
 
     before: Architecture
     after: Architecture
     steps: tuple[PlannedStep, ...] = ()
     preparing: int = 0
-    estimated: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def as_revision(self, revision: int) -> Plan:
         """Return the plan with ``revision`` as that of the architecture after it."""

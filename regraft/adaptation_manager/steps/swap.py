@@ -20,14 +20,12 @@ from regraft.adaptation_manager.steps.succession import (
     view_of,
     view_of_started,
 )
-from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import Connect, SetParameters, Swap
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.consistency import violations
-from regraft.bus_schema.model.description import Description, ParameterDescription, PortDescription
 from regraft.bus_schema.model.lifecycle import State
-from regraft.stack.sections.components import connections, services
+from regraft.stack.successor import successor
 
 
 def plan(draft: Draft, change: Swap) -> None:
@@ -43,7 +41,7 @@ def plan(draft: Draft, change: Swap) -> None:
     _judge_earlier_changes(draft, spec)
     if described is None or described.violations or described.spec.description is None:
         return
-    new = _successor(change, spec, described.spec, draft)
+    new = successor(change, spec, described.spec, draft.architecture.topics)
     moved = move_of(draft.changes, name)
     with_state = change.with_state and (moved is None or moved.with_state)
     problem = of_state(spec, new, with_state=with_state)
@@ -94,50 +92,6 @@ def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
         found = violations(draft.architecture.with_component(replace(spec, state=State.INACTIVE)))
         ours = (one for one in found if one.component == spec.name and one.field in decided)
         draft.violations += [replace(one, change=decided[one.field]) for one in ours]
-
-
-def _successor(change: Swap, old: ComponentSpec, described: ComponentSpec, draft: Draft) -> ComponentSpec:
-    description = described.description
-    assert description is not None
-    kept = {name: topic for name, topic in old.connections.items() if _same_port(old.description, description, name)}
-    values = {
-        name: value for name, value in old.parameters.items() if _same_parameter(old.description, description, name)
-    }
-    offered = {offered.name for offered in description.services}
-    named = {name: service for name, service in old.services.items() if name in offered}
-    new = replace(
-        old,
-        cls=described.cls,
-        host=described.host,
-        parameters=values | {name: described.parameters[name] for name in change.parameters},
-        description=description,
-    )
-    topics = draft.architecture.topics
-    return replace(
-        new,
-        connections=connections(new, topics, kept | change.connections),
-        services=services(new, topics, named | change.services),
-    )
-
-
-def _same_port(old: Description | None, new: Description, name: str) -> bool:
-    """Return whether both have a port of that name and direction; the topic decides whether its type fits."""
-    before, behind = old.port(name) if old else None, new.port(name)
-    return _direction(before) == _direction(behind) != ""
-
-
-def _direction(port: PortDescription | None) -> str:
-    return port.direction if port else ""
-
-
-def _same_parameter(old: Description | None, new: Description, name: str) -> bool:
-    """Return whether a value of the one means the same to the other; bounds are judged with all else."""
-    before, behind = old.parameter(name) if old else None, new.parameter(name)
-    return before is not None and behind is not None and _meaning(before) == _meaning(behind)
-
-
-def _meaning(parameter: ParameterDescription) -> tuple[PlainValue, str]:
-    return parameter.schema.get("type"), parameter.unit
 
 
 def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> None:

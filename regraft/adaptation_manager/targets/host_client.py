@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, TypeVar
 from regraft import Future
 from regraft.adaptation_manager.targets.component_client import BESIDE, ControlFailed, NoAnswer, refusal
 from regraft.bus.interface import Answer, BusError
-from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
     DescribedComponent,
+    EstimatedQualities,
+    EstimateQualities,
     HostState,
     HostStatus,
     HostView,
@@ -38,7 +39,7 @@ from regraft.patience import stretched
 if TYPE_CHECKING:
     from regraft import Kit
 
-M = TypeVar("M", HostStatus, HostView, DescribedComponent, LogLines)
+M = TypeVar("M", HostStatus, HostView, DescribedComponent, EstimatedQualities, LogLines)
 
 FIRST = "local"
 """The host that the others joined; it knows the specs of all components, and gives them to whoever joins."""
@@ -256,12 +257,19 @@ class Hosts:
         )
         return replace(asked, left=frozenset(left))
 
-    async def describe(self, spec: ComponentSpec, context: dict[str, PlainValue]) -> DescribedComponent:
-        """Ask a component's host what the component would be, and give in ``context``; raises ControlFailed."""
+    async def describe(self, spec: ComponentSpec) -> DescribedComponent:
+        """Ask a component's host what the component would be; raises ControlFailed."""
         if not self.is_there(spec.host):
             raise NoAnswer(self.why_not_there(spec.host))
-        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec, context)), DESCRIBED_TIMEOUT)
+        asked = self._ask(spec.host, "describe", codec.encode(DescribeComponent(spec)), DESCRIBED_TIMEOUT)
         return _read(spec.host, "describe", await asked, DescribedComponent)
+
+    async def estimate(self, host: str, wanted: EstimateQualities) -> EstimatedQualities:
+        """Ask a host for the qualities that the classes which it can import estimate; raises ControlFailed."""
+        if not self.is_there(host):
+            raise NoAnswer(self.why_not_there(host))
+        asked = self._ask(host, "estimate", codec.encode(wanted), DESCRIBED_TIMEOUT)
+        return _read(host, "estimate", await asked, EstimatedQualities)
 
     async def start(
         self, component: str, host: str, resume: bool, *, leave_out: int = 0, afresh: bool = False

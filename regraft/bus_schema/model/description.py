@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadKey, BadMessage
 from regraft.bus_schema.keys import own_name
+from regraft.bus_schema.model.qualities import QualityDescription
 
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""
@@ -120,7 +121,9 @@ class Description:
     it is a member of simulated time. ``removal_forbidden`` says why a running system cannot be without it, empty if it
     can. ``stateful`` says whether it gives a state, of version ``state_version``; ``restores`` are the
     versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
-    ``exclusive`` holds, while it is configured, what no other process can hold at the same time.
+    ``exclusive`` holds, while it is configured, what no other process can hold at the same time. Those ``qualities``
+    that it measures are published every ``evaluate_every`` seconds; None: never. One that
+    ``estimates_from_inputs`` does so from the qualities of what feeds it.
     """
 
     cls: ClassPath
@@ -137,6 +140,9 @@ class Description:
     restores: tuple[Count, ...] = ()
     is_time_source: bool = False
     exclusive: bool = False
+    qualities: tuple[QualityDescription, ...] = ()
+    evaluate_every: Seconds | None = None
+    estimates_from_inputs: bool = False
 
     def port(self, name: str) -> PortDescription | None:
         """Return the port of that name."""
@@ -145,6 +151,10 @@ class Description:
     def parameter(self, name: str) -> ParameterDescription | None:
         """Return the parameter of that name."""
         return next((parameter for parameter in self.parameters if parameter.name == name), None)
+
+    def quality(self, name: str) -> QualityDescription | None:
+        """Return the quality of that name."""
+        return next((quality for quality in self.qualities if quality.name == name), None)
 
 
 def types_in(description: Description) -> tuple[str, ...]:

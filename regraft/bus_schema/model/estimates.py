@@ -34,24 +34,51 @@ class StepEstimate:
     basis: Basis
 
 
+class Source(Enum):
+    """Where a figure comes from.
+
+    ``estimated`` by the class; ``assumed``: by the class too, but in a cycle of connections, from what was measured
+    last; ``measured`` last by the running component; ``unknown``.
+    """
+
+    ESTIMATED = "estimated"
+    ASSUMED = "assumed"
+    MEASURED = "measured"
+    UNKNOWN = "unknown"
+
+
+@message("regraft/Figure")
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """The value of a quality, None if it is unknown; ``why`` it is that, or what it rests on."""
+
+    value: float | None = None
+    source: Source = Source.UNKNOWN
+    why: ToldBriefly = ""
+
+
 @message("regraft/QualityEstimate")
 @dataclass(frozen=True, slots=True)
 class QualityEstimate:
-    """A component's estimate of one of its qualities, as it should be ``before`` and ``after``.
+    """One of a component's qualities, as predicted ``before`` and ``after`` an adaptation, and where that comes from.
 
-    None where it says nothing: it is not there, not active, or does not answer.
+    An unknown value is None: the component is not there, not active, or its class cannot predict it.
     """
 
     component: str
     quality: str
     before: float | None = None
     after: float | None = None
+    before_source: Source = Source.UNKNOWN
+    after_source: Source = Source.UNKNOWN
+    before_why: ToldBriefly = ""
+    after_why: ToldBriefly = ""
 
 
 @message("regraft/Estimate")
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Expected seconds of the wall clock, by step and in all, and the qualities of the components that change.
+    """Expected seconds of the wall clock, by step and in all, and the qualities that change.
 
     ``p95`` is the sum of the steps' own: all of them being slow at once is rarer than that. Time to be confirmed, and
     in which removed processes end, is not counted.

@@ -1,4 +1,4 @@
-"""``regraft estimate``: what quality a component gives, or a class would give."""
+"""``regraft estimate``: the qualities that a component gives, or a class or a whole stack would give."""
 
 from __future__ import annotations
 
@@ -10,12 +10,16 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
+from regraft.bus_schema.model.qualities import Judged
+from regraft.cli.adaptation.estimate_stack import estimate_stack
 from regraft.cli.adaptation.mistakes import refuse_values
+from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
 from regraft.cli.terminal.options import JsonOption, SystemOption
 from regraft.cli.terminal.output import complain, show_json, show_table
 from regraft.cli.terminal.values import assignment
-from regraft.component.component import parameter_set
+from regraft.component.component import describe, parameter_set
+from regraft.component.predicting import predicted
 from regraft.process.main import load_class
 from regraft.process.trial.trial_import import check_classes
 from regraft.stack.classes import look_in
@@ -33,33 +37,63 @@ Context = Annotated[
 def estimate(
     ctx: typer.Context,
     component: Annotated[
-        str, typer.Argument(metavar="COMPONENT|MODULE:CLASS", help="A running component, or a class that need not run.")
-    ],
+        str,
+        typer.Argument(metavar="[COMPONENT|MODULE:CLASS]", help="A running component, or a class that need not run."),
+    ] = "",
+    stack: Annotated[
+        str, typer.Option("--stack", metavar="STACK", help="A stack that need not run: all of it, or COMPONENT of it.")
+    ] = "",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--change",
+            metavar="COMPONENT.NAME=VALUE|{CHANGE}",
+            help="With --stack, estimate after it too: navigator.max_velocity=0.1; may be repeated.",
+        ),
+    ] = None,
     settings: Settings = None,
     context: Context = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the qualities that a component gives now, and would give with other parameters in another context."""
+    if stack:
+        if settings:
+            raise BadInput("--set goes with a COMPONENT alone; with --stack use --change navigator.max_velocity=0.1")
+        estimate_stack(stack, component, changes or [], dict(map(assignment, context or [])), as_json=as_json)
+        return
+    if changes:
+        raise BadInput("--change goes with --stack; for a running system use 'regraft adapt FILE --dry-run'")
+    if not component:
+        raise BadInput("name a COMPONENT, a MODULE:CLASS or a --stack")
     asked = AskQualities(dict(map(assignment, settings or [])), dict(map(assignment, context or [])))
     if ":" in component:
-        _show(component, _of_class(component, asked), None, as_json)
+        found = _of_class(component, asked)
+        _show(component, found.values, None, found.problems, as_json)
         return
     with reached(ctx, system) as there:
         refuse_values(there.known.component(component), asked.parameters, starting=True)
         qualities = there.client.qualities(component, asked)
-    _show(component, qualities.estimated, qualities.evaluated, as_json)
+    _show(component, qualities.estimated, qualities.evaluated, qualities.unknown, as_json)
 
 
-def _of_class(path: str, asked: AskQualities) -> dict[str, float]:
+def _of_class(path: str, asked: AskQualities) -> Judged:
     look_in(Path.cwd())
     check_classes([path], complain)
     cls = load_class(path)
     given: dict[str, PlainValue] = parameter_set(cls, asked.parameters).plain()
-    return cls.estimate(given, dict(asked.context))
+    return predicted(cls, describe(cls, asked.parameters).qualities, given, asked.context)
 
 
-def _show(component: str, estimated: Mapping[str, float], evaluated: Mapping[str, float] | None, as_json: bool) -> None:
+def _show(
+    component: str,
+    estimated: Mapping[str, float],
+    evaluated: Mapping[str, float] | None,
+    unknown: Mapping[str, str],
+    as_json: bool,
+) -> None:
+    for name, why in unknown.items():
+        complain(f"the quality {name!r} is unknown: {why}")
     if as_json:
         shown = {"component": component, "estimated": dict(estimated)}
         show_json(shown if evaluated is None else {**shown, "evaluated": dict(evaluated)})

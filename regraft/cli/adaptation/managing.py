@@ -93,10 +93,12 @@ def estimate_lines(estimate: Estimate | None) -> list[str]:
     basis = f"known from the past for {past} of {len(estimate.steps)} steps" if estimate.steps else "nothing to do"
     lines = [f"expected to take {seconds(estimate.median)}, seldom more than {seconds(estimate.p95)} ({basis})"]
     for quality in estimate.qualities:
-        if quality.before == quality.after:
+        if quality.before == quality.after and not quality.after_why:
             continue
-        before, after = ("nothing" if v is None else f"{v:.4g}" for v in (quality.before, quality.after))
-        lines.append(f"{quality.component}: {quality.quality}: {before} -> {after}")
+        before, after = ("unknown" if v is None else f"{v:.4g}" for v in (quality.before, quality.after))
+        why = f": {quality.after_why}" if quality.after_why else ""
+        source = f"{quality.before_source.value} -> {quality.after_source.value}"
+        lines.append(f"{quality.component}.{quality.quality}: {before} -> {after} ({source}{why})")
     return lines
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 import time
 from collections.abc import Iterator
@@ -14,14 +13,14 @@ from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.bus import message_types
 from regraft.cli.bus.rates import Rates
+from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed
 from regraft.cli.running_system import Reached, reached
-from regraft.cli.terminal.numbers import seconds, whole
 from regraft.cli.terminal.options import JsonOption, RobotOption, SystemOption
 from regraft.cli.terminal.output import complain, say, show_json, show_table
 from regraft.cli.terminal.values import document
 from regraft.cli.topology import TopicUse, topology
-from regraft.client import Subscription, TopicSample, as_json, read_plain
+from regraft.client import TopicSample, as_json, read_plain
 
 topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -32,12 +31,6 @@ REPORT_INTERVAL = 1.0
 MAX_SHOWN_LENGTH = 400
 
 TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
-CountOption = Annotated[
-    int | None, typer.Option("--count", metavar="N", parser=whole(1), help="End after this number of messages.")
-]
-ForOption = Annotated[
-    float | None, typer.Option("--for", metavar="SECONDS", parser=seconds(0.0), help="End after this time.")
-]
 
 
 @topic.command("list")
@@ -86,7 +79,7 @@ def echo(
     name: TopicArgument,
     count: CountOption = None,
     duration: ForOption = None,
-    once: Annotated[bool, typer.Option("--once", help="End after the first message.")] = False,
+    once: OnceOption = False,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -122,29 +115,7 @@ def _check(there: Reached, name: str) -> None:
 
 
 def _samples(there: Reached, name: str, count: int | None, duration: float | None) -> Iterator[TopicSample]:
-    """Yield what comes on a topic until ``count`` messages or ``duration`` seconds have passed."""
-    waiting: queue.Queue[TopicSample] = queue.Queue()
-    end = None if duration is None else time.monotonic() + duration
-    with there.client.topic(name, None, waiting.put) as subscription:
-        seen = 0
-        while count is None or seen < count:
-            left = 1.0 if end is None else end - time.monotonic()
-            if left <= 0:
-                break
-            try:
-                sample = waiting.get(timeout=min(left, 1.0))
-            except queue.Empty:
-                continue
-            seen += 1
-            yield sample
-        _tell_problems(subscription)
-
-
-def _tell_problems(subscription: Subscription) -> None:
-    if subscription.refused:
-        complain(f"{subscription.refused} messages did not fit, the last one: {subscription.last_problem}")
-    if subscription.dropped:
-        complain(f"{subscription.dropped} messages came too fast and were not shown")
+    return samples(lambda take: there.client.topic(name, None, take), count, duration)
 
 
 def _show(sample: TopicSample, json: bool) -> None:

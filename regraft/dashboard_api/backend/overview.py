@@ -15,6 +15,7 @@ from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.client import Client, ClientError, ComponentSeen
 from regraft.client.capability import capability
 from regraft.client.errors import ControlRefused, NoSuchComponent
+from regraft.client.qualities import qualities_now
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.views import (
     ComponentDetails,
@@ -22,6 +23,7 @@ from regraft.dashboard_api.backend.views import (
     ComponentList,
     HostLine,
     HostList,
+    QualityList,
     SystemOverview,
     TopicLine,
     TopicList,
@@ -95,6 +97,13 @@ class Overview:
             raise malformed(*(violation("", problem, component=name) for problem in error.problems)) from None
         except ClientError as error:
             raise unavailable(str(error)) from None
+
+    def measured(self, robot: str = "") -> QualityList:
+        """Return what components measure, all or a robot's; raises Problem."""
+        architecture = self._manager.last_architecture() or self._manager.architecture()
+        view = view_of(robot, architecture)
+        specs = {name: spec for name, spec in architecture.components.items() if view.has_component(name)}
+        return QualityList(qualities_now(self._client, specs, LISTEN_FOR))
 
     def logs(self, name: str, lines: int) -> tuple[str, ...]:
         """Return the last lines of a component's log; raises Problem."""

@@ -14,6 +14,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client.capability import HostCapability
+from regraft.client.qualities import QualityNow
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,13 @@ class TopicList:
 
     revision: Count
     topics: tuple[TopicLine, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class QualityList:
+    """All qualities that components measure."""
+
+    qualities: tuple[QualityNow, ...]
 
 
 @dataclass(frozen=True, slots=True)

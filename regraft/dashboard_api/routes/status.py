@@ -12,7 +12,14 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.client.diff import ArchitectureDiff, diff
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.overview import Overview
-from regraft.dashboard_api.backend.views import ComponentDetails, ComponentList, HostList, SystemOverview, TopicList
+from regraft.dashboard_api.backend.views import (
+    ComponentDetails,
+    ComponentList,
+    HostList,
+    QualityList,
+    SystemOverview,
+    TopicList,
+)
 from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import Fields, JsonObject, Shown, fields_of
 from regraft.dashboard_api.http.problems import declared
@@ -77,6 +84,11 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     def estimate_qualities(name: ComponentName, body: QualitiesBody) -> Shown[Qualities]:
         """The same with some parameters changed, in a context; nothing is touched."""
         return overview.qualities(name, AskQualities(**body))
+
+    @router.get("/qualities", response_description="The qualities", responses=declared(404, 422, 503))
+    def list_qualities(robot: OfRobot = "") -> Shown[QualityList]:
+        """The qualities that components measure, all or a robot's: the latest value, or why it is unknown."""
+        return overview.measured(robot)
 
     @router.get("/components/{name}/logs", response_description="The last lines", responses=declared(404, 422, 503))
     def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Shown[LogLines]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-import math
 import os
 import shutil
 from dataclasses import dataclass, field, replace
@@ -27,7 +25,7 @@ def be_describer(order: dict[str, Any]) -> int:
     """Write what a spec would be to the file that the order names; for a process of its own."""
     spec = codec.from_plain(order["spec"], ComponentSpec)
     surroundings = Surroundings(Path(order["stack_folder"]), order["folder"], order["references"])
-    described = describe_component(spec, surroundings, order["context"])
+    described = describe_component(spec, surroundings)
     partial = f"{order['answer']}.part"
     Path(partial).write_bytes(codec.encode(described))
     os.replace(partial, order["answer"])
@@ -54,9 +52,7 @@ class Surroundings:
         return taken | {name: replaced(value, known) for name, value in spec.parameters.items()}
 
 
-def describe_component(
-    spec: ComponentSpec, surroundings: Surroundings, context: dict[str, PlainValue] | None = None
-) -> DescribedComponent:
+def describe_component(spec: ComponentSpec, surroundings: Surroundings) -> DescribedComponent:
     """Return a spec completed by its class, as a component of a stack file is, and its problems."""
     folder = surroundings.folder
     if not spec.cls:
@@ -80,20 +76,7 @@ def describe_component(
         Violation(None, spec.name, f"parameters.{name}", problem)
         for name, problem in file_problems(description, completed.parameters)
     ]
-    estimated = {} if found else _estimated(completed, context or {})
-    return DescribedComponent(in_run_folder(completed, folder), tuple(found), estimated)
-
-
-def _estimated(spec: ComponentSpec, context: dict[str, PlainValue]) -> dict[str, float]:
-    """Return what qualities a class states it would give; one that fails at that can run nevertheless."""
-    described = spec.description.parameters if spec.description else ()
-    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters
-    try:
-        told = load_class(spec.cls).estimate(parameters, context)
-        return {str(name): float(value) for name, value in told.items() if math.isfinite(value)}
-    except Exception:
-        logging.getLogger(__name__).exception("%s: the qualities of %s", spec.name, spec.cls)
-        return {}
+    return DescribedComponent(in_run_folder(completed, folder), tuple(found))
 
 
 def _program_problems(spec: ComponentSpec) -> list[Violation]:

@@ -1,6 +1,7 @@
-"""Asks what a component would be that is not there yet: its class is imported in a process of its own.
+"""Asks classes what their components would be, and give: they are imported in a process of its own.
 
-An author's module may hang, exit or crash while it is imported: neither the host nor the manager takes part in that.
+An author's module may hang, exit or crash while it is imported, and its estimators while they are called: neither the
+host nor the manager takes part in that.
 """
 
 from __future__ import annotations
@@ -8,8 +9,8 @@ from __future__ import annotations
 import contextlib
 import signal
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,26 +18,39 @@ from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage, SchemaError
 from regraft.bus_schema.messages.protocol.control import ControlCode
-from regraft.bus_schema.messages.protocol.host import DescribeComponent, DescribedComponent
-from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.messages.protocol.host import (
+    DescribeComponent,
+    DescribedComponent,
+    EstimatedQualities,
+    EstimateQualities,
+)
 from regraft.host.host_publisher import refuse
 from regraft.host.plan import HostPlan
+from regraft.host.zygote.estimate_process import UNDER_WAY
 from regraft.host.zygote.zygote import Zygote
 
-DESCRIBE = "describe"
+DESCRIBE, ESTIMATE = "describe", "estimate"
+VERBS = (DESCRIBE, ESTIMATE)
 DESCRIBED_TIMEOUT = 20.0
-"""Seconds that importing and describing a class may take."""
+"""Seconds that importing and describing a class may take, or estimating an architecture."""
 MAX_AT_ONCE = 16
+MAX_LEFT_OUT = 3
+"""Estimators that may end their process before the rest is given up."""
 
 
 @dataclass(slots=True)
 class _Asked:
+    """A question. ``reply`` makes the payload of the reply; ``left_out`` has the estimators that ended a process."""
+
     query: Query
-    spec: ComponentSpec
+    task: str
+    order: dict[str, Any]
+    reply: Callable[[bytes], bytes]
     answer: Path
-    deadline: float
+    deadline: float = 0.0
     pid: int = 0
     late: bool = False
+    left_out: dict[str, str] = field(default_factory=dict)
 
 
 class Describer:
@@ -53,25 +67,43 @@ class Describer:
         self._count = 0
 
     def ask(self, query: Query) -> None:
-        """Begin to answer a query; raises BadMessage, OSError."""
+        """Begin to describe a component; raises BadMessage, OSError."""
         wanted = codec.decode(query.payload, DescribeComponent)
         spec = replace(wanted.spec, parameters=self._plan.found_here(wanted.spec.parameters))
-        if len(self._asked) >= MAX_AT_ONCE:
-            raise BadMessage(f"{MAX_AT_ONCE} components are being described already: ask again later")
-        self._count += 1
-        name = f"{DESCRIBE}/{self._count}"  # no component can be named so
-        answer = self._folder / f"{DESCRIBE}-{self._count}"
         order = {
             "spec": codec.to_plain(spec),
-            "context": wanted.context,
-            "answer": str(answer),
             "stack_folder": str(self._stack_folder),
             "folder": str(self._folder),
             "references": self._references,
         }
+        task = f"{spec.cls!r} cannot be described: the process that was to import it"
+        self._begin(_Asked(query, task, order, self._found_there, self._free_file()))
+
+    def ask_estimates(self, query: Query) -> None:
+        """Begin to estimate the qualities of an architecture before and after changes; raises BadMessage, OSError."""
+        wanted = codec.decode(query.payload, EstimateQualities)
+        order = {"estimate": codec.to_plain(wanted)}
+        task = "nothing can be estimated: the process that was to do so"
+        self._begin(_Asked(query, task, order, _as_it_is, self._free_file()))
+
+    def _free_file(self) -> Path:
+        if len(self._asked) >= MAX_AT_ONCE:
+            raise BadMessage(f"{MAX_AT_ONCE} components are being described already: ask again later")
+        self._count += 1
+        return self._folder / f"{DESCRIBE}-{self._count}"
+
+    def _begin(self, asked: _Asked) -> None:
+        name = f"{DESCRIBE}/{self._count}"  # no component can be named so
+        asked.deadline = time.monotonic() + DESCRIBED_TIMEOUT
+        self._asked[name] = asked
+        order = {**asked.order, "answer": str(asked.answer), "left_out": asked.left_out}
         log = str(self._folder / "logs" / f"{DESCRIBE}.log")
-        self._asked[name] = _Asked(query, spec, answer, time.monotonic() + DESCRIBED_TIMEOUT)
         self._zygote.describe(name, order, str(self._stack_folder), log)
+
+    def _found_there(self, answer: bytes) -> bytes:
+        described = codec.decode(answer, DescribedComponent)
+        spec = replace(described.spec, parameters=self._plan.found_there(described.spec.parameters))
+        return codec.encode(replace(described, spec=spec))
 
     def takes(self, report: Mapping[str, Any]) -> bool:
         """Take a report of the zygote if it is about a question; the end of its process answers it."""
@@ -86,20 +118,22 @@ class Describer:
         return True
 
     def _answer(self, asked: _Asked, code: int) -> None:
+        how = f"ended with exit code {code}" if code >= 0 else f"was killed by signal {-code}"
+        if asked.late:
+            how = f"had not done so after {DESCRIBED_TIMEOUT:g} s"
         try:
-            described = codec.decode(asked.answer.read_bytes(), DescribedComponent)
+            asked.query.reply(asked.reply(asked.answer.read_bytes()))
         except (OSError, SchemaError):
-            how = f"ended with exit code {code}" if code >= 0 else f"was killed by signal {-code}"
-            if asked.late:
-                how = f"had not done so after {DESCRIBED_TIMEOUT:g} s"
-            problem = f"{asked.spec.cls!r} cannot be described: the process that was to import it {how}"
-            refuse(asked.query, ControlCode.FAILED, problem)
-        else:
-            spec = replace(described.spec, parameters=self._plan.found_there(described.spec.parameters))
-            asked.query.reply(codec.encode(replace(described, spec=spec)))
-        finally:
+            culprit = asked.answer.with_suffix(UNDER_WAY)
+            if culprit.exists() and not asked.late and len(asked.left_out) < MAX_LEFT_OUT:
+                asked.left_out[culprit.read_text()] = f"estimate {how}"
+                self._count += 1
+                self._begin(asked)
+                return
+            refuse(asked.query, ControlCode.FAILED, f"{asked.task} {how}")
+        for file in (asked.answer, asked.answer.with_suffix(UNDER_WAY)):
             with contextlib.suppress(OSError):
-                asked.answer.unlink()
+                file.unlink()
 
     def look(self, now: float) -> None:
         """Kill whoever takes too long."""
@@ -107,3 +141,7 @@ class Describer:
             if now > asked.deadline and asked.pid:
                 asked.late = True
                 self._zygote.signal(asked.pid, signal.SIGKILL)
+
+
+def _as_it_is(answer: bytes) -> bytes:
+    return codec.encode(codec.decode(answer, EstimatedQualities))

@@ -21,6 +21,7 @@ from typing import Any
 
 from regraft.host.zygote import frames
 from regraft.host.zygote.describe_process import be_describer
+from regraft.host.zygote.estimate_process import be_estimator
 from regraft.patience import Patience
 from regraft.process import forked
 from regraft.process.descendants import END_TIMEOUT, LOOK_INTERVAL, adopt_orphans, end_descendants, end_run
@@ -175,7 +176,8 @@ def _be_child(order: dict[str, Any], line: socket.socket, zygote: int, pipe: tup
 
 def _act(order: dict[str, Any]) -> int:
     if "describe" in order:
-        return be_describer(order["describe"])
+        asked = order["describe"]
+        return be_estimator(asked) if "estimate" in asked else be_describer(asked)
     command = order["command"]
     return forked.be_program(order["assignment"], command) if command else forked.be_component(order["assignment"])
 

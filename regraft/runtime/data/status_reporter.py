@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import MessageType, type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.clock import Clock
@@ -92,6 +93,10 @@ class StatusReporter:
     def quality(self, quality: Quality) -> None:
         """Put how a quality requirement is met."""
         self._put(self._keys.quality(quality.requirement), quality)
+
+    def measured(self, qualities: MeasuredQualities) -> None:
+        """Put the component's own qualities."""
+        self._put(self._keys.qualities(qualities.component), qualities)
 
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""

@@ -1,18 +1,20 @@
-"""The periodic calls of one component: its ``@every`` methods, and its checkpoints."""
+"""The periodic calls of one component: its ``@every`` methods, its checkpoints, its measurements."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
 
+from regraft.runtime.lifecycle.measuring import Measuring
 from regraft.runtime.parts import Parts
 
 
 class PeriodicCalls:
     """The periodic calls of one component."""
 
-    def __init__(self, parts: Parts, checkpoint: Callable[[], None]) -> None:
+    def __init__(self, parts: Parts, checkpoint: Callable[[], None], measuring: Measuring) -> None:
         self._parts = parts
+        self._measuring = measuring
         self._checkpoint = checkpoint
 
     def start(self) -> None:
@@ -26,6 +28,11 @@ class PeriodicCalls:
         every = type(parts.component).checkpoint_every
         if every is not None:
             parts.timers.start("checkpoint", self._checkpoint, max(1, round(every * 1e9)), now)
+        pause = self._measuring.period
+        if pause is not None:
+            self._measuring.forget()
+            # At whole multiples of the period, whenever this run was activated: so equal runs measure alike.
+            parts.timers.start("evaluate", self._measuring.publish, pause, now - now % pause)
 
     def retime(self) -> None:
         """Give timers whose period is a parameter their new period."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from regraft import CallFailed, Component, Input, Parameter, RefusalCode, RequestRefused, action
+from regraft import CallFailed, Component, Input, Parameter, Quality, RefusalCode, RequestRefused, action
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import FramedPose, Pose
 from regraft.bus_schema.messages.health import Level
@@ -54,6 +54,13 @@ class Docking(Component):
     velocity_limit = robot_parameters.velocity_limit()
     motion_power = robot_parameters.motion_power()
     consumers = robot_parameters.consumers()
+
+    docking_time = Quality("of the drive to the dock", unit="s", better="lower", minimum=0.0, measured=False)
+    docking_energy = Quality("of the drive to the dock", unit="J", better="lower", minimum=0.0, measured=False)
+    net_power = Quality("into the battery of a standing robot", unit="W", better="higher")
+    charging_time = Quality("on the dock", unit="s", better="lower", minimum=0.0, functional=True, measured=False)
+    docked = Quality("1 on the dock", minimum=0.0, maximum=1.0, functional=True, estimated=False)
+    approaches = Quality("of the dock", better="lower", minimum=0.0, estimated=False)
 
     battery = Input(BatteryState, latest_only=True, description="how full it is")
     charger = Input(ChargerState, latest_only=True, description="whether the robot stands on the dock")

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import cv2
 
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, Quality, RefusalCode, RequestRefused, service
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Pose, Vector3
 from regraft.bus_schema.messages.health import Level
@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.perception import Detect, Detection, Detections
 from regraft.bus_schema.messages.power import EnergyUse
 from regraft.bus_schema.messages.sensors import Image, Odometry
 from regraft.bus_schema.model.robots.scopes import in_scope
+from regraft.component.component import InputQualities
 from regraft.services import robot_parameters
 from regraft.services.detector.confidence import Calibration
 from regraft.services.detector.finder import Finder, Found
@@ -56,6 +57,19 @@ class HydrantDetector(Component):
     base_height = robot_parameters.base_height()
     farthest = Parameter(7.0, "what seems farther is a speck of noise", minimum=0.5, maximum=100.0, unit="m")
 
+    detection_rate = Quality(
+        "share of the pictures with a hit", better="higher", minimum=0.0, maximum=1.0, functional=True
+    )
+    useful_rate = Quality(
+        "share of the pictures without a fault", better="higher", minimum=0.0, maximum=1.0, estimated=False
+    )
+    pictures_taken = Quality("that were looked at", minimum=0.0, estimated=False, name="pictures")
+    hits_per_request = Quality("as expected", better="higher", minimum=0.0, functional=True, measured=False)
+    energy_per_request = Quality("of the robot's", unit="J", better="lower", minimum=0.0, measured=False)
+    power = Quality("if one request follows another", unit="W", better="lower", minimum=0.0, measured=False)
+    time_per_request = Quality("until the reply", unit="s", better="lower", minimum=0.0, measured=False)
+    cpu_per_request = Quality("of one core", unit="s", better="lower", minimum=0.0, measured=False)
+
     image = Input(Image, latest_only=True, description="where to look")
     odometry = Input(Odometry, keep=KEPT, required=False, description="where robot and camera are in the map")
     detections = Output(Detections, description="what each picture shows that was looked at")
@@ -74,6 +88,14 @@ class HydrantDetector(Component):
             "picture_energy": cls.picture_energy.default,
         }
         return cls.performance.estimate({**known, **parameters}, context)
+
+    @classmethod
+    def estimate_from_inputs(
+        cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue], inputs: InputQualities
+    ) -> dict[str, float]:
+        """Return the same at the rate of the camera that is connected, unless the context gives one."""
+        rate = inputs.get("image", {}).get("rate", 0.0)
+        return cls.estimate(parameters, {"camera_rate": rate, **context} if rate > 0.0 else context)
 
     def evaluate(self) -> dict[str, float]:
         """Return how many ``pictures`` were looked at, and rates (0 to 1) of the last 20.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from regraft import Component, Input, Parameter, RefusalCode, RequestRefused, service
+from regraft import Component, Input, Parameter, Quality, RefusalCode, RequestRefused, service
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
@@ -55,6 +55,13 @@ class Explorer(Component):
     renewal = Parameter(0.02, "how much must change on the map for another try", minimum=0.0025, unit="m2")
     ready_within = Parameter(5.0, "how long a request waits for the first map and odometry", minimum=0.0, unit="s")
     map_within = Parameter(2.0, "how long a request waits for what was just seen to be mapped", minimum=0.0, unit="s")
+
+    distance = Quality("to drive to all frontiers that were given", unit="m", better="lower", minimum=0.0)
+    requests = Quality("for a frontier", better="lower", minimum=0.0)
+    known_area = Quality(
+        "at the last request", unit="m2", better="higher", minimum=0.0, functional=True, estimated=False
+    )
+    frontiers_left = Quality("at the last request", better="lower", minimum=0.0, functional=True, estimated=False)
 
     map = Input(maps.OccupancyGrid, latest_only=True, description="what is known so far")
     odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is in the map")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, every, service
+from regraft import Component, Input, Output, Parameter, Quality, RefusalCode, RequestRefused, every, service
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.maps import LoadMap, MapFile, OccupancyGrid, SaveMap
@@ -49,6 +49,15 @@ class MappingComponent(Component):
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
     wheel_separation = robot_parameters.wheel_separation()
+
+    cpu = Quality("share of a core", better="lower", minimum=0.0, measured=False)
+    pose_error = Quality(
+        "of the pose in the map", unit="m", better="lower", minimum=0.0, functional=True, measured=False
+    )
+    map_quality = Quality(
+        "likeness of the map to what is", better="higher", minimum=0.0, maximum=1.0, functional=True, measured=False
+    )
+    known_area = Quality("on the map", unit="m2", better="higher", minimum=0.0, functional=True, estimated=False)
 
     odometry = Input(Odometry, description="pose and motion by the wheels")
     scan = Input(LaserScan, description="what is around")

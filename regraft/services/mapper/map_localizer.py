@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from regraft import Component, Input, Output, Parameter, every
+from regraft import Component, Input, Output, Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.maps import OccupancyGrid
@@ -55,6 +55,15 @@ class MapLocalizer(Component):
 
     velocity_limit = robot_parameters.velocity_limit()
     turn_rate_limit = robot_parameters.turn_rate_limit()
+
+    cpu = Quality("share of a core", better="lower", minimum=0.0, measured=False)
+    pose_error = Quality(
+        "of the pose in the map", unit="m", better="lower", minimum=0.0, functional=True, measured=False
+    )
+    correction = Quality("mean of the last half minute", unit="m", better="lower", minimum=0.0, estimated=False)
+    inlier_ratio = Quality(
+        "share of the last scan that fits the map", better="higher", minimum=0.0, maximum=1.0, estimated=False
+    )
 
     odometry = Input(Odometry, description="pose and motion by the wheels")
     scan = Input(LaserScan, description="what is around")

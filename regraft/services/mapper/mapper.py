@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from regraft import Parameter, every
+from regraft import Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import Level
 from regraft.bus_schema.messages.sensors import LaserScan, Odometry
@@ -33,6 +33,11 @@ class Mapper(MappingComponent):
     )
     largest_turn = Parameter(
         0.35, "how far one scan may turn the pose without a search", minimum=0.01, maximum=1.0, unit="rad"
+    )
+
+    correction = Quality("mean of the last half minute", unit="m", better="lower", minimum=0.0, estimated=False)
+    inlier_ratio = Quality(
+        "share of the last scan that fits the map", better="higher", minimum=0.0, maximum=1.0, estimated=False
     )
 
     @classmethod

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
-from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, action, every
+from regraft import Component, Input, Output, Parameter, Quality, RefusalCode, RequestRefused, action, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
@@ -81,6 +81,16 @@ class Navigator(Component):
     wheel_speed = robot_parameters.wheel_speed()
     wheel_separation = robot_parameters.wheel_separation()
     motion_power = robot_parameters.motion_power()
+
+    speed = Quality("of driving on", unit="m/s", better="higher", minimum=0.0, functional=True)
+    power = Quality("of the wheels", unit="W", better="lower", minimum=0.0)
+    safety = Quality(
+        "share of the time in which nothing is near or the robot slow", better="higher", minimum=0.0, maximum=1.0
+    )
+    energy_per_metre = Quality("of driving on", unit="J/m", better="lower", minimum=0.0, measured=False)
+    drive_time = Quality("of a whole drive", unit="s", better="lower", minimum=0.0, functional=True, measured=False)
+    drive_energy = Quality("of a whole drive", unit="J", better="lower", minimum=0.0, measured=False)
+    clearance = Quality("range of the nearest echo", unit="m", better="higher", minimum=0.0, estimated=False)
 
     odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is and how it moves")
     scan = Input(sensors.LaserScan, latest_only=True, description="what is around")

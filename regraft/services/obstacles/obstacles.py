@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from regraft import Component, Input, Output, Parameter, every
+from regraft import Component, Input, Output, Parameter, Quality, every
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages import geometry, maps, sensors
 from regraft.bus_schema.messages.health import Level
@@ -34,6 +34,11 @@ class Obstacles(Component):
     radius = robot_parameters.radius()
     smallest = Parameter(0.12, "diagonal below which an object is noise", minimum=0.0, unit="m")
     largest = Parameter(1.5, "diagonal above which an object is a wall", minimum=0.0, unit="m")
+
+    viewing_distance = Quality("mean, from the middles of objects", unit="m", better="lower", minimum=0.0)
+    clearance = Quality("the least around a goal", unit="m", better="higher", minimum=0.0)
+    objects = Quality("that are on the map", minimum=0.0, functional=True, estimated=False)
+    goals_found = Quality("from where they can be seen", minimum=0.0, functional=True, estimated=False, name="goals")
 
     map = Input(maps.OccupancyGrid, latest_only=True, description="what is known so far")
     odometry = Input(sensors.Odometry, latest_only=True, description="where the robot is in the map")

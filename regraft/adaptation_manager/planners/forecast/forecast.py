@@ -12,6 +12,7 @@ from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.expressions import Expression, Unknown
+from regraft.component.predicting import predicted
 from regraft.process.main import NoSuchClass, load_class
 
 MAX_ASSUMED: Final = 32
@@ -103,10 +104,12 @@ def estimates(
     spec: ComponentSpec, changed: Mapping[str, PlainValue], context: Mapping[str, PlainValue]
 ) -> dict[str, float]:
     """Return what a component's class expects to give, with some parameters changed; raises Unknown."""
-    described = spec.description.parameters if spec.description else ()
-    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters | dict(changed)
+    if spec.description is None:
+        raise Unknown(f"{spec.name} is not described")
+    defaults = {parameter.name: parameter.default for parameter in spec.description.parameters}
+    parameters = defaults | spec.parameters | dict(changed)
     try:
-        return load_class(spec.cls).estimate(parameters, dict(context))
+        return predicted(load_class(spec.cls), spec.description.qualities, parameters, context).values
     except NoSuchClass as error:
         raise Unknown(f"{spec.name}: {error}") from None
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:

@@ -127,7 +127,8 @@ class AskQualities:
 class Qualities:
     """Quality attributes by name: ``estimated`` without regard to the run (ES), ``evaluated`` from it (EV).
 
-    ``evaluated`` is empty unless the component is active. The two are ReFrESH's (Cui et al., ICRA 2015).
+    ``evaluated`` is empty unless the component is active. The two are ReFrESH's (Cui et al., ICRA 2015). ``unknown`` is
+    why something that was given does not count.
     """
 
     component: str
@@ -135,6 +136,7 @@ class Qualities:
     stamp: Seconds
     estimated: dict[str, float]
     evaluated: dict[str, float]
+    unknown: dict[str, str] = field(default_factory=dict)
 
 
 @message("regraft/Resend")

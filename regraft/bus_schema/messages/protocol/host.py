@@ -10,6 +10,7 @@ from regraft.bus_schema.annotations import Bounds, Count, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
+from regraft.bus_schema.model.estimates import Figure
 
 
 class ProcessState(Enum):
@@ -120,26 +121,41 @@ class UpdateSpecs:
 @message("regraft/DescribeComponent")
 @dataclass(frozen=True, slots=True)
 class DescribeComponent:
-    """Report what a component would be that is not there yet: its class is imported, in a process of its own.
-
-    Its qualities are estimated for this ``context``.
-    """
+    """Report what a component would be that is not there yet: its class is imported, in a process of its own."""
 
     spec: ComponentSpec
-    context: dict[str, PlainValue] = field(default_factory=dict)
 
 
 @message("regraft/DescribedComponent")
 @dataclass(frozen=True, slots=True)
 class DescribedComponent:
-    """A spec with its description and services, and with paths as the host takes them; and what is wrong with it.
-
-    ``estimated`` are the qualities that the class states it would give, empty if it does not say.
-    """
+    """A spec with its description and services, and with paths as the host takes them; and what is wrong with it."""
 
     spec: ComponentSpec
     violations: tuple[Violation, ...] = ()
-    estimated: dict[str, float] = field(default_factory=dict)
+
+
+@message("regraft/EstimateQualities")
+@dataclass(frozen=True, slots=True)
+class EstimateQualities:
+    """Estimate the qualities of an architecture's components ``before`` and ``after`` changes, in a ``context``.
+
+    ``measured`` is what the running components measured last, by component and quality.
+    """
+
+    before: tuple[ComponentSpec, ...]
+    after: tuple[ComponentSpec, ...]
+    context: dict[str, PlainValue] = field(default_factory=dict)
+    measured: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+@message("regraft/EstimatedQualities")
+@dataclass(frozen=True, slots=True)
+class EstimatedQualities:
+    """The figures of both architectures, by component and quality."""
+
+    before: dict[str, dict[str, Figure]]
+    after: dict[str, dict[str, Figure]]
 
 
 LEAVE_OUT = 1000

@@ -47,7 +47,7 @@ class Device:
         return {}
 
     def evaluate(self) -> dict[str, float]:
-        """Return the qualities that the device gives now; numbers by name."""
+        """Return the qualities that the device gives now: numbers by the name of a `Quality` of its class."""
         return {}
 
     def snapshot(self) -> PlainValue:

@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
-from regraft import Input, Output, Parameter
+from regraft import Input, Output, Parameter, Quality
 from regraft.bus_schema.suggestions import instead_of
 from regraft.component.component import Declared, declared
 from regraft.component.parameters import ParameterError
@@ -117,6 +117,13 @@ def parameters_of(robots: Sequence[RobotSpec]) -> Iterator[Parameter[Any]]:
                 problems += [(f"{device.place}.parameters.{short}", why) for _, why in error.parts]
     if problems:
         raise ParameterError(problems)
+
+
+def qualities_of(robots: Sequence[RobotSpec]) -> Iterator[Quality]:
+    """Yield the qualities that devices declare, by their names in the world."""
+    for device in fitted(robots):
+        for short, quality in device.declared.qualities.items():
+            yield quality.renamed(device.parameter(short))
 
 
 def ports_of(robots: Sequence[RobotSpec], handler: str) -> Iterator[Input[Any] | Output[Any]]:

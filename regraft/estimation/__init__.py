@@ -1,0 +1,1 @@
+"""Estimates along connections: the qualities of a whole architecture, running or not, from its classes alone."""

@@ -1,0 +1,1 @@
+"""The qualities of whole architectures, estimated along their connections."""
