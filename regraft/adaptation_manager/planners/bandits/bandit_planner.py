@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Final
 
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.bandits.context import numbers_of
-from regraft.adaptation_manager.planners.bandits.dimensions import Option
-from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
 from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
-from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
-from regraft.adaptation_manager.planners.bandits.space import options_of
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Told
+from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
+from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
+from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.choices.slots import Option
+from regraft.adaptation_manager.planners.choices.space import options_of
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
@@ -74,31 +76,31 @@ class BanditPlanner(Component):
             why = "is empty: name the task for which is learned"
             raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
-            asked = self._read(request)
+            asked, credit = self._read(request)
         except BadMessage as error:
             raise RequestRefused.malformed(error) from None
         options = await self._options(asked)
         await self._turns.take(request.task)
         try:
-            return await self._propose(request, asked, options, numbers_of(request.context))
+            return await self._propose(request, asked, credit, options)
         finally:
             self._turns.give(request.task)
 
-    def _read(self, request: ProposalRequest) -> Asked:
+    def _read(self, request: ProposalRequest) -> tuple[Asked, Credit | None]:
         try:
             asked = read_inputs(request.inputs)
             self._strategies.knobs(asked.strategy, asked.knobs)
+            return asked, None if asked.credit is None else read_credit(asked.credit)
         except BadMessage as error:
             raise error.inside("inputs") from None
-        return asked
 
     async def _options(self, asked: Asked) -> tuple[Option, ...]:
-        """Return the options; these, or why there are none, are found once for equal dimensions and constraints."""
-        known = repr((asked.dimensions, asked.constraints, self.most_options))
+        """Return the options; these, or why there are none, are found once for equal slots and constraints."""
+        known = repr((asked.slots, asked.constraints, self.most_options))
         found = self._spaces.pop(known, None)
         if found is None:
             try:
-                found = await self.kit.compute(options_of, asked.dimensions, asked.constraints, self.most_options)
+                found = await self.kit.compute(options_of, asked.slots, asked.constraints, self.most_options)
             except BadMessage as error:
                 found = error.inside("inputs")
         self._spaces[known] = found
@@ -111,21 +113,22 @@ class BanditPlanner(Component):
     # --- one proposal ---
 
     async def _propose(
-        self, request: ProposalRequest, asked: Asked, options: tuple[Option, ...], context: dict[str, float]
+        self, request: ProposalRequest, asked: Asked, credit: Credit | None, options: tuple[Option, ...]
     ) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
+        context = numbers_of(request.context)
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:
-            check_dimensions(asked.dimensions, architecture)
+            check_dimensions(asked.slots, architecture)
             memory.check(asked.strategy, knobs, options, context)
-            told = memory.credit(asked.credit, architecture) if asked.credit else None
+            told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
-            chosen = memory.choose(asked.strategy, knobs, asked.dimensions, options, context, seed)
+            chosen = memory.choose(asked.strategy, knobs, asked.slots, options, context, seed)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         if not request.apply:
-            changes = changes_for(asked.dimensions, chosen.option.values, architecture)
+            changes = changes_for(chosen.option.settings, architecture)
             return Proposal(request.task, changes, _shown(chosen, "dry", told))
         return await self._carry_out(request, asked, chosen, told, architecture)
 
@@ -136,7 +139,7 @@ class BanditPlanner(Component):
         memory.keep(chosen)
         began = self.kit.now()
         done = await self._manager.carry_out(
-            lambda architecture: changes_for(asked.dimensions, chosen.option.values, architecture),
+            lambda architecture: changes_for(chosen.option.settings, architecture),
             seen,
             AdaptationOrder.of(self.kit.name, request, f"{chosen.strategy} for {request.task}: {chosen.why}"),
             self.adapt_within,
@@ -181,7 +184,7 @@ class BanditPlanner(Component):
 
 def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
-    names = [dimension.name for dimension in chosen.dimensions]
+    names = [slot.name for slot in chosen.slots]
     shown: dict[str, PlainValue] = {
         "strategy": chosen.strategy,
         "option": dict(zip(names, chosen.option.values, strict=True)),

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, Option
+from regraft.adaptation_manager.planners.choices.settings import Kind
+from regraft.adaptation_manager.planners.choices.slots import Option, Slot
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
@@ -71,26 +72,26 @@ class Forecast:
 
 def outlook(
     model: Model,
-    dimensions: Sequence[Dimension],
+    slots: Sequence[Slot],
     option: Option,
     architecture: Architecture,
     context: Mapping[str, float],
 ) -> Forecast:
     """Return what an option is expected to be worth in an architecture, the context being what is known."""
     known: dict[str, PlainValue] = dict(context)
-    for dimension, value in zip(dimensions, option.values, strict=True):
+    for slot, value in zip(slots, option.values, strict=True):
         if isinstance(value, int | float | str):
-            known[dimension.name] = value
+            known[slot.name] = value
     assumed: dict[str, PlainValue] = {}
     try:
         for name, expression in model.assume:
             assumed[name] = known[name] = expression.value(known)
-        for component in dict.fromkeys(dimension.component for dimension in dimensions):
+        for component in dict.fromkeys(setting.component for setting in option.settings):
             spec = architecture.components[component]
             changed = {
-                d.member: value
-                for d, value in zip(dimensions, option.values, strict=True)
-                if d.component == component and d.kind is Kind.PARAMETER
+                setting.member: setting.value
+                for setting in option.settings
+                if setting.component == component and setting.kind is Kind.PARAMETER
             }
             estimated = estimates(spec, changed, assumed)
             known |= {f"{component}.{quality}": value for quality, value in estimated.items()}

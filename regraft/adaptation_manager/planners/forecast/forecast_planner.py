@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Final
 
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.bandits.context import numbers_of
-from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
-from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
-from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
+from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
+from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.choices.space import options_of
 from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
@@ -77,22 +78,22 @@ class ForecastPlanner(Component):
     async def _propose(self, request: ProposalRequest, asked: Asked, model: Model) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
         try:
-            check_dimensions(asked.dimensions, architecture)
-            options = options_of(asked.dimensions, asked.constraints, MAX_OPTIONS)
+            check_dimensions(asked.slots, architecture)
+            options = options_of(asked.slots, asked.constraints, MAX_OPTIONS)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         context = numbers_of(request.context)
-        outlooks = [outlook(model, asked.dimensions, option, architecture, context) for option in options]
+        outlooks = [outlook(model, asked.slots, option, architecture, context) for option in options]
         chosen = _best(asked, model, outlooks, architecture)
         choice = _shown(asked, chosen, outlooks)
         if chosen is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
-        values = chosen.option.values
+        settings = chosen.option.settings
         if not request.apply:
-            changes = changes_for(asked.dimensions, values, architecture)
+            changes = changes_for(settings, architecture)
             return Proposal(request.task, changes, {**choice, "outcome": "dry"})
         done: CarriedOut = await self._manager.carry_out(
-            lambda seen: changes_for(asked.dimensions, values, seen),
+            lambda seen: changes_for(settings, seen),
             architecture,
             AdaptationOrder.of(self.kit.name, request, str(choice["why"])),
             self.adapt_within,
@@ -119,7 +120,7 @@ def _best(asked: Asked, model: Model, outlooks: list[Forecast], architecture: Ar
     if not known:
         return None
     best = max(known, key=_utility)
-    stands = next((e for e in known if not changes_for(asked.dimensions, e.option.values, architecture)), None)
+    stands = next((e for e in known if not changes_for(e.option.settings, architecture)), None)
     return stands if stands is not None and _utility(best) <= _utility(stands) + model.margin else best
 
 
@@ -130,7 +131,7 @@ def _utility(each: Forecast) -> float:
 
 def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
-    names = [dimension.name for dimension in asked.dimensions]
+    names = [slot.name for slot in asked.slots]
     told: dict[str, PlainValue] = {"strategy": STRATEGY, "options": len(outlooks), "notes": []}
     if chosen is None:
         return told | {
