@@ -51,12 +51,16 @@ class Search:
             for slot in dict.fromkeys(rule.scope()):
                 self._touching[slot].append(rule)
 
+    def reduced(self) -> Domains | None:
+        """Return what is left of each slot's selections by what follows from the rules alone; None if nothing is."""
+        domains = list(self._full)
+        kept = all(domains) and all(rule.propagate(domains) for rule in self._rules)
+        return domains if kept and self._settle(domains, self._slots) else None
+
     def solutions(self, most: int) -> list[tuple[int, ...]]:
         """Return the first ``most`` combinations, each a selection per slot; raises TooHard."""
-        domains = list(self._full)
-        if not all(rule.propagate(domains) for rule in self._rules) or not self._settle(domains, self._slots):
-            return []
-        return list(islice(self._below(domains), most))
+        domains = self.reduced()
+        return [] if domains is None else list(islice(self._below(domains), most))
 
     def _below(self, domains: Domains) -> Iterator[tuple[int, ...]]:
         open_ones = [slot for slot in self._slots if domains[slot].bit_count() > 1]

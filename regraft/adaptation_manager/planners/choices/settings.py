@@ -27,9 +27,9 @@ class Kind(Enum):
 class Setting:
     """One thing that should be.
 
-    ``member`` is the parameter or port, empty for the other kinds. ``value`` is the parameter's value, the topic, the
-    name of the transition or state, the class as ``module:Class``, or the host. For presence it is False, or the map
-    that a stack file has of the component.
+    ``member`` is the parameter or port, empty for the other kinds. ``value`` is the parameter's value, or the name of
+    the topic, transition, state, class or host. For presence it is False, or the map that a stack file has of the
+    component.
     """
 
     component: str
@@ -39,7 +39,7 @@ class Setting:
 
     @property
     def subject(self) -> tuple[str, Kind, str]:
-        """What the setting is about: two settings of one subject exclude each other unless their values are equal."""
+        """The thing that the setting is about; settings of one subject with different values exclude each other."""
         kind = Kind.STATE if self.kind is Kind.TRANSITION else self.kind
         return self.component, kind, self.member
 

@@ -93,12 +93,14 @@ def varied(component: str, kind: Kind, member: str, values: Sequence[PlainValue]
 class Option:
     """One choice for every slot. Options of equal content have equal keys, however they were listed.
 
-    ``values`` are the names of what is chosen, ``settings`` all that then should be.
+    ``values`` are the names of what is chosen, ``settings`` all that then should be. ``selections`` has the number of
+    the selection in each slot.
     """
 
     key: str
     values: tuple[PlainValue, ...]
     settings: tuple[Setting, ...]
+    selections: tuple[int, ...] = ()
 
 
 def option_of(slots: Sequence[Slot], selections: Sequence[int]) -> Option:
@@ -107,4 +109,4 @@ def option_of(slots: Sequence[Slot], selections: Sequence[int]) -> Option:
     settings = tuple(setting for slot, selection in chosen for setting in slot.settings(selection))
     parts = sorted(setting.content for setting in settings)
     key = hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
-    return Option(key, tuple(slot.values[selection] for slot, selection in chosen), settings)
+    return Option(key, tuple(slot.values[selection] for slot, selection in chosen), settings, tuple(selections))

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.adaptation_manager.planners.choices.settings import Kind
-from regraft.adaptation_manager.planners.choices.slots import Option, Slot
+from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective
+from regraft.adaptation_manager.planners.choices.slots import Option
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.expressions import Expression, Unknown
-from regraft.process.main import NoSuchClass, load_class
 
 MAX_ASSUMED: Final = 32
 
@@ -38,8 +35,7 @@ class ForecastKnobs:
 class Model:
     """The knobs, read and checked."""
 
-    utility: Expression
-    assume: tuple[tuple[str, Expression], ...]
+    objective: Objective
     margin: float
 
 
@@ -58,7 +54,7 @@ def model_of(plain: dict[str, PlainValue]) -> Model:
             assumed.append((name, Expression(text)))
         except BadMessage as error:
             raise error.inside(name).inside("assume") from None
-    return Model(utility, tuple(assumed), knobs.margin)
+    return Model(Objective(utility, tuple(assumed)), knobs.margin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,45 +66,10 @@ class Forecast:
     why: str = ""
 
 
-def outlook(
-    model: Model,
-    slots: Sequence[Slot],
-    option: Option,
-    architecture: Architecture,
-    context: Mapping[str, float],
-) -> Forecast:
-    """Return what an option is expected to be worth in an architecture, the context being what is known."""
-    known: dict[str, PlainValue] = dict(context)
-    for slot, value in zip(slots, option.values, strict=True):
-        if isinstance(value, int | float | str):
-            known[slot.name] = value
-    assumed: dict[str, PlainValue] = {}
+def outlook(evaluation: Evaluation, option: Option) -> Forecast:
+    """Return what an option is expected to be worth."""
     try:
-        for name, expression in model.assume:
-            assumed[name] = known[name] = expression.value(known)
-        for component in dict.fromkeys(setting.component for setting in option.settings):
-            spec = architecture.components[component]
-            changed = {
-                setting.member: setting.value
-                for setting in option.settings
-                if setting.component == component and setting.kind is Kind.PARAMETER
-            }
-            estimated = estimates(spec, changed, assumed)
-            known |= {f"{component}.{quality}": value for quality, value in estimated.items()}
-        return Forecast(option, model.utility.number(known))
+        worth = evaluation.value(evaluation.objective.utility, option.selections)
     except Unknown as error:
         return Forecast(option, None, str(error))
-
-
-def estimates(
-    spec: ComponentSpec, changed: Mapping[str, PlainValue], context: Mapping[str, PlainValue]
-) -> dict[str, float]:
-    """Return what a component's class expects to give, with some parameters changed; raises Unknown."""
-    described = spec.description.parameters if spec.description else ()
-    parameters = {parameter.name: parameter.default for parameter in described} | spec.parameters | dict(changed)
-    try:
-        return load_class(spec.cls).estimate(parameters, dict(context))
-    except NoSuchClass as error:
-        raise Unknown(f"{spec.name}: {error}") from None
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
-        raise Unknown(f"{spec.name} cannot estimate: {type(error).__name__}: {error}") from None
+    return Forecast(option, worth)

@@ -6,9 +6,11 @@ from typing import Final
 
 from regraft import Component, Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
 from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
 from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.choices.objective import Evaluation
 from regraft.adaptation_manager.planners.choices.space import options_of
 from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager, Turns
@@ -83,7 +85,8 @@ class ForecastPlanner(Component):
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         context = numbers_of(request.context)
-        outlooks = [outlook(model, asked.slots, option, architecture, context) for option in options]
+        evaluation = Evaluation(asked.slots, model.objective, context, ClassEstimates(architecture))
+        outlooks = [outlook(evaluation, option) for option in options]
         chosen = _best(asked, model, outlooks, architecture)
         choice = _shown(asked, chosen, outlooks)
         if chosen is None:
