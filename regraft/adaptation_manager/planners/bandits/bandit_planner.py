@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import Final
 
-from regraft import Component, Parameter, RefusalCode, RequestRefused, service
+from regraft import Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
+from regraft.adaptation_manager.planners.bandits.decided import Meters, asked_for, options_in
 from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Told
 from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
 from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
 from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
 from regraft.adaptation_manager.planners.choices.slots import Option
 from regraft.adaptation_manager.planners.choices.space import options_of
+from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner, check_fits, read_decision_inputs
+from regraft.adaptation_manager.planners.decisions.measuring import SAMPLE_EVERY
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.question import Question, question_of
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
@@ -27,7 +33,7 @@ MAX_TASKS: Final = 256
 SPACES_KEPT: Final = 16
 
 
-class BanditPlanner(Component):
+class BanditPlanner(DecidingPlanner):
     """Chooses among options by a bandit strategy that learns, for each task, what they are worth."""
 
     resources = Resources(cpu=0.01, memory=35.0)
@@ -57,6 +63,10 @@ class BanditPlanner(Component):
         self._manager = Manager(self.kit)
         self._turns = Turns()
         self._spaces: dict[str, tuple[Option, ...] | BadMessage] = {}
+        self._meters = Meters()
+        self.begin_deciding()
+        if self.known_decisions:
+            self.kit.spawn(self._measure(), "measuring what choices are worth")
 
     # --- services ---
 
@@ -72,27 +82,34 @@ class BanditPlanner(Component):
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Take the credit that is given, choose an option, and have it applied if that is wanted."""
+        return await self.decide(request)
+
+    async def decide(self, request: ProposalRequest) -> Proposal:
+        """Answer a request; raises RequestRefused."""
         if not request.task:
             why = "is empty: name the task for which is learned"
             raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
-            asked, credit = self._read(request)
+            asked, credit, decision = self._read(request)
         except BadMessage as error:
-            raise RequestRefused.malformed(error) from None
-        options = await self._options(asked)
+            raise RequestRefused.malformed(error.inside("inputs")) from None
+        options = await self._options(asked) if decision is None else ()
         await self._turns.take(request.task)
         try:
-            return await self._propose(request, asked, credit, options)
+            return await self._propose(request, asked, credit, options, decision)
         finally:
             self._turns.give(request.task)
 
-    def _read(self, request: ProposalRequest) -> tuple[Asked, Credit | None]:
-        try:
+    def _read(self, request: ProposalRequest) -> tuple[Asked, Credit | None, Decision | None]:
+        decision = None
+        if "decision" in request.inputs:
+            inputs = read_decision_inputs(request.inputs)
+            decision = self.decision_named(inputs.decision)
+            asked = asked_for(decision, inputs)
+        else:
             asked = read_inputs(request.inputs)
-            self._strategies.knobs(asked.strategy, asked.knobs)
-            return asked, None if asked.credit is None else read_credit(asked.credit)
-        except BadMessage as error:
-            raise error.inside("inputs") from None
+        self._strategies.knobs(asked.strategy, asked.knobs)
+        return asked, None if asked.credit is None else read_credit(asked.credit), decision
 
     async def _options(self, asked: Asked) -> tuple[Option, ...]:
         """Return the options; these, or why there are none, are found once for equal slots and constraints."""
@@ -113,14 +130,25 @@ class BanditPlanner(Component):
     # --- one proposal ---
 
     async def _propose(
-        self, request: ProposalRequest, asked: Asked, credit: Credit | None, options: tuple[Option, ...]
+        self,
+        request: ProposalRequest,
+        asked: Asked,
+        credit: Credit | None,
+        options: tuple[Option, ...],
+        decision: Decision | None,
     ) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
-        context = numbers_of(request.context)
+        context, question = numbers_of(request.context), None
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:
-            check_dimensions(asked.slots, architecture)
+            if decision is None:
+                check_dimensions(asked.slots, architecture)
+            else:
+                question = self._question(decision, request, architecture)
+                context = numbers_of(self.situation(decision, request))
+                options = await self.kit.compute(options_in, question, self.most_options)
+                credit = credit or self._meters.credit(request.task)
             memory.check(asked.strategy, knobs, options, context)
             told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
@@ -129,11 +157,26 @@ class BanditPlanner(Component):
             raise RequestRefused.malformed(error.inside("inputs")) from None
         if not request.apply:
             changes = changes_for(chosen.option.settings, architecture)
-            return Proposal(request.task, changes, _shown(chosen, "dry", told))
-        return await self._carry_out(request, asked, chosen, told, architecture)
+            return Proposal(request.task, changes, _shown(chosen, "dry", told, question))
+        return await self._carry_out(request, asked, chosen, told, architecture, question)
+
+    def _question(self, decision: Decision, request: ProposalRequest, architecture: Architecture) -> Question:
+        check_fits(decision, architecture)
+        return question_of(decision, self.situation(decision, request), ClassEstimates(architecture))
+
+    async def _measure(self) -> None:
+        while True:
+            await self.kit.sleep(SAMPLE_EVERY)
+            self._meters.sample(self.kit.now(), self.situation)
 
     async def _carry_out(
-        self, request: ProposalRequest, asked: Asked, chosen: Chosen, told: Told | None, seen: Architecture
+        self,
+        request: ProposalRequest,
+        asked: Asked,
+        chosen: Chosen,
+        told: Told | None,
+        seen: Architecture,
+        question: Question | None,
     ) -> Proposal:
         memory = self._memory(request.task)
         memory.keep(chosen)
@@ -144,7 +187,7 @@ class BanditPlanner(Component):
             AdaptationOrder.of(self.kit.name, request, f"{chosen.strategy} for {request.task}: {chosen.why}"),
             self.adapt_within,
         )
-        choice = _shown(chosen, done.outcome, told)
+        choice = _shown(chosen, done.outcome, told, question)
         if done.disturbed:
             memory.disturbed(began)
         ticket = ""
@@ -152,6 +195,8 @@ class BanditPlanner(Component):
             now = self.kit.now()
             ticket, since = memory.stood(chosen, now, asked.settle, changed=bool(done.changes))
             choice |= {"applied": now, "measure_from": since}
+            if question is not None:
+                self._meters.begin(request.task, question.decision, ticket, since)
         elif done.outcome != "refused":
             choice["rests"] = memory.failed(chosen, self.rest)
         if done.error:
@@ -182,7 +227,7 @@ class BanditPlanner(Component):
             self._memories[task].restore(kept)
 
 
-def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainValue]:
+def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question | None) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
     names = [slot.name for slot in chosen.slots]
     shown: dict[str, PlainValue] = {
@@ -194,6 +239,10 @@ def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainVa
         "outcome": outcome,
         "notes": [*chosen.notes, *(told.notes if told else ())],
     }
+    if question is not None:
+        shown["decision"] = question.decision.name
+        shown["faults"] = list(question.faults)
+        shown["notes"] += question.notes
     if told:
         shown["credit"] = told.shown()
     return shown

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import Final
 
-from regraft import Component, Parameter, RefusalCode, RequestRefused, service
+from regraft import Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.planners.choices.context import numbers_of
 from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
 from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
 from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
 from regraft.adaptation_manager.planners.choices.objective import Evaluation
+from regraft.adaptation_manager.planners.choices.settings import Setting
+from regraft.adaptation_manager.planners.choices.solvers.protocol import CannotSolve
 from regraft.adaptation_manager.planners.choices.space import options_of
+from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner, check_fits
+from regraft.adaptation_manager.planners.forecast.decided import STRATEGY, Decided, read_decided
 from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
@@ -27,13 +31,12 @@ from regraft.bus_schema.messages.planning import (
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 
-STRATEGY: Final = "expected_utility"
 MAX_OPTIONS: Final = 1000
 MAX_TOLD: Final = 10
 """Options whose expected utility an explanation names."""
 
 
-class ForecastPlanner(Component):
+class ForecastPlanner(DecidingPlanner):
     """Chooses the option with the highest expected utility, by what the components' classes say they would give.
 
     It learns nothing and needs no trials: an option's qualities are the classes' own estimates under its parameters, in
@@ -52,6 +55,7 @@ class ForecastPlanner(Component):
         """Begin with nothing under way."""
         self._manager = Manager(self.kit)
         self._turns = Turns()
+        self.begin_deciding()
 
     @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
@@ -64,15 +68,24 @@ class ForecastPlanner(Component):
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Choose an option, and have it applied if that is wanted."""
+        return await self.decide(request)
+
+    async def decide(self, request: ProposalRequest) -> Proposal:
+        """Answer a request; raises RequestRefused."""
         if not request.task:
             why = "is empty: name the task for which is chosen"
             raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
-            asked, model = _read(request.inputs)
+            decided = read_decided(request.inputs, self.decision_named)
+            asked, model = (None, None) if decided else _read(request.inputs)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         await self._turns.take(request.task)
         try:
+            if decided:
+                return await self._take(request, decided)
+            assert asked is not None
+            assert model is not None
             return await self._propose(request, asked, model)
         finally:
             self._turns.give(request.task)
@@ -91,7 +104,29 @@ class ForecastPlanner(Component):
         choice = _shown(asked, chosen, outlooks)
         if chosen is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
-        settings = chosen.option.settings
+        return await self._carry_out(request, chosen.option.settings, choice, architecture)
+
+    async def _take(self, request: ProposalRequest, decided: Decided) -> Proposal:
+        """Take a decision."""
+        architecture = await self._manager.architecture(self.answer_within)
+        try:
+            check_fits(decided.decision, architecture)
+            situation = self.situation(decided.decision, request)
+            option, choice = await self.kit.compute(decided.choose, architecture, situation)
+        except (BadMessage, CannotSolve) as error:
+            problem = error if isinstance(error, BadMessage) else BadMessage(str(error), ("knobs", "solver"))
+            raise RequestRefused.malformed(problem.inside("inputs")) from None
+        if option is None:
+            return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
+        return await self._carry_out(request, option.settings, choice, architecture)
+
+    async def _carry_out(
+        self,
+        request: ProposalRequest,
+        settings: tuple[Setting, ...],
+        choice: dict[str, PlainValue],
+        architecture: Architecture,
+    ) -> Proposal:
         if not request.apply:
             changes = changes_for(settings, architecture)
             return Proposal(request.task, changes, {**choice, "outcome": "dry"})
@@ -101,7 +136,7 @@ class ForecastPlanner(Component):
             AdaptationOrder.of(self.kit.name, request, str(choice["why"])),
             self.adapt_within,
         )
-        notes: list[PlainValue] = [done.error] if done.error else []
+        notes = [*choice["notes"], *([done.error] if done.error else [])]
         return Proposal(
             request.task, done.changes, {**choice, "outcome": done.outcome, "notes": notes}, "", done.report
         )
