@@ -36,7 +36,7 @@ def options_in(question: Question, most: int) -> tuple[Option, ...]:
 
 @dataclass(slots=True)
 class Meters:
-    """What the choices of tasks were worth since they stand."""
+    """The measured worth of the choices that stand, by task."""
 
     by_task: dict[str, Meter] = field(default_factory=dict)
 

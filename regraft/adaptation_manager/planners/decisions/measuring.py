@@ -1,4 +1,4 @@
-"""What a choice was worth: the mean of the measured utility while it stood."""
+"""The worth of a choice: the mean of the measured utility while it stood."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from regraft.bus_schema.model.expressions import Expression
 class ContextEntry:
     """A named number or text about the world.
 
-    It is a ``reading`` of a topic, a requirement that is met or not, or a component that has failed or not. After
+    It is a ``reading`` of a topic, whether a requirement is met, or whether a component has failed. After
     ``stale_after`` seconds without news it is unknown.
     """
 
@@ -86,7 +86,7 @@ class Triggers:
 
 @dataclass(frozen=True)
 class Decision:
-    """What is to be chosen, from what is known, by which rules, and what it is worth.
+    """Slots to choose for, the context that is known, the rules to keep, and what a choice is worth.
 
     ``rules`` are pairs of a text for people and the rules that a constraint comes to. ``low`` and ``high`` are the
     range of the utility, for planners that learn. ``settle`` seconds after a change its effect can be measured.

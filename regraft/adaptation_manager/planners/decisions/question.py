@@ -114,7 +114,7 @@ def _prescribe(rulebook: Rulebook, decision: Decision, prescribed: Mapping[int, 
 
 
 class Known(dict[str, Any]):
-    """What is known by name: the context, and expressions over it. Numbers that are none, or infinite, are unknown."""
+    """Known values by name: the context, and expressions over it. Numbers that are none, or infinite, are unknown."""
 
     def __init__(self, context: Mapping[str, Any], named: Mapping[str, Expression]) -> None:
         super().__init__()

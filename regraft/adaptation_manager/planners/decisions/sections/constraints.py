@@ -21,7 +21,7 @@ ALL_FORMS: Final = (*FORMS, {"require"}, {"limit", "at_most"})
 
 @dataclass(slots=True)
 class Constraints:
-    """What a decision's constraints come to."""
+    """The rules, requirements and limits of a decision."""
 
     rules: list[tuple[str, tuple[Rule, ...]]] = field(default_factory=list)
     requirements: list[Requirement] = field(default_factory=list)

@@ -35,7 +35,7 @@ def read_qualities(document: Section) -> tuple[DecisionQuality, ...]:
 
 @dataclass(slots=True)
 class ObjectivePart:
-    """What the section ``objective`` says."""
+    """The content of the section ``objective``."""
 
     utility: Expression | None
     weights: dict[str, Expression]
