@@ -108,7 +108,7 @@ class ExternalStrategy:
         if "adaptation_options" in given:
             options = option_space(locations_of(node), subjects_of(node), node.read_port("adaptation_options"))
             inputs["options"] = [self._in_system(each) for each in options]
-        if "options" in inputs or "settle" in given:
+        if "options" in inputs or "settle" in node.setup.attributes:
             inputs["settle"] = duration_of(node, "settle")
         for port, kind in (("knobs", dict), ("constraints", list)):
             if port in given:
