@@ -9,16 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from regraft import CallFailed
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
 from regraft.bus_schema.messages.mission import MissionState, MissionStatus
-from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.client import as_json
 from regraft.component.parameters import ParameterError
 from regraft.testing import Rig
 from tests.planners.parts import SPEEDS, SmallManager, spec
@@ -170,6 +172,27 @@ def test_equal_options_from_a_decision_and_from_a_list_share_what_was_learned(tm
         assert second.ticket.partition("-")[2] != first.ticket.partition("-")[2]
         third = on.propose(strategy="ucb1")
         assert third.choice["option"] == {"pace": 0.26}
+
+
+@both
+def test_the_journal_has_the_situation_in_which_was_decided(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name) as on:
+        on.dark(0.95)
+        on.propose(context={"node": "drive", "wind": 3.0})
+        assert on.manager.requests[0].context == {"node": "drive", "wind": 3.0, "darkness": 0.95}
+
+
+@both
+def test_a_planner_describes_its_decisions_and_what_of_them_it_cannot_express(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name) as on:
+        found = on.rig.call(f"planners/{name}/describe", PlannerQuery(), PlannerDescription, timeout=5.0)
+        schema = as_json(found.inputs)
+        Draft202012Validator.check_schema(schema)
+        validator = Draft202012Validator(schema)
+        assert validator.is_valid({"decision": "pace"})
+        assert not validator.is_valid({"decision": "peace"})
+        assert validator.is_valid({"strategy": found.strategies[0].name, "options": [SPEEDS]})
+        assert "cannot express" in str(schema)
 
 
 # --- triggers ---

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -12,6 +14,7 @@ from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import
 from regraft.adaptation_manager.planners.decisions.checking import not_learned, not_predicted
 from regraft.adaptation_manager.planners.decisions.question import Question, question_of
 from regraft.adaptation_manager.planners.decisions.reading import read_decision
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.stack import StackError
@@ -56,6 +59,25 @@ faults:
     prescribes: {radio: silent, speed: 0.1}
 """
 DAY = {"dark": 0.1, "charge": 0.9, "hot": 5.0}
+
+
+ODD = (
+    "",
+    "x",
+    "~",
+    "1e999",
+    "-1",
+    "true",
+    "[]",
+    "{}",
+    "{a: [1, {b: 2}]}",
+    "nan",
+    ".nan",
+    "'",
+    "camera",
+    "wheels.speed",
+    "a+",
+)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -179,3 +201,24 @@ def test_all_mistakes_are_named_at_once(tmp_path: Path) -> None:
 def test_a_file_of_any_other_form_is_refused_without_a_crash(tmp_path: Path, text: str) -> None:
     with pytest.raises(StackError):
         read_decision(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("seed", range(150))
+def test_a_damaged_file_is_refused_or_read_and_never_crashes_the_reader(tmp_path: Path, seed: int) -> None:
+    rng = Random(f"damage {seed}")
+    lines = RESCUER.splitlines()
+    for _ in range(rng.randint(1, 4)):
+        at = rng.randrange(len(lines))
+        words = re.split(r"([\s:{},\[\]]+)", lines[at])
+        words[rng.randrange(len(words))] = rng.choice(ODD)
+        lines[at] = "".join(words)
+    try:
+        decision = read_decision(written(tmp_path, "\n".join(lines) + "\n"))
+    except StackError as error:
+        assert all(problem.file.endswith("rescue.yaml") for problem in error.problems)
+        return
+    now = wheeled()
+    try:
+        question_of(decision, DAY, ClassEstimates(now)).choose(now, BranchAndBound())
+    except BadMessage as error:
+        assert str(error)

@@ -37,6 +37,7 @@ class BanditPlanner(DecidingPlanner):
     """Chooses among options by a bandit strategy that learns, for each task, what they are worth."""
 
     resources = Resources(cpu=0.01, memory=35.0)
+    cannot_express = "what is expected of an option, except within constraints and bounds; and a margin"
     state_version = 1
     checkpoint_every = 1.0
 
@@ -75,9 +76,8 @@ class BanditPlanner(DecidingPlanner):
         """Say what can be asked for: the strategies with their knobs, the form of the inputs."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         strategies = self._strategies.describe()
-        return PlannerDescription(
-            self.kit.name, self.kit.name, text, inputs_schema(self._strategies.names()), strategies
-        )
+        inputs = self.schema_with_decisions(inputs_schema(self._strategies.names()))
+        return PlannerDescription(self.kit.name, self.kit.name, text, inputs, strategies)
 
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
@@ -145,8 +145,10 @@ class BanditPlanner(DecidingPlanner):
             if decision is None:
                 check_dimensions(asked.slots, architecture)
             else:
-                question = self._question(decision, request, architecture)
-                context = numbers_of(self.situation(decision, request))
+                situation = self.situation(decision, request)
+                check_fits(decision, architecture)
+                question = question_of(decision, situation, ClassEstimates(architecture))
+                request, context = self.in_context(request, situation), numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
                 credit = credit or self._meters.credit(request.task)
             memory.check(asked.strategy, knobs, options, context)
@@ -159,10 +161,6 @@ class BanditPlanner(DecidingPlanner):
             changes = changes_for(chosen.option.settings, architecture)
             return Proposal(request.task, changes, _shown(chosen, "dry", told, question))
         return await self._carry_out(request, asked, chosen, told, architecture, question)
-
-    def _question(self, decision: Decision, request: ProposalRequest, architecture: Architecture) -> Question:
-        check_fits(decision, architecture)
-        return question_of(decision, self.situation(decision, request), ClassEstimates(architecture))
 
     async def _measure(self) -> None:
         while True:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from regraft import CallFailed, Component, Input, Parameter, RequestRefused
 from regraft.adaptation_manager.planners.choices.context import numbers_of
@@ -80,6 +80,9 @@ class DecidingPlanner(Component):
         except StackError as error:
             raise ParameterError([("decisions", str(error))]) from None
 
+    cannot_express: ClassVar[str]
+    """The parts of decisions that this kind of planner does not use, for people."""
+
     @abstractmethod
     async def decide(self, request: ProposalRequest) -> Proposal:
         """Answer a request; raises RequestRefused."""
@@ -91,6 +94,15 @@ class DecidingPlanner(Component):
             if decision.triggers.are_given:
                 self.kit.spawn(self._watch(decision), f"watching for {decision.name}")
 
+    def schema_with_decisions(self, listed: dict[str, Any]) -> dict[str, Any]:
+        """Return the JSON Schema of the inputs: those that list options, and those that name a decision."""
+        if not self.known_decisions:
+            return listed
+        named = record_shape(DecisionInputs).json_schema()
+        named["description"] = f"A decision that a file describes. It cannot express: {self.cannot_express}."
+        named["properties"]["decision"] = {"enum": list(self.known_decisions)}
+        return {"type": "object", "anyOf": [listed, named]}
+
     def decision_named(self, name: str) -> Decision:
         """Return a decision; raises BadMessage."""
         if name not in self.known_decisions:
@@ -101,6 +113,10 @@ class DecidingPlanner(Component):
         """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
         told = numbers_of(request.context) if request else {}
         return {**told, **situation(decision, self.kit, self.has_failed)}
+
+    def in_context(self, request: ProposalRequest, situation: dict[str, Any]) -> ProposalRequest:
+        """Return a request whose context, which the journal keeps, has the situation too."""
+        return replace(request, context={**request.context, **situation})
 
     def has_failed(self, component: str) -> bool | None:
         """Return whether a component has failed, None if that is not known.

@@ -44,6 +44,7 @@ class ForecastPlanner(DecidingPlanner):
     """
 
     resources = Resources(cpu=0.02, memory=60.0)
+    cannot_express = "measured qualities, settle and range, since it learns nothing"
     handler_timeout = 2.0  # a class is loaded when it is first asked for
 
     answer_within = Parameter(
@@ -63,7 +64,8 @@ class ForecastPlanner(DecidingPlanner):
         text = (type(self).__doc__ or "").split("\n\n")[0]
         knobs = record_shape(ForecastKnobs).json_schema()
         strategy = StrategyDescription(STRATEGY, "Takes what is expected to be worth most.", knobs)
-        return PlannerDescription(self.kit.name, self.kit.name, text, inputs_schema((STRATEGY,)), (strategy,))
+        inputs = self.schema_with_decisions(inputs_schema((STRATEGY,)))
+        return PlannerDescription(self.kit.name, self.kit.name, text, inputs, (strategy,))
 
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
@@ -118,6 +120,7 @@ class ForecastPlanner(DecidingPlanner):
             raise RequestRefused.malformed(problem.inside("inputs")) from None
         if option is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
+        request = self.in_context(request, situation)
         return await self._carry_out(request, option.settings, choice, architecture)
 
     async def _carry_out(
