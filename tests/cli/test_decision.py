@@ -24,6 +24,7 @@ def test_check_compares_with_a_stack_by_line_and_field(regraft: Regraft, tmp_pat
         ("topic: scan", "topic: scam"),
         ("0.17, 0.26]", "0.17, 9.26]"),
         ("estimated: navigator.safety", "estimated: navigatr.safety"),
+        ("navigator.power", "navigator.powr"),
     ):
         assert right in text
         text = text.replace(right, wrong)
@@ -34,7 +35,8 @@ def test_check_compares_with_a_stack_by_line_and_field(regraft: Regraft, tmp_pat
     told = done.stderr.replace(str(file), "FILE")
     assert "FILE:4: context.nearest.topic: there is no topic 'scam'; did you mean 'scan'?" in told
     assert "FILE:9: choices.max_velocity.values.2: 9.26: must be at most 0.26 m/s" in told
-    assert "there is no component 'navigatr'; did you mean 'navigator'?" in told
+    assert "navigatr.safety: there is no component 'navigatr'; did you mean 'navigator'?" in told
+    assert "FILE:20: qualities.economy.estimated: navigator estimates no 'powr'; did you mean 'power'?" in told
 
 
 def test_show_explains_what_would_be_chosen(regraft: Regraft) -> None:

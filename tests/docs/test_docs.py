@@ -163,7 +163,7 @@ def test_decisions_in_the_docs_can_be_taken(tmp_path: Path) -> None:
         file = tmp_path / "look.yaml"
         file.write_text(text)
         decision, report = read_decision(file), locations_in(file)
-        check_in(decision, architecture, report)
+        check_in(decision, architecture, ClassEstimates(architecture), report)
         report.raise_if_any()
         context = {"darkness": 0.2, "charge": 0.9}
         choice = question_of(decision, context, ClassEstimates(architecture)).choose(architecture, BranchAndBound())

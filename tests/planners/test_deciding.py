@@ -247,6 +247,21 @@ def test_a_decision_that_cannot_be_taken_is_told_once_and_the_planner_lives_on(t
         assert on.paces == [0.1]
 
 
+# --- one robot among several ---
+
+
+def test_the_short_names_of_a_decision_mean_the_robot_that_the_planner_belongs_to(tmp_path: Path) -> None:
+    (tmp_path / "pace.yaml").write_text(PACE)
+    with Rig() as rig:
+        manager = rig.add(SmallManager, "adaptation_manager")
+        navigators = {name: spec(Careful, name) for name in ("rescuer.navigator", "navigator")}
+        manager.architecture = replace(manager.architecture, components=navigators)
+        rig.add(ForecastPlanner, "rescuer.forecast", {"decisions": str(tmp_path)}, scope="rescuer")
+        request = ProposalRequest("drive", inputs={"decision": "pace"}, context={"darkness": 0.7})
+        proposal = rig.call("rescuer/planners/forecast/propose", request, Proposal, timeout=60.0)
+        assert proposal.changes == (SetParameters("rescuer.navigator", {"max_velocity": 0.1}),)
+
+
 # --- what goes wrong ---
 
 

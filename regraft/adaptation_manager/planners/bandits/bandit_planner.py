@@ -11,7 +11,6 @@ from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemor
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Told
 from regraft.adaptation_manager.planners.choices.context import numbers_of
-from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
 from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
 from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
@@ -147,7 +146,7 @@ class BanditPlanner(DecidingPlanner):
             else:
                 situation = self.situation(decision, request)
                 check_fits(decision, architecture)
-                question = question_of(decision, situation, ClassEstimates(architecture))
+                question = question_of(decision, situation, self.estimates(architecture))
                 request, context = self.in_context(request, situation), numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
                 credit = credit or self._meters.credit(request.task)
@@ -240,6 +239,7 @@ def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question |
     if question is not None:
         shown["decision"] = question.decision.name
         shown["faults"] = list(question.faults)
+        shown["excluded"] = question.excluded()
         shown["notes"] += question.notes
     if told:
         shown["credit"] = told.shown()

@@ -6,13 +6,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
 from regraft.adaptation_manager.planners.choices.settings import Setting
 from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.reading import expressions_of
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.suggestions import no_such
+from regraft.bus_schema.model.expressions import Unknown
+from regraft.bus_schema.suggestions import near, no_such
 from regraft.stack.yaml.problems import Report
 
+OTHERS: Final = ("total", "qualities")
+"""The first parts of names that are no estimates: sums of figures, and requirements."""
+PLACEHOLDER: Final = 0.5
+"""The value of assumptions for which a class is asked what it estimates at all."""
 VARIED_FIELDS: Final = {
     "parameter": "values",
     "port": "topics",
@@ -23,8 +30,8 @@ VARIED_FIELDS: Final = {
 }
 
 
-def check_in(decision: Decision, architecture: Architecture, report: Report) -> None:
-    """Note whatever of a decision cannot be in an architecture."""
+def check_in(decision: Decision, architecture: Architecture, estimates: Estimator, report: Report) -> None:
+    """Note whatever of a decision cannot be in an architecture, of whose components there are such estimates."""
     for misfit in misfits(decision.slots, architecture):
         slot = decision.slots[misfit.slot]
         path = _path(decision, misfit.slot, misfit.alternative, misfit.setting, misfit.part, report)
@@ -34,7 +41,7 @@ def check_in(decision: Decision, architecture: Architecture, report: Report) -> 
             report.add(f"context.{entry.name}.topic", no_such("topic", entry.topic, architecture.topics))
         if entry.component and entry.component not in architecture.components:
             report.add(f"context.{entry.name}.fault", no_such("component", entry.component, architecture.components))
-    _check_estimates(decision, architecture, report)
+    _check_estimates(decision, architecture, estimates, report)
 
 
 def _path(decision: Decision, slot: int, number: int, setting: Setting, part: str, report: Report) -> str:
@@ -52,16 +59,39 @@ def _path(decision: Decision, slot: int, number: int, setting: Setting, part: st
     return f"{choice}.{names[part]}"
 
 
-def _check_estimates(decision: Decision, architecture: Architecture, report: Report) -> None:
-    """Note expressions over estimates of components that are not there."""
-    added = {s.component for slot in decision.slots for a in slot.alternatives for s in a.settings}
-    known = {*architecture.components, *added, *(slot.name for slot in decision.slots), "total", "qualities"}
-    for quality in decision.qualities:
-        for name in quality.estimated.names if quality.estimated else ():
-            owner = name.rpartition(".")[0]
-            if owner and owner not in known and not any(owner.startswith(f"{each}.") for each in ("qualities",)):
-                path = f"qualities.{quality.name}"
-                report.add(path, no_such("component", owner, architecture.components))
+def _check_estimates(decision: Decision, architecture: Architecture, estimates: Estimator, report: Report) -> None:
+    """Note expressions over estimates that there are not, as far as classes estimate without settings and context."""
+    known = _names_of(decision)
+    for path, expression in expressions_of(decision):
+        for name in expression.names:
+            owner, _, quality = name.rpartition(".")
+            if not owner or name in known or owner.split(".")[0] in OTHERS or path.endswith(".measured"):
+                continue
+            if not estimates.knows(owner):
+                report.add(path, f"{name}: {no_such('component', owner, architecture.components)}")
+            else:
+                _check_quality(owner, quality, path, decision, estimates, report)
+
+
+def _check_quality(
+    component: str, quality: str, path: str, decision: Decision, estimates: Estimator, report: Report
+) -> None:
+    """Note a quality that is misspelt: some are only estimated with certain parameters or context."""
+    try:
+        found = estimates.estimate(component, (), {name: PLACEHOLDER for name, _ in decision.assume})
+    except Unknown:
+        return
+    meant = near(quality, found)
+    if quality not in found and meant is not None:
+        report.add(path, f"{component} estimates no {quality!r}; did you mean {meant!r}?")
+
+
+def _names_of(decision: Decision) -> set[str]:
+    """Return the names with dots that are no estimates: choices, and their figures."""
+    names = {slot.name for slot in decision.slots}
+    return names | {
+        f"{slot.name}.{figure}" for slot in decision.slots for a in slot.alternatives for figure in a.figures
+    }
 
 
 @dataclass(frozen=True, slots=True)

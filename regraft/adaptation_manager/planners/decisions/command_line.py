@@ -7,18 +7,18 @@ from typing import Annotated, Any
 
 import typer
 
-from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.solvers.named import solver_named
 from regraft.adaptation_manager.planners.choices.solvers.protocol import CannotSolve, Effort
 from regraft.adaptation_manager.planners.decisions.checking import check_in, not_learned, not_predicted
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.adaptation_manager.planners.decisions.question import question_of
 from regraft.adaptation_manager.planners.decisions.reading import locations_in, read_decision
+from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
 from regraft.adaptation_manager.planners.decisions.showing import choice_lines, choice_plain, decision_lines
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.cli.outcomes import BadInput
-from regraft.cli.terminal.options import JsonOption
+from regraft.cli.terminal.options import JsonOption, RobotOption
 from regraft.cli.terminal.output import say, show_json
 from regraft.stack import StackError, load
 from regraft.stack.yaml.nodes import scalar
@@ -37,9 +37,9 @@ DeadlineOption = Annotated[float | None, typer.Option("--deadline", min=0.001, h
 
 
 @decision.command("check")
-def check(file: FileArgument, stack: StackOption = None, as_json: JsonOption = False) -> None:
+def check(file: FileArgument, stack: StackOption = None, robot: RobotOption = "", as_json: JsonOption = False) -> None:
     """Check a decision file; with a stack, also whether it can be taken there."""
-    found, _ = _read(file, stack)
+    found, _ = _read(file, stack, robot)
     told = {
         "file": str(file),
         "learning": [{"field": each.field, "why": each.why} for each in not_learned(found)],
@@ -58,20 +58,21 @@ def check(file: FileArgument, stack: StackOption = None, as_json: JsonOption = F
 def show(
     file: FileArgument,
     stack: StackOption = None,
+    robot: RobotOption = "",
     context: ContextOption = None,
     solver: SolverOption = "branch_and_bound",
     deadline: DeadlineOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show a decision; with a stack, also what would be chosen there by what is expected, and why."""
-    found, architecture = _read(file, stack)
+    found, architecture = _read(file, stack, robot)
     if not as_json:
         for line in decision_lines(found):
             say(line)
     if architecture is None:
         return
     try:
-        asked = question_of(found, _context(context or []), ClassEstimates(architecture))
+        asked = question_of(found, _context(context or []), estimates_in(architecture, robot))
         chosen = asked.choose(architecture, solver_named(solver), Effort(deadline=deadline))
     except (BadMessage, CannotSolve) as error:
         raise BadInput(f"{file}: {error}") from None
@@ -82,14 +83,14 @@ def show(
         say(line)
 
 
-def _read(file: Path, stack: Path | None) -> tuple[Decision, Architecture | None]:
+def _read(file: Path, stack: Path | None, robot: str) -> tuple[Decision, Architecture | None]:
     try:
-        found = read_decision(file)
+        found = in_scope(read_decision(file), robot)
         if stack is None:
             return found, None
         architecture = load(stack).architecture
         report = locations_in(file)
-        check_in(found, architecture, report)
+        check_in(found, architecture, estimates_in(architecture, robot), report)
         report.raise_if_any()
     except StackError as error:
         raise BadInput(str(error)) from None

@@ -10,9 +10,11 @@ from typing import Annotated, Any, ClassVar, Final
 
 from regraft import CallFailed, Component, Input, Parameter, RequestRefused
 from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.adaptation_manager.planners.decisions.reading import read_decision
+from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
 from regraft.adaptation_manager.planners.decisions.situation import inputs_for, situation
 from regraft.adaptation_manager.planners.decisions.watching import Watch
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text
@@ -89,7 +91,8 @@ class DecidingPlanner(Component):
 
     def begin_deciding(self) -> None:
         """Read the decisions, and begin to take those by itself that have triggers."""
-        self.known_decisions = decisions_at(self.decisions)
+        found = decisions_at(self.decisions)
+        self.known_decisions = {name: in_scope(decision, self.kit.scope) for name, decision in found.items()}
         for decision in self.known_decisions.values():
             if decision.triggers.are_given:
                 self.kit.spawn(self._watch(decision), f"watching for {decision.name}")
@@ -113,6 +116,10 @@ class DecidingPlanner(Component):
         """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
         told = numbers_of(request.context) if request else {}
         return {**told, **situation(decision, self.kit, self.has_failed)}
+
+    def estimates(self, architecture: Architecture) -> Estimator:
+        """Return where the estimates come from that decisions speak of."""
+        return estimates_in(architecture, self.kit.scope)
 
     def in_context(self, request: ProposalRequest, situation: dict[str, Any]) -> ProposalRequest:
         """Return a request whose context, which the journal keeps, has the situation too."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from regraft.adaptation_manager.planners.choices.choosing import Choice, choose
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
+from regraft.adaptation_manager.planners.choices.explanation import exclusions
 from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective, finite
+from regraft.adaptation_manager.planners.choices.problem import Problem
 from regraft.adaptation_manager.planners.choices.rulebook import Rulebook
 from regraft.adaptation_manager.planners.choices.rules import Clause
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, Effort, Solver
@@ -54,6 +56,12 @@ class Question:
                 return found
             self.notes.append(f"the prescribed solution is not possible: {found.explanation.nothing}")
         return self._chosen(self.rulebook, architecture, solver, effort)
+
+    def excluded(self) -> list[dict[str, Any]]:
+        """Return the alternatives that no combination can have, as plain data."""
+        slots = self.decision.slots
+        problem = Problem(tuple(len(slot.selections) for slot in slots), tuple(self.rulebook.rules))
+        return [asdict(each) for each in exclusions(slots, problem, self.rulebook.texts)]
 
     def _chosen(self, rulebook: Rulebook, architecture: Architecture, solver: Solver, effort: Effort) -> Choice:
         decision = self.decision

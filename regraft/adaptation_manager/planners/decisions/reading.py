@@ -72,7 +72,7 @@ def _check_names(decision: Decision, report: Report) -> None:
     world = {entry.name for entry in decision.context} | decision.weights.keys()
     qualities = {quality.name for quality in decision.qualities}
     assumed = [name for name, _ in decision.assume]
-    for path, expression in _expressions(decision):
+    for path, expression in expressions_of(decision):
         known = world | choices | {*assumed}
         if not path.startswith(("qualities.", "faults.", "objective.weights", "objective.assume")):
             known |= qualities
@@ -88,7 +88,8 @@ def _names_of(slot: Slot) -> Iterator[str]:
         yield from (f"{slot.name}.{figure}" for figure in alternative.figures)
 
 
-def _expressions(decision: Decision) -> Iterator[tuple[str, Expression]]:
+def expressions_of(decision: Decision) -> Iterator[tuple[str, Expression]]:
+    """Yield all expressions of a decision, each with its field."""
     yield "objective.utility", decision.utility
     yield from ((f"objective.weights.{name}", each) for name, each in decision.weights.items())
     yield from ((f"objective.assume.{name}", each) for name, each in decision.assume)

@@ -54,7 +54,10 @@ def situation(decision: Decision, kit: Kit, has_failed: HasFailed) -> dict[str, 
 def _value(decision: Decision, entry: ContextEntry, kit: Kit, has_failed: HasFailed) -> Any:
     if entry.component:
         return has_failed(entry.component)
-    port = kit.inputs[MISSION if entry.requirement else port_of(decision, entry)]
+    name = MISSION if entry.requirement else port_of(decision, entry)
+    if name not in kit.inputs:  # the file has another entry than when the process started
+        return None
+    port = kit.inputs[name]
     message = port.latest
     age = math.inf if port.stamp is None else kit.now() - port.stamp
     if message is None or (entry.stale_after is not None and age >= entry.stale_after):

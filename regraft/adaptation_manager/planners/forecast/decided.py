@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
+from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.slots import Option
 from regraft.adaptation_manager.planners.choices.solvers.named import solver_named
 from regraft.adaptation_manager.planners.choices.solvers.protocol import Effort, Solver
@@ -44,7 +44,7 @@ class Decided:
     effort: Effort
 
     def choose(
-        self, architecture: Architecture, situation: Mapping[str, Any]
+        self, architecture: Architecture, situation: Mapping[str, Any], estimates: Estimator
     ) -> tuple[Option | None, dict[str, PlainValue]]:
         """Return the option that is expected to be best, None if nothing can be expected, and what people are told.
 
@@ -52,7 +52,7 @@ class Decided:
             BadMessage: the decision ties too much together.
             CannotSolve: the solver cannot take it on.
         """
-        question = question_of(self.decision, situation, ClassEstimates(architecture))
+        question = question_of(self.decision, situation, estimates)
         choice = question.choose(architecture, self.solver, self.effort)
         told = choice_plain(self.decision, question, choice)
         if choice.option is None:

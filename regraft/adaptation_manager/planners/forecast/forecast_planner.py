@@ -113,8 +113,8 @@ class ForecastPlanner(DecidingPlanner):
         architecture = await self._manager.architecture(self.answer_within)
         try:
             check_fits(decided.decision, architecture)
-            situation = self.situation(decided.decision, request)
-            option, choice = await self.kit.compute(decided.choose, architecture, situation)
+            situation, estimates = self.situation(decided.decision, request), self.estimates(architecture)
+            option, choice = await self.kit.compute(decided.choose, architecture, situation, estimates)
         except (BadMessage, CannotSolve) as error:
             problem = error if isinstance(error, BadMessage) else BadMessage(str(error), ("knobs", "solver"))
             raise RequestRefused.malformed(problem.inside("inputs")) from None
