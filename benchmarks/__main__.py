@@ -16,6 +16,7 @@ from rich.console import Console
 
 from benchmarks import (
     adaptations,
+    choices,
     devices,
     frog,
     many,
@@ -47,6 +48,7 @@ ALL: dict[str, Callable[[Effort], list[Result]]] = {
     "restart": restart.restart,
     "start_up": start_up.start_up,
     "tree_tick": tree_tick.tree_tick,
+    "choices": choices.choices,
     "devices": devices.devices,
     "frog": frog.frog,
     "many": many.many,

@@ -13,6 +13,7 @@ from regraft.component.component import declared, describe
 from regraft.component.parameters import ParameterError
 from regraft.process.main import NoSuchClass, load_class
 from regraft.process.modules import CannotImport, hidden_file, imported, text_of
+from regraft.stack.relative_paths import with_absolute_paths
 
 
 def look_in(folder: Path) -> None:
@@ -45,11 +46,13 @@ def taken_from_robot(path: str) -> dict[str, str]:
     return {name: parameter.from_robot for name, parameter in parameters.items() if parameter.from_robot}
 
 
-def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Description, tuple[tuple[str, str], ...]]:
+def describe_class(
+    path: str, parameters: Mapping[str, PlainValue], folders: Mapping[str, Path] | None = None
+) -> tuple[Description, tuple[tuple[str, str], ...]]:
     """Return what the class at ``module:Class`` says of itself, given the parameters that are read-only.
 
-    The second part has the problems that no description shows: each part of a parameter, and why. The description is
-    then the one without parameters.
+    ``folders`` are those from which relative paths are looked for. The second part has the problems that no description
+    shows: each part of a parameter, and why. The description is then the one without parameters.
 
     Raises:
         NoSuchClass: there is none, or it cannot be described.
@@ -61,7 +64,8 @@ def describe_class(path: str, parameters: Mapping[str, PlainValue]) -> tuple[Des
         if any(parameter_problem(parameter, parameters[parameter.name]) for parameter in fixed):
             return plain, ()
         try:
-            return describe(cls, {parameter.name: parameters[parameter.name] for parameter in fixed}), ()
+            given = {parameter.name: parameters[parameter.name] for parameter in fixed}
+            return describe(cls, with_absolute_paths(plain, given, folders or {})), ()
         except ParameterError as error:
             return plain, error.parts
     except (NoSuchClass, KeyboardInterrupt):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.description import PATH, Description
-from regraft.stack.sections.components import RUN_FOLDER
+from regraft.stack.relative_paths import RUN_FOLDER
 from regraft.stack.yaml.path_hints import instead_of_path
 
 

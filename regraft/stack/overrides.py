@@ -13,7 +13,8 @@ from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.checks import stack_problems
 from regraft.stack.classes import describe_class
-from regraft.stack.sections.components import connections, with_absolute_paths
+from regraft.stack.relative_paths import with_absolute_paths
+from regraft.stack.sections.components import connections
 from regraft.stack.stack import Stack, time_source
 from regraft.stack.yaml.document import parse
 from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, moved, plain, scalar

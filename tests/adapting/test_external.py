@@ -59,6 +59,35 @@ def chosen(node_type: str, ports: str, child: str = "RUNNING", *fates: str, **mo
     return bench(node_type, ports, child, context=context, **more), chooser
 
 
+def test_a_decision_and_any_inputs_are_passed_to_any_planner() -> None:
+    at, _ = chosen("AdaptOnStart", 'planner="forecast" decision="speed"')
+    at.tick()
+    assert at.context.services == ["/planners/forecast/propose"]
+    assert [request.inputs for request in at.context.proposed] == [{"decision": "speed"}]
+    at, _ = chosen("AdaptOnStart", 'planner="mine" decision="speed" settle="2s" inputs=\'json:{"depth": 3, "b": [1]}\'')
+    at.tick()
+    assert at.context.proposed[0].inputs == {"decision": "speed", "settle": 2.0, "depth": 3, "b": [1]}
+    at, _ = chosen("AdaptOnStart", f"{UCB} inputs='json:{{\"settle\": 7}}'")
+    at.tick()
+    assert at.context.proposed[0].inputs["settle"] == 7
+    assert at.context.proposed[0].inputs["strategy"] == "ucb1"
+
+
+@pytest.mark.parametrize(
+    ("ports", "told"),
+    [
+        ('rules="n.b := 1" decision="speed"', "needs either the port rules, or the port adaptation_strategy, decision"),
+        ("inputs='json:[1]'", "port 'inputs' must hold a map"),
+        ("inputs='{\"a\": 1}'", "port 'inputs': write json: before"),
+        ('decision="speed" adaptation_options="1;2"', "needs the port adaptation_subject, subject_location as well"),
+    ],
+)
+def test_a_decision_that_cannot_be_passed_is_refused_at_load(ports: str, told: str) -> None:
+    with pytest.raises(LoadError) as refused:
+        chosen("AdaptOnStart", ports)
+    assert told in str(refused.value)
+
+
 def credits_of(at: Bench) -> list[Any]:
     """Return the credits that went out so far, None for a request without one."""
     return [request.inputs.get("credit") for request in at.context.proposed]

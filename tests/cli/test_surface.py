@@ -66,6 +66,8 @@ def test_help_lists_the_exit_codes(regraft: Regraft) -> None:
 
 ABOUT_NO_SYSTEM = {
     "regraft certificates FOLDER NAME...",
+    "regraft decision check FILE",
+    "regraft decision show FILE",
     "regraft doctor",
     "regraft evaluate STUDY",
     "regraft mission check FILE",

@@ -14,7 +14,13 @@ from typing import Any
 import pytest
 import typer
 import yaml
+from typer.testing import CliRunner
 
+from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
+from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import BranchAndBound
+from regraft.adaptation_manager.planners.decisions.checking import check_in
+from regraft.adaptation_manager.planners.decisions.question import question_of
+from regraft.adaptation_manager.planners.decisions.reading import locations_in, read_decision
 from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
@@ -148,6 +154,34 @@ def test_adaptations_in_the_docs_are_well_formed() -> None:
         assert codec.from_plain(yaml.safe_load(text), AdaptationRequest).changes
 
     check_all(lambda page: blocks(page, "yaml", "adaptation"), has_changes)
+
+
+def test_decisions_in_the_docs_can_be_taken(tmp_path: Path) -> None:
+    architecture = load(ROOT / "regraft" / "stacks" / "frog" / "decided.yaml").architecture
+
+    def can_be_taken(_: Path, text: str) -> None:
+        file = tmp_path / "look.yaml"
+        file.write_text(text)
+        decision, report = read_decision(file), locations_in(file)
+        check_in(decision, architecture, ClassEstimates(architecture), report)
+        report.raise_if_any()
+        context = {"darkness": 0.2, "charge": 0.9}
+        choice = question_of(decision, context, ClassEstimates(architecture)).choose(architecture, BranchAndBound())
+        assert choice.option is not None, choice.explanation.nothing
+
+    check_all(lambda page: blocks(page, "yaml", "decision"), can_be_taken)
+
+
+def test_what_decision_commands_show_on_a_page_is_what_they_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    for console in blocks(ROOT / "docs" / "decision-files.md", "console"):
+        command, *shown = console.splitlines()
+        words = [
+            word.replace("frog/decided", str(ROOT / "regraft/stacks/frog/decided")) for word in command.split()[2:]
+        ]
+        done = CliRunner().invoke(whole(), words)
+        said = [re.sub(r"[\d.]+ ms", "ms", line) for line in done.output.splitlines()]
+        assert [line for line in shown if line != "..." and re.sub(r"[\d.]+ ms", "ms", line) not in said] == []
 
 
 # --- files, modules, types, links ---

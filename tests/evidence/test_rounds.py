@@ -85,6 +85,18 @@ def test_equal_seeds_adapt_equally_and_the_journal_knows_the_requirements_as_the
     assert {line.outcome for line in journal} <= {Outcome.APPLIED, Outcome.REJECTED}
 
 
+@pytest.mark.parametrize("planner", ["bandits", "forecast"])
+def test_equal_seeds_decide_equally_by_a_decision_file(planner: str, tmp_path: Path) -> None:
+    mission = MISSIONS / f"rounds_decided_{planner}.xml"
+    first, second = (
+        run_mission(STACKS / "decided.yaml", mission, 1, 120.0, tmp_path / str(number)) for number in range(2)
+    )
+    assert first.closing["reproducible"] is True, (first.closing["dropped"], first.closing["problems"])
+    assert second.closing["digest"] == first.closing["digest"]
+    assert [what_counts(line) for line in first.adaptations] == [what_counts(line) for line in second.adaptations]
+    assert [line for line in first.adaptations if line.request.actor.endswith(f"by {planner}")]
+
+
 @pytest.mark.parametrize("failure", ["black", "frozen", "silent"])
 def test_a_camera_that_fails_is_replaced_within_a_leg_and_taken_back_when_it_is_well(
     failure: str, tmp_path: Path

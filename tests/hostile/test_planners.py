@@ -9,7 +9,7 @@ import pytest
 
 from regraft import CallFailed
 from regraft.adaptation_manager.planners.bandits import bandit_planner
-from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft.adaptation_manager.planners.choices.space import options_of
 from tests.planners.parts import SPEEDS, bench
 
 

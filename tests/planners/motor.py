@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from regraft import Component, Parameter
+from regraft.bus_schema.annotations import PlainValue
 
 
 class Motor(Component):
@@ -10,3 +11,9 @@ class Motor(Component):
 
     speed = Parameter(1.0, "how fast", minimum=0.0, maximum=4.0, unit="rad/s")
     gear = Parameter(1, "which gear", choices=(1, 2))
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Expect to do more the faster it turns, and to wear out."""
+        speed = float(parameters["speed"])
+        return {"work": speed * float(parameters["gear"]), "wear": speed**2}

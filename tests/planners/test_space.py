@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, option_of
-from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft.adaptation_manager.planners.choices.settings import Kind
+from regraft.adaptation_manager.planners.choices.slots import Slot, option_of, varied
+from regraft.adaptation_manager.planners.choices.space import options_of
 from regraft.bus_schema.errors import BadMessage
 
 SIGNS = {
@@ -24,8 +25,8 @@ SIGNS = {
 }
 
 
-def dimension(name: str, *choices: Any) -> Dimension:
-    return Dimension("part", Kind.PARAMETER, name, choices, name)
+def dimension(name: str, *choices: Any) -> Slot:
+    return varied("part", Kind.PARAMETER, name, choices, name)
 
 
 # --- an interpreter of constraints that is as simple as can be ---
@@ -68,7 +69,7 @@ FORMS = st.lists(st.sampled_from(("forbid", "if", "compare")), max_size=5)
 
 
 @st.composite
-def spaces(draw: st.DrawFn) -> tuple[list[Dimension], list[dict[str, Any]]]:
+def spaces(draw: st.DrawFn) -> tuple[list[Slot], list[dict[str, Any]]]:
     """Draw up to four dimensions of up to four numbers, and up to five constraints on them."""
     count = draw(HOW_MANY_NAMES)
     choices = {name: draw(CHOICES) for name in NAMES[:count]}
@@ -97,12 +98,12 @@ def spaces(draw: st.DrawFn) -> tuple[list[Dimension], list[dict[str, Any]]]:
 
 @given(spaces())
 @settings(max_examples=400, deadline=None)
-def test_the_options_are_the_filtered_product_in_its_order(space: tuple[list[Dimension], list[Any]]) -> None:
+def test_the_options_are_the_filtered_product_in_its_order(space: tuple[list[Slot], list[Any]]) -> None:
     dimensions, constraints = space
     names = [d.name for d in dimensions]
     feasible = [
         values
-        for values in product(*(d.choices for d in dimensions))
+        for values in product(*(d.values for d in dimensions))
         if all(allows(constraint, dict(zip(names, values, strict=True))) for constraint in constraints)
     ]
     if feasible:
@@ -115,7 +116,7 @@ def test_the_options_are_the_filtered_product_in_its_order(space: tuple[list[Dim
         named = f"constraint {index}," in str(refused.value)
         possible = any(
             all(allows(c, dict(zip(names, values, strict=True))) for c in fewer)
-            for values in product(*(d.choices for d in dimensions))
+            for values in product(*(d.values for d in dimensions))
         )
         assert named or not possible, "a constraint without which there are options must be named"
 
@@ -211,8 +212,8 @@ def test_a_bad_constraint_is_refused_saying_where_and_what_would_be_right(
 
 def test_an_option_is_known_by_its_content() -> None:
     speed, ways = dimension("speed", 0.1, 1.0), dimension("way", "fast")
-    key = option_of([speed, ways], [1.0, "fast"]).key
-    renamed = Dimension("part", Kind.PARAMETER, "speed", (1,), "v")
-    assert option_of([ways, renamed], ["fast", 1]).key == key
-    assert option_of([speed, ways], [0.1, "fast"]).key != key
-    assert option_of([dimension("flag", True)], [True]).key != option_of([dimension("flag", 1)], [1]).key
+    key = option_of([speed, ways], [1, 0]).key
+    renamed = varied("part", Kind.PARAMETER, "speed", (1,), "v")
+    assert option_of([ways, renamed], [0, 0]).key == key
+    assert option_of([speed, ways], [0, 0]).key != key
+    assert option_of([dimension("flag", True)], [0]).key != option_of([dimension("flag", 1)], [0]).key

@@ -37,7 +37,7 @@ from regraft.runtime.core.assignment import Assignment
 from regraft.security.system_secret import fresh
 from regraft.stack.classes import look_in
 from regraft.stack.files import file_problems
-from regraft.stack.sections.components import with_absolute_paths
+from regraft.stack.relative_paths import with_absolute_paths
 from regraft.system.launch import free_endpoint
 
 LOOK_INTERVAL = 0.25

@@ -18,7 +18,8 @@ from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.assembly.references import replaced
 from regraft.stack.classes import describe_class, taken_from_robot
 from regraft.stack.files import file_problems
-from regraft.stack.sections.components import in_run_folder, with_absolute_paths
+from regraft.stack.relative_paths import with_absolute_paths
+from regraft.stack.sections.components import in_run_folder
 
 
 def be_describer(order: dict[str, Any]) -> int:

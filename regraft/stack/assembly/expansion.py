@@ -9,7 +9,7 @@ from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.assembly.included_files import IncludedFiles
 from regraft.stack.assembly.references import NEVER_PARAMETERS, REFERENCE, ROBOT, References
 from regraft.stack.assembly.robots import PASSED_ON, PLACES, Use
-from regraft.stack.sections.components import RUN_FOLDER
+from regraft.stack.relative_paths import RUN_FOLDER
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.sections.components import RUN_FOLDER
+from regraft.stack.relative_paths import RUN_FOLDER
 from regraft.stack.yaml.document import DEEPEST, MAX_NODES
 from regraft.stack.yaml.nodes import NOWHERE, Location, Node, size_of
 from regraft.stack.yaml.problems import Report, fail

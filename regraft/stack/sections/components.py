@@ -13,6 +13,7 @@ from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
+from regraft.stack.relative_paths import RUN_FOLDER, with_absolute_paths
 from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.programs import read_program
 from regraft.stack.sections.restart import read_restart
@@ -36,10 +37,6 @@ OF_PROGRAMS = (
 WANTED_STATES = (State.ACTIVE, State.INACTIVE, State.UNCONFIGURED)
 
 
-RUN_FOLDER = "$RUN"
-"""In a path parameter: the folder of the running system (``regraft.run_directory``)."""
-
-
 def read_component(table: Section, name: str, refused: Collection[str] = ()) -> ComponentSpec:
     """Return one component, without its connections and services; without description where it has no class.
 
@@ -55,7 +52,7 @@ def read_component(table: Section, name: str, refused: Collection[str] = ()) -> 
         description = read_program(section)
     else:
         section.only(*OF_CLASSES)
-        description = _class_description(section, parameters, refused)
+        description = _class_description(section, parameters, folders, refused)
     return ComponentSpec(
         name=name,
         cls=section.text("class") if "command" not in section else "",
@@ -101,26 +98,6 @@ def services(spec: ComponentSpec, topics: Collection[str], given: Mapping[str, s
     return {service.name: service_in_scope(spec.name, scope, service.name) for service in offered} | dict(given)
 
 
-def _is_relative(value: PlainValue) -> bool:
-    return isinstance(value, str) and value != "" and not value.startswith(RUN_FOLDER)
-
-
-def with_absolute_paths(
-    description: Description, parameters: dict[str, PlainValue], folders: Path | Mapping[str, Path]
-) -> dict[str, PlainValue]:
-    """Return the parameters, those whose unit is ``path`` made absolute from a folder, or from one for each.
-
-    Empty ones stay, and so do those that begin with ``$RUN``: the folder of the running system is not known yet.
-    """
-    paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
-    return {
-        name: str((folders if isinstance(folders, Path) else folders[name]) / value)
-        if name in paths and _is_relative(value)
-        else value
-        for name, value in parameters.items()
-    }
-
-
 def in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
     """Return the spec with parameters that begin with ``$RUN`` in the folder of the running system."""
     parameters = {
@@ -131,7 +108,10 @@ def in_run_folder(spec: ComponentSpec, folder: str) -> ComponentSpec:
 
 
 def _class_description(
-    section: Section, parameters: Mapping[str, PlainValue], refused: Collection[str]
+    section: Section,
+    parameters: Mapping[str, PlainValue],
+    folders: Mapping[str, Path],
+    refused: Collection[str],
 ) -> Description | None:
     path = section.text("class")
     if "class" not in section:
@@ -139,7 +119,7 @@ def _class_description(
     if not path or path.partition(":")[0] in refused:
         return None
     try:
-        description, problems = describe_class(path, parameters)
+        description, problems = describe_class(path, parameters, folders)
         for place, problem in problems:
             section.wrong(f"parameters.{place}", problem)
         return description

@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Add, EnterMode, SetParameters
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.sections.components import with_absolute_paths
+from regraft.stack.relative_paths import with_absolute_paths
 from regraft.stack.sections.system_modes import read_system_modes
 from regraft.stack.yaml.nodes import plain
 from regraft.stack.yaml.problems import StackError

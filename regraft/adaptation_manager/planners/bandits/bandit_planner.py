@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from typing import Final
 
-from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.bandits.context import numbers_of
-from regraft.adaptation_manager.planners.bandits.dimensions import Option
-from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
+from regraft import Parameter, RefusalCode, RequestRefused, service
+from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
+from regraft.adaptation_manager.planners.bandits.decided import Meters, asked_for, options_in
 from regraft.adaptation_manager.planners.bandits.memory import Chosen, TaskMemory
-from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
-from regraft.adaptation_manager.planners.bandits.space import options_of
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
 from regraft.adaptation_manager.planners.bandits.tickets import Told
+from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
+from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
+from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.choices.slots import Option
+from regraft.adaptation_manager.planners.choices.space import options_of
+from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner, check_fits, read_decision_inputs
+from regraft.adaptation_manager.planners.decisions.measuring import SAMPLE_EVERY
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.question import Question, question_of
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
@@ -25,10 +32,11 @@ MAX_TASKS: Final = 256
 SPACES_KEPT: Final = 16
 
 
-class BanditPlanner(Component):
+class BanditPlanner(DecidingPlanner):
     """Chooses among options by a bandit strategy that learns, for each task, what they are worth."""
 
     resources = Resources(cpu=0.01, memory=35.0)
+    cannot_express = "what is expected of an option, except within constraints and bounds; and a margin"
     state_version = 1
     checkpoint_every = 1.0
 
@@ -55,6 +63,10 @@ class BanditPlanner(Component):
         self._manager = Manager(self.kit)
         self._turns = Turns()
         self._spaces: dict[str, tuple[Option, ...] | BadMessage] = {}
+        self._meters = Meters()
+        self.begin_deciding()
+        if self.known_decisions:
+            self.kit.spawn(self._measure(), "measuring what choices are worth")
 
     # --- services ---
 
@@ -63,42 +75,48 @@ class BanditPlanner(Component):
         """Say what can be asked for: the strategies with their knobs, the form of the inputs."""
         text = (type(self).__doc__ or "").split("\n\n")[0]
         strategies = self._strategies.describe()
-        return PlannerDescription(
-            self.kit.name, self.kit.name, text, inputs_schema(self._strategies.names()), strategies
-        )
+        inputs = self.schema_with_decisions(inputs_schema(self._strategies.names()))
+        return PlannerDescription(self.kit.name, self.kit.name, text, inputs, strategies)
 
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Take the credit that is given, choose an option, and have it applied if that is wanted."""
+        return await self.decide(request)
+
+    async def decide(self, request: ProposalRequest) -> Proposal:
+        """Answer a request; raises RequestRefused."""
         if not request.task:
             why = "is empty: name the task for which is learned"
             raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
-            asked = self._read(request)
+            asked, credit, decision = self._read(request)
         except BadMessage as error:
-            raise RequestRefused.malformed(error) from None
-        options = await self._options(asked)
+            raise RequestRefused.malformed(error.inside("inputs")) from None
+        options = await self._options(asked) if decision is None else ()
         await self._turns.take(request.task)
         try:
-            return await self._propose(request, asked, options, numbers_of(request.context))
+            return await self._propose(request, asked, credit, options, decision)
         finally:
             self._turns.give(request.task)
 
-    def _read(self, request: ProposalRequest) -> Asked:
-        try:
+    def _read(self, request: ProposalRequest) -> tuple[Asked, Credit | None, Decision | None]:
+        decision = None
+        if "decision" in request.inputs:
+            inputs = read_decision_inputs(request.inputs)
+            decision = self.decision_named(inputs.decision)
+            asked = asked_for(decision, inputs)
+        else:
             asked = read_inputs(request.inputs)
-            self._strategies.knobs(asked.strategy, asked.knobs)
-        except BadMessage as error:
-            raise error.inside("inputs") from None
-        return asked
+        self._strategies.knobs(asked.strategy, asked.knobs)
+        return asked, None if asked.credit is None else read_credit(asked.credit), decision
 
     async def _options(self, asked: Asked) -> tuple[Option, ...]:
-        """Return the options; these, or why there are none, are found once for equal dimensions and constraints."""
-        known = repr((asked.dimensions, asked.constraints, self.most_options))
+        """Return the options; these, or why there are none, are found once for equal slots and constraints."""
+        known = repr((asked.slots, asked.constraints, self.most_options))
         found = self._spaces.pop(known, None)
         if found is None:
             try:
-                found = await self.kit.compute(options_of, asked.dimensions, asked.constraints, self.most_options)
+                found = await self.kit.compute(options_of, asked.slots, asked.constraints, self.most_options)
             except BadMessage as error:
                 found = error.inside("inputs")
         self._spaces[known] = found
@@ -111,37 +129,62 @@ class BanditPlanner(Component):
     # --- one proposal ---
 
     async def _propose(
-        self, request: ProposalRequest, asked: Asked, options: tuple[Option, ...], context: dict[str, float]
+        self,
+        request: ProposalRequest,
+        asked: Asked,
+        credit: Credit | None,
+        options: tuple[Option, ...],
+        decision: Decision | None,
     ) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
+        context, question = numbers_of(request.context), None
         memory = self._memory(request.task)
         knobs = self._strategies.knobs(asked.strategy, asked.knobs)
         try:
-            check_dimensions(asked.dimensions, architecture)
+            if decision is None:
+                check_dimensions(asked.slots, architecture)
+            else:
+                situation = self.situation(decision, request)
+                check_fits(decision, architecture)
+                question = question_of(decision, situation, self.estimates(architecture))
+                request, context = self.in_context(request, situation), numbers_of(situation)
+                options = await self.kit.compute(options_in, question, self.most_options)
+                credit = credit or self._meters.credit(request.task)
             memory.check(asked.strategy, knobs, options, context)
-            told = memory.credit(asked.credit, architecture) if asked.credit else None
+            told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
-            chosen = memory.choose(asked.strategy, knobs, asked.dimensions, options, context, seed)
+            chosen = memory.choose(asked.strategy, knobs, asked.slots, options, context, seed)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         if not request.apply:
-            changes = changes_for(asked.dimensions, chosen.option.values, architecture)
-            return Proposal(request.task, changes, _shown(chosen, "dry", told))
-        return await self._carry_out(request, asked, chosen, told, architecture)
+            changes = changes_for(chosen.option.settings, architecture)
+            return Proposal(request.task, changes, _shown(chosen, "dry", told, question))
+        return await self._carry_out(request, asked, chosen, told, architecture, question)
+
+    async def _measure(self) -> None:
+        while True:
+            await self.kit.sleep(SAMPLE_EVERY)
+            self._meters.sample(self.kit.now(), self.situation)
 
     async def _carry_out(
-        self, request: ProposalRequest, asked: Asked, chosen: Chosen, told: Told | None, seen: Architecture
+        self,
+        request: ProposalRequest,
+        asked: Asked,
+        chosen: Chosen,
+        told: Told | None,
+        seen: Architecture,
+        question: Question | None,
     ) -> Proposal:
         memory = self._memory(request.task)
         memory.keep(chosen)
         began = self.kit.now()
         done = await self._manager.carry_out(
-            lambda architecture: changes_for(asked.dimensions, chosen.option.values, architecture),
+            lambda architecture: changes_for(chosen.option.settings, architecture),
             seen,
             AdaptationOrder.of(self.kit.name, request, f"{chosen.strategy} for {request.task}: {chosen.why}"),
             self.adapt_within,
         )
-        choice = _shown(chosen, done.outcome, told)
+        choice = _shown(chosen, done.outcome, told, question)
         if done.disturbed:
             memory.disturbed(began)
         ticket = ""
@@ -149,6 +192,8 @@ class BanditPlanner(Component):
             now = self.kit.now()
             ticket, since = memory.stood(chosen, now, asked.settle, changed=bool(done.changes))
             choice |= {"applied": now, "measure_from": since}
+            if question is not None:
+                self._meters.begin(request.task, question.decision, ticket, since)
         elif done.outcome != "refused":
             choice["rests"] = memory.failed(chosen, self.rest)
         if done.error:
@@ -179,9 +224,9 @@ class BanditPlanner(Component):
             self._memories[task].restore(kept)
 
 
-def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainValue]:
+def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question | None) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
-    names = [dimension.name for dimension in chosen.dimensions]
+    names = [slot.name for slot in chosen.slots]
     shown: dict[str, PlainValue] = {
         "strategy": chosen.strategy,
         "option": dict(zip(names, chosen.option.values, strict=True)),
@@ -191,6 +236,11 @@ def _shown(chosen: Chosen, outcome: str, told: Told | None) -> dict[str, PlainVa
         "outcome": outcome,
         "notes": [*chosen.notes, *(told.notes if told else ())],
     }
+    if question is not None:
+        shown["decision"] = question.decision.name
+        shown["faults"] = list(question.faults)
+        shown["excluded"] = question.excluded()
+        shown["notes"] += question.notes
     if told:
         shown["credit"] = told.shown()
     return shown

@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 from random import Random
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Option
-from regraft.adaptation_manager.planners.bandits.inputs import Credit
+from regraft.adaptation_manager.planners.bandits.credit import Credit
 from regraft.adaptation_manager.planners.bandits.strategy import CannotLearn, Knobs, Offer, Strategy
 from regraft.adaptation_manager.planners.bandits.strategy_registry import Strategies
-from regraft.adaptation_manager.planners.bandits.tickets import Ticket, Told, stakes_of, ticket_from
+from regraft.adaptation_manager.planners.bandits.tickets import Ticket, Told, ticket_from
+from regraft.adaptation_manager.planners.choices.slots import Option, Slot
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
@@ -30,7 +30,7 @@ class Chosen:
     strategy: str
     knobs: Knobs
     option: Option
-    dimensions: tuple[Dimension, ...]
+    slots: tuple[Slot, ...]
     context: dict[str, float]
     options: int
     resting: int
@@ -65,7 +65,7 @@ class TaskMemory:
         self,
         strategy: str,
         knobs: Knobs,
-        dimensions: tuple[Dimension, ...],
+        slots: tuple[Slot, ...],
         options: Sequence[Option],
         context: dict[str, float],
         seed: str,
@@ -83,7 +83,7 @@ class TaskMemory:
         option = awake[decision.index]
         resting = len(options) - len(awake)
         notes = (note,) if note else ()
-        return Chosen(strategy, knobs, option, dimensions, relevant, len(options), resting, decision.why, notes)
+        return Chosen(strategy, knobs, option, slots, relevant, len(options), resting, decision.why, notes)
 
     def _judge(self, name: str, knobs: Knobs) -> tuple[Strategy[Any], str]:
         """Return what a strategy knows, under the given knobs; a new one for another range of utility."""
@@ -121,9 +121,8 @@ class TaskMemory:
         self._uncredited[key] = self._uncredited.pop(key, 0) + 1
         self._issued += 1
         name = f"{self._issued}-{key}"
-        stakes = stakes_of(chosen.dimensions, chosen.option.values)
         low, high = chosen.knobs.low, chosen.knobs.high
-        self._tickets[name] = Ticket(chosen.strategy, key, since, low, high, chosen.context, stakes)
+        self._tickets[name] = Ticket(chosen.strategy, key, since, low, high, chosen.context, chosen.option.settings)
         if len(self._tickets) > MAX_TICKETS:
             del self._tickets[next(iter(self._tickets))]
         return name, since

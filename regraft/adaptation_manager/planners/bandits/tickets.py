@@ -2,37 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind
-from regraft.adaptation_manager.planners.bandits.inputs import Credit, seconds
-from regraft.adaptation_manager.planners.bandits.option_state import stands
+from regraft.adaptation_manager.planners.bandits.credit import Credit, seconds
+from regraft.adaptation_manager.planners.choices.in_architecture import stands
+from regraft.adaptation_manager.planners.choices.settings import Kind, Setting
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
 
 ROUNDING = 1e-6
 """Seconds by which stamps may differ that are meant to be equal."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stake:
-    """A part of an option as it should stand: what, and the value."""
-
-    component: str
-    kind: Kind
-    member: str
-    value: PlainValue
-
-    def holds(self, architecture: Architecture) -> bool:
-        """Tell whether it stands in an architecture."""
-        dimension = Dimension(self.component, self.kind, self.member, (self.value,), "")
-        return stands(dimension, self.value, architecture)
-
-
-def stakes_of(dimensions: Sequence[Dimension], values: Sequence[PlainValue]) -> tuple[Stake, ...]:
-    """Return the parts of an option."""
-    return tuple(Stake(d.component, d.kind, d.member, value) for d, value in zip(dimensions, values, strict=True))
 
 
 @dataclass(slots=True)
@@ -48,7 +27,7 @@ class Ticket:
     low: float
     high: float
     context: dict[str, float]
-    stakes: tuple[Stake, ...]
+    settings: tuple[Setting, ...]
     until: float | None = None
     credited: bool = False
 
@@ -61,7 +40,7 @@ class Ticket:
             return f"measured from {seconds(credit.begin)}, but {since}"
         if self.until is not None and credit.end > self.until + ROUNDING:
             return f"measured until {seconds(credit.end)}, but the choice stood until {seconds(self.until)} only"
-        changed = [stake for stake in self.stakes if self.until is None and not stake.holds(architecture)]
+        changed = [each for each in self.settings if self.until is None and not stands(each, architecture)]
         if changed:
             what = f"{changed[0].component}.{changed[0].member or 'state'}"
             return f"somebody else has changed {what} since"
@@ -74,15 +53,15 @@ class Ticket:
 
     def state(self) -> PlainValue:
         """Return the ticket as plain data."""
-        stakes = [[stake.component, stake.kind.value, stake.member, stake.value] for stake in self.stakes]
+        settings = [[each.component, each.kind.value, each.member, each.value] for each in self.settings]
         numbers = [self.since, self.low, self.high, self.until]
-        return [self.strategy, self.key, numbers, self.context, stakes, self.credited]
+        return [self.strategy, self.key, numbers, self.context, settings, self.credited]
 
 
 def ticket_from(state: PlainValue) -> Ticket:
     """Return the ticket that ``state`` was taken from."""
-    strategy, key, (since, low, high, until), context, stakes, credited = state
-    parts = tuple(Stake(component, Kind(kind), member, value) for component, kind, member, value in stakes)
+    strategy, key, (since, low, high, until), context, settings, credited = state
+    parts = tuple(Setting(component, Kind(kind), member, value) for component, kind, member, value in settings)
     return Ticket(strategy, key, since, low, high, context, parts, until, credited)
 
 

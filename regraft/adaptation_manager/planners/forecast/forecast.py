@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, Option
+from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective
+from regraft.adaptation_manager.planners.choices.slots import Option
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.expressions import Expression, Unknown
-from regraft.component.predicting import predicted
-from regraft.process.main import NoSuchClass, load_class
 
 MAX_ASSUMED: Final = 32
 
@@ -38,8 +35,7 @@ class ForecastKnobs:
 class Model:
     """The knobs, read and checked."""
 
-    utility: Expression
-    assume: tuple[tuple[str, Expression], ...]
+    objective: Objective
     margin: float
 
 
@@ -58,7 +54,7 @@ def model_of(plain: dict[str, PlainValue]) -> Model:
             assumed.append((name, Expression(text)))
         except BadMessage as error:
             raise error.inside(name).inside("assume") from None
-    return Model(utility, tuple(assumed), knobs.margin)
+    return Model(Objective(utility, tuple(assumed)), knobs.margin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,47 +66,10 @@ class Forecast:
     why: str = ""
 
 
-def outlook(
-    model: Model,
-    dimensions: Sequence[Dimension],
-    option: Option,
-    architecture: Architecture,
-    context: Mapping[str, float],
-) -> Forecast:
-    """Return what an option is expected to be worth in an architecture, the context being what is known."""
-    known: dict[str, PlainValue] = dict(context)
-    for dimension, value in zip(dimensions, option.values, strict=True):
-        if isinstance(value, int | float | str):
-            known[dimension.name] = value
-    assumed: dict[str, PlainValue] = {}
+def outlook(evaluation: Evaluation, option: Option) -> Forecast:
+    """Return what an option is expected to be worth."""
     try:
-        for name, expression in model.assume:
-            assumed[name] = known[name] = expression.value(known)
-        for component in dict.fromkeys(dimension.component for dimension in dimensions):
-            spec = architecture.components[component]
-            changed = {
-                d.member: value
-                for d, value in zip(dimensions, option.values, strict=True)
-                if d.component == component and d.kind is Kind.PARAMETER
-            }
-            estimated = estimates(spec, changed, assumed)
-            known |= {f"{component}.{quality}": value for quality, value in estimated.items()}
-        return Forecast(option, model.utility.number(known))
+        worth = evaluation.value(evaluation.objective.utility, option.selections)
     except Unknown as error:
         return Forecast(option, None, str(error))
-
-
-def estimates(
-    spec: ComponentSpec, changed: Mapping[str, PlainValue], context: Mapping[str, PlainValue]
-) -> dict[str, float]:
-    """Return what a component's class expects to give, with some parameters changed; raises Unknown."""
-    if spec.description is None:
-        raise Unknown(f"{spec.name} is not described")
-    defaults = {parameter.name: parameter.default for parameter in spec.description.parameters}
-    parameters = defaults | spec.parameters | dict(changed)
-    try:
-        return predicted(load_class(spec.cls), spec.description.qualities, parameters, context).values
-    except NoSuchClass as error:
-        raise Unknown(f"{spec.name}: {error}") from None
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
-        raise Unknown(f"{spec.name} cannot estimate: {type(error).__name__}: {error}") from None
+    return Forecast(option, worth)

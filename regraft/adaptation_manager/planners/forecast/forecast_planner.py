@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import Final
 
-from regraft import Component, Parameter, RefusalCode, RequestRefused, service
-from regraft.adaptation_manager.planners.bandits.context import numbers_of
-from regraft.adaptation_manager.planners.bandits.inputs import Asked, inputs_schema, read_inputs
-from regraft.adaptation_manager.planners.bandits.option_state import changes_for, check_dimensions
-from regraft.adaptation_manager.planners.bandits.space import options_of
+from regraft import Parameter, RefusalCode, RequestRefused, service
+from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
+from regraft.adaptation_manager.planners.choices.fitting import check_dimensions
+from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
+from regraft.adaptation_manager.planners.choices.inputs import Asked, inputs_schema, read_inputs
+from regraft.adaptation_manager.planners.choices.objective import Evaluation
+from regraft.adaptation_manager.planners.choices.settings import Setting
+from regraft.adaptation_manager.planners.choices.solvers.protocol import CannotSolve
+from regraft.adaptation_manager.planners.choices.space import options_of
+from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner, check_fits
+from regraft.adaptation_manager.planners.forecast.decided import STRATEGY, Decided, read_decided
 from regraft.adaptation_manager.planners.forecast.forecast import Forecast, ForecastKnobs, Model, model_of, outlook
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, CarriedOut, Manager, Turns
 from regraft.bus_schema.annotations import PlainValue
@@ -24,13 +31,12 @@ from regraft.bus_schema.messages.planning import (
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 
-STRATEGY: Final = "expected_utility"
 MAX_OPTIONS: Final = 1000
 MAX_TOLD: Final = 10
 """Options whose expected utility an explanation names."""
 
 
-class ForecastPlanner(Component):
+class ForecastPlanner(DecidingPlanner):
     """Chooses the option with the highest expected utility, by what the components' classes say they would give.
 
     It learns nothing and needs no trials: an option's qualities are the classes' own estimates under its parameters, in
@@ -38,6 +44,7 @@ class ForecastPlanner(Component):
     """
 
     resources = Resources(cpu=0.02, memory=60.0)
+    cannot_express = "measured qualities, settle and range, since it learns nothing"
     handler_timeout = 2.0  # a class is loaded when it is first asked for
 
     answer_within = Parameter(
@@ -49,6 +56,7 @@ class ForecastPlanner(Component):
         """Begin with nothing under way."""
         self._manager = Manager(self.kit)
         self._turns = Turns()
+        self.begin_deciding()
 
     @service("planners/{name}/describe")
     def describe(self, query: PlannerQuery) -> PlannerDescription:
@@ -56,20 +64,30 @@ class ForecastPlanner(Component):
         text = (type(self).__doc__ or "").split("\n\n")[0]
         knobs = record_shape(ForecastKnobs).json_schema()
         strategy = StrategyDescription(STRATEGY, "Takes what is expected to be worth most.", knobs)
-        return PlannerDescription(self.kit.name, self.kit.name, text, inputs_schema((STRATEGY,)), (strategy,))
+        inputs = self.schema_with_decisions(inputs_schema((STRATEGY,)))
+        return PlannerDescription(self.kit.name, self.kit.name, text, inputs, (strategy,))
 
     @service("planners/{name}/propose")
     async def propose(self, request: ProposalRequest) -> Proposal:
         """Choose an option, and have it applied if that is wanted."""
+        return await self.decide(request)
+
+    async def decide(self, request: ProposalRequest) -> Proposal:
+        """Answer a request; raises RequestRefused."""
         if not request.task:
             why = "is empty: name the task for which is chosen"
             raise RequestRefused(why, RefusalCode.MALFORMED, field="task")
         try:
-            asked, model = _read(request.inputs)
+            decided = read_decided(request.inputs, self.decision_named)
+            asked, model = (None, None) if decided else _read(request.inputs)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         await self._turns.take(request.task)
         try:
+            if decided:
+                return await self._take(request, decided)
+            assert asked is not None
+            assert model is not None
             return await self._propose(request, asked, model)
         finally:
             self._turns.give(request.task)
@@ -77,27 +95,51 @@ class ForecastPlanner(Component):
     async def _propose(self, request: ProposalRequest, asked: Asked, model: Model) -> Proposal:
         architecture = await self._manager.architecture(self.answer_within)
         try:
-            check_dimensions(asked.dimensions, architecture)
-            options = options_of(asked.dimensions, asked.constraints, MAX_OPTIONS)
+            check_dimensions(asked.slots, architecture)
+            options = options_of(asked.slots, asked.constraints, MAX_OPTIONS)
         except BadMessage as error:
             raise RequestRefused.malformed(error.inside("inputs")) from None
         context = numbers_of(request.context)
-        outlooks = [outlook(model, asked.dimensions, option, architecture, context) for option in options]
+        evaluation = Evaluation(asked.slots, model.objective, context, ClassEstimates(architecture))
+        outlooks = [outlook(evaluation, option) for option in options]
         chosen = _best(asked, model, outlooks, architecture)
         choice = _shown(asked, chosen, outlooks)
         if chosen is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
-        values = chosen.option.values
+        return await self._carry_out(request, chosen.option.settings, choice, architecture)
+
+    async def _take(self, request: ProposalRequest, decided: Decided) -> Proposal:
+        """Take a decision."""
+        architecture = await self._manager.architecture(self.answer_within)
+        try:
+            check_fits(decided.decision, architecture)
+            situation, estimates = self.situation(decided.decision, request), self.estimates(architecture)
+            option, choice = await self.kit.compute(decided.choose, architecture, situation, estimates)
+        except (BadMessage, CannotSolve) as error:
+            problem = error if isinstance(error, BadMessage) else BadMessage(str(error), ("knobs", "solver"))
+            raise RequestRefused.malformed(problem.inside("inputs")) from None
+        if option is None:
+            return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
+        request = self.in_context(request, situation)
+        return await self._carry_out(request, option.settings, choice, architecture)
+
+    async def _carry_out(
+        self,
+        request: ProposalRequest,
+        settings: tuple[Setting, ...],
+        choice: dict[str, PlainValue],
+        architecture: Architecture,
+    ) -> Proposal:
         if not request.apply:
-            changes = changes_for(asked.dimensions, values, architecture)
+            changes = changes_for(settings, architecture)
             return Proposal(request.task, changes, {**choice, "outcome": "dry"})
         done: CarriedOut = await self._manager.carry_out(
-            lambda seen: changes_for(asked.dimensions, values, seen),
+            lambda seen: changes_for(settings, seen),
             architecture,
             AdaptationOrder.of(self.kit.name, request, str(choice["why"])),
             self.adapt_within,
         )
-        notes: list[PlainValue] = [done.error] if done.error else []
+        notes = [*choice["notes"], *([done.error] if done.error else [])]
         return Proposal(
             request.task, done.changes, {**choice, "outcome": done.outcome, "notes": notes}, "", done.report
         )
@@ -119,7 +161,7 @@ def _best(asked: Asked, model: Model, outlooks: list[Forecast], architecture: Ar
     if not known:
         return None
     best = max(known, key=_utility)
-    stands = next((e for e in known if not changes_for(asked.dimensions, e.option.values, architecture)), None)
+    stands = next((e for e in known if not changes_for(e.option.settings, architecture)), None)
     return stands if stands is not None and _utility(best) <= _utility(stands) + model.margin else best
 
 
@@ -130,7 +172,7 @@ def _utility(each: Forecast) -> float:
 
 def _shown(asked: Asked, chosen: Forecast | None, outlooks: list[Forecast]) -> dict[str, PlainValue]:
     """Return what people and trees are told of a choice."""
-    names = [dimension.name for dimension in asked.dimensions]
+    names = [slot.name for slot in asked.slots]
     told: dict[str, PlainValue] = {"strategy": STRATEGY, "options": len(outlooks), "notes": []}
     if chosen is None:
         return told | {

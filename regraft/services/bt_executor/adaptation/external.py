@@ -100,15 +100,21 @@ class ExternalStrategy:
 
     def _request(self) -> ProposalRequest:
         node = self._node
-        options = node.read_port("adaptation_options")
-        inputs: dict[str, PlainValue] = {
-            "strategy": node.adaptation_strategy,
-            "options": [self._in_system(each) for each in option_space(locations_of(node), subjects_of(node), options)],
-            "settle": duration_of(node, "settle"),
-        }
+        given = node.setup.readers
+        inputs: dict[str, PlainValue] = {}
+        for port, name in (("adaptation_strategy", "strategy"), ("decision", "decision")):
+            if port in given:
+                inputs[name] = node.read_port(port)
+        if "adaptation_options" in given:
+            options = option_space(locations_of(node), subjects_of(node), node.read_port("adaptation_options"))
+            inputs["options"] = [self._in_system(each) for each in options]
+        if "options" in inputs or "settle" in node.setup.attributes:
+            inputs["settle"] = duration_of(node, "settle")
         for port, kind in (("knobs", dict), ("constraints", list)):
-            if port in node.setup.readers:
+            if port in given:
                 inputs[port] = json_of(node, port, kind)
+        if "inputs" in given:
+            inputs |= json_of(node, "inputs", dict)
         if self._owed is not None:
             inputs["credit"] = self._owed
         context = {**decision_context(node.context, node, ""), **self._told()}

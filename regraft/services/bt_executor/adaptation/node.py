@@ -6,7 +6,7 @@ from typing import Any
 
 from behavior_tree import Decorator, Input, NodeSetup, Output
 from regraft.services.bt_executor.adaptation.dialogue import AttemptSteps
-from regraft.services.bt_executor.adaptation.port_values.ports import locations_of, subjects_of
+from regraft.services.bt_executor.adaptation.port_values.ports import FOR_PLANNERS, locations_of, subjects_of
 from regraft.services.bt_executor.adaptation.results import Result
 from regraft.services.bt_executor.adaptation.rules.desired_changes import DesiredChange
 from regraft.services.bt_executor.leaves.context import LeafContext
@@ -20,6 +20,8 @@ class AdaptNode(Decorator):
     subject_location = Input[Any](description="the components to adapt, as a;b")
     adaptation_location = Input[Any](description="the same as subject_location")
     adaptation_options = Input[Any](description="what to choose from: 0.1;0.2, with several subjects 0.1;0.2 | 1;3")
+    decision = Input(str, description="the decision that the planner takes, by its name")
+    inputs_port = Input[Any](name="inputs", description="json:{...}, further inputs of the planner, of any form")
     rules = Input(str, description="CONDITION : ACTION; CONDITION : ACTION; the first that holds wins")
     condition = Input[Any](default="true", description="script: whether to ask the strategy")
     utility_port = Input[Any](name="utility", description="script or entry: what the option that stands is worth")
@@ -73,7 +75,7 @@ class AdaptNode(Decorator):
     @property
     def is_external(self) -> bool:
         """Whether a planner chooses."""
-        return "adaptation_strategy" in self.setup.readers
+        return any(port in self.setup.readers for port in FOR_PLANNERS)
 
     def now(self) -> float:
         """Return the time in seconds of the tree's clock."""

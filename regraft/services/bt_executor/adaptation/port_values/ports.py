@@ -18,11 +18,13 @@ LOCATIONS: Final = ("subject_location", "adaptation_location")
 DURATIONS: Final = ("timeout", "retry_after", "settle")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
 PLANNER: Final = re.compile(r"/?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?")
+FOR_PLANNERS: Final = ("adaptation_strategy", "decision", "inputs")
+"""Ports of which each says that a planner decides."""
 FOR_STRATEGIES: Final = (
     "adaptation_options", "constraints", "knobs", "settle", "utility", "condition", "context", "planner",
     "task",
 )  # fmt: skip
-"""Ports that mean something only next to ``adaptation_strategy``."""
+"""Ports that mean something only where a planner decides."""
 
 
 def locations_of(node: Node) -> tuple[str, ...]:
@@ -65,19 +67,22 @@ def check_ports(node: Node, *, has_own_plan: bool) -> None:
         ValueError: something is wrong; the loader adds the place.
     """
     given = node.setup.attributes
-    deciding = [name for name in ("rules", "adaptation_strategy") if name in node.setup.readers]
+    asking = [name for name in FOR_PLANNERS if name in node.setup.readers]
+    deciding = [name for name in ("rules",) if name in node.setup.readers] + asking
     if has_own_plan and deciding:
         raise ValueError(f"{node.type_id} has a plan of its own; it takes no port {' and no '.join(deciding)}")
-    if not has_own_plan and len(deciding) != 1:
-        raise ValueError(f"{node.type_id} needs either the port rules, or the port adaptation_strategy")
+    if not has_own_plan and (not deciding or ("rules" in deciding and asking)):
+        ports = "adaptation_strategy, decision or inputs"
+        raise ValueError(f"{node.type_id} needs either the port rules, or the port {ports}")
     if all(name in given for name in LOCATIONS):
         raise ValueError(f"{node.type_id} is given {' and '.join(LOCATIONS)}, which mean the same; give one of them")
-    if "adaptation_strategy" in deciding:
-        _check_strategy(node)
+    if asking:
+        _check_planner(node)
     else:
         idle = [name for name in FOR_STRATEGIES if name in given]
         if idle:
-            raise ValueError(f"port '{idle[0]}' is for external strategies; give adaptation_strategy as well")
+            also = "give adaptation_strategy, decision or inputs as well"
+            raise ValueError(f"port '{idle[0]}' is for external strategies; {also}")
     for port in DURATIONS:
         if is_known(node, port):
             duration_of(node, port)
@@ -86,22 +91,27 @@ def check_ports(node: Node, *, has_own_plan: bool) -> None:
             policy_of(node, port)
 
 
-def _check_strategy(node: Node) -> None:
+def _check_planner(node: Node) -> None:
     given = node.setup.attributes
+    if not any(name in node.setup.readers for name in ("decision", "inputs")) or "adaptation_options" in given:
+        _check_options(node)
+    if is_known(node, "planner") and not PLANNER.fullmatch(node.read_port("planner")):
+        raise ValueError(f"port 'planner': '{node.read_port('planner')}' cannot be a planner's name, such as bandits")
+    for port, kind in (("knobs", dict), ("constraints", list), ("inputs", dict)):
+        text = given.get(port, "")
+        if '"' in text and not node.has_literal(port):
+            raise ValueError(f"port '{port}': write json: before {text}, or it is taken for a blackboard key")
+        if is_known(node, port):
+            json_of(node, port, kind)
+
+
+def _check_options(node: Node) -> None:
     needed = ["adaptation_subject", "adaptation_options"]
     missing = [name for name in needed if name not in node.setup.readers]
     if not any(name in node.setup.readers for name in LOCATIONS):
         missing.append(LOCATIONS[0])
     if missing:
         raise ValueError(f"{node.type_id} with adaptation_strategy needs the port {', '.join(missing)} as well")
-    if is_known(node, "planner") and not PLANNER.fullmatch(node.read_port("planner")):
-        raise ValueError(f"port 'planner': '{node.read_port('planner')}' cannot be a planner's name, such as bandits")
-    for port, kind in (("knobs", dict), ("constraints", list)):
-        text = given.get(port, "")
-        if '"' in text and not node.has_literal(port):
-            raise ValueError(f"port '{port}': write json: before {text}, or it is taken for a blackboard key")
-        if is_known(node, port):
-            json_of(node, port, kind)
     location = next(name for name in LOCATIONS if name in node.setup.readers)
     if all(is_known(node, port) for port in (*needed, location)):
         option_space(locations_of(node), subjects_of(node), node.read_port("adaptation_options"))

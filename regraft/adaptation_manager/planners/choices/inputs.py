@@ -1,14 +1,14 @@
-"""The ``inputs`` of a proposal's request to the bandits, read and checked."""
+"""The ``inputs`` of a proposal's request that lists what is to be varied, read and checked."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Final
 
-from regraft.adaptation_manager.planners.bandits.constraints import OPERATORS
-from regraft.adaptation_manager.planners.bandits.dimensions import Dimension, Kind, identity
+from regraft.adaptation_manager.planners.choices.constraints import OPERATORS
+from regraft.adaptation_manager.planners.choices.settings import Kind, identity
+from regraft.adaptation_manager.planners.choices.slots import Slot, varied
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
@@ -38,8 +38,8 @@ class Varied:
     transitions: tuple[Transition, ...] = ()
     name: Name = ""
 
-    def dimension(self) -> Dimension:
-        """Return the dimension; raises BadMessage."""
+    def slot(self) -> Slot:
+        """Return the slot in which this is varied; raises BadMessage."""
         given = {name for name in ("parameter", "values", "port", "topics", "transitions") if getattr(self, name)}
         if given == {"parameter", "values"}:
             kind, member, choices = Kind.PARAMETER, self.parameter, self.values
@@ -54,21 +54,11 @@ class Varied:
             raise BadMessage("shutdown ends a component for good, and is no option", ("transitions",))
         _check_choices(choices)
         name = self.name or f"{self.component}.{member or 'transition'}"
-        return Dimension(self.component, kind, member, choices, name)
+        return varied(self.component, kind, member, choices, name)
 
 
 @dataclass(frozen=True, slots=True)
-class Credit:
-    """The utility that was measured in ``[begin, end]``, for the option that ``ticket`` stands for."""
-
-    ticket: str
-    utility: float
-    begin: float
-    end: float
-
-
-@dataclass(frozen=True, slots=True)
-class BanditInputs:
+class ChoiceInputs:
     """The form of the inputs on the wire."""
 
     strategy: Name
@@ -85,36 +75,32 @@ class Asked:
 
     strategy: str
     knobs: dict[str, PlainValue]
-    dimensions: tuple[Dimension, ...]
+    slots: tuple[Slot, ...]
     constraints: tuple[PlainValue, ...]
     settle: float
-    credit: Credit | None
+    credit: dict[str, PlainValue] | None
 
 
 def read_inputs(plain: dict[str, PlainValue]) -> Asked:
     """Return what is asked for; raises BadMessage naming what is wrong, and where."""
-    inputs: BanditInputs = record_shape(BanditInputs).unpack(plain)
-    dimensions = _dimensions(inputs.options)
+    inputs: ChoiceInputs = record_shape(ChoiceInputs).unpack(plain)
+    slots = _slots(inputs.options)
     if len(inputs.constraints) > MAX_CONSTRAINTS:
         raise BadMessage(f"are {len(inputs.constraints)}, must be at most {MAX_CONSTRAINTS}", ("constraints",))
-    try:
-        credit = None if inputs.credit is None else _credit(inputs.credit)
-    except BadMessage as error:
-        raise error.inside("credit") from None
-    return Asked(inputs.strategy, inputs.knobs, dimensions, inputs.constraints, inputs.settle, credit)
+    return Asked(inputs.strategy, inputs.knobs, slots, inputs.constraints, inputs.settle, inputs.credit)
 
 
-def _dimensions(options: Sequence[Varied]) -> tuple[Dimension, ...]:
+def _slots(options: Sequence[Varied]) -> tuple[Slot, ...]:
     if not 1 <= len(options) <= MAX_DIMENSIONS:
         raise BadMessage(f"are {len(options)}, must be 1 to {MAX_DIMENSIONS}", ("options",))
-    found: list[Dimension] = []
-    for index, varied in enumerate(options):
+    found: list[Slot] = []
+    for index, each in enumerate(options):
         try:
-            dimension = varied.dimension()
-            _check_new(dimension, found)
+            slot = each.slot()
+            _check_new(slot, found)
         except BadMessage as error:
             raise error.inside(str(index)).inside("options") from None
-        found.append(dimension)
+        found.append(slot)
     return tuple(found)
 
 
@@ -128,44 +114,18 @@ def _check_choices(choices: Sequence[PlainValue]) -> None:
         seen.add(identity(choice))
 
 
-def _check_new(dimension: Dimension, others: Sequence[Dimension]) -> None:
+def _check_new(slot: Slot, others: Sequence[Slot]) -> None:
     for other in others:
-        same = (other.component, other.kind, other.member) == (dimension.component, dimension.kind, dimension.member)
-        if same:
-            raise BadMessage(f"varies {dimension.name} again: give all its choices in one place")
-        if other.name == dimension.name:
-            raise BadMessage(f"there is another {dimension.name!r}: give it a 'name' of its own", ("name",))
-
-
-def _credit(plain: dict[str, PlainValue]) -> Credit:
-    names = ("ticket", "utility", "from", "to")
-    unknown, missing = sorted(plain.keys() - set(names)), [name for name in names if name not in plain]
-    if unknown or missing:
-        what = f"has no field {unknown[0]!r}" if unknown else f"lacks {missing[0]!r}"
-        raise BadMessage(f"{what}; it has: {', '.join(names)}")
-    if not isinstance(plain["ticket"], str):
-        raise BadMessage(f"is {type(plain['ticket']).__name__}, must be text", ("ticket",))
-    utility, begin, end = (_number(plain, name) for name in names[1:])
-    if end < begin:
-        raise BadMessage(f"is {seconds(end)}, before 'from', which is {seconds(begin)}", ("to",))
-    return Credit(plain["ticket"], utility, begin, end)
-
-
-def seconds(stamp: float) -> str:
-    """Return a stamp as text: to the millisecond, also where it counts from 1970."""
-    return f"{stamp:.3f}".rstrip("0").rstrip(".")
-
-
-def _number(plain: dict[str, PlainValue], name: str) -> float:
-    value = plain[name]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise BadMessage(f"is {value!r}, must be a finite number", (name,))
-    return float(value)
+        one, another = (each.alternatives[0].settings[0] for each in (slot, other))
+        if (one.component, one.kind, one.member) == (another.component, another.kind, another.member):
+            raise BadMessage(f"varies {slot.name} again: give all its choices in one place")
+        if other.name == slot.name:
+            raise BadMessage(f"there is another {slot.name!r}: give it a 'name' of its own", ("name",))
 
 
 def inputs_schema(strategies: Sequence[str]) -> dict[str, Any]:
     """Return the JSON Schema of the inputs."""
-    schema = record_shape(BanditInputs).json_schema()
+    schema = record_shape(ChoiceInputs).json_schema()
     schema["description"] = (
         "A strategy, the options that it chooses from, and the utility that an earlier choice earned."
     )

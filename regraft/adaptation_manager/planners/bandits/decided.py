@@ -1,0 +1,56 @@
+"""Decisions as the bandits take them: the options that a decision allows, and the utility that is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from regraft.adaptation_manager.planners.bandits.credit import Credit, read_credit
+from regraft.adaptation_manager.planners.choices.inputs import Asked
+from regraft.adaptation_manager.planners.choices.slots import Option
+from regraft.adaptation_manager.planners.choices.space import allowed_options
+from regraft.adaptation_manager.planners.decisions.deciding import DecisionInputs
+from regraft.adaptation_manager.planners.decisions.measuring import Meter
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.question import Question
+
+DEFAULT_STRATEGY: Final = "ucb_tuned"
+
+
+def asked_for(decision: Decision, inputs: DecisionInputs) -> Asked:
+    """Return what a request for a decision asks for; its own knobs and settling time come first."""
+    knobs = {"low": decision.low, "high": decision.high, **inputs.knobs}
+    settle = decision.settle if inputs.settle is None else inputs.settle
+    return Asked(inputs.strategy or DEFAULT_STRATEGY, knobs, decision.slots, (), settle, inputs.credit)
+
+
+def options_in(question: Question, most: int) -> tuple[Option, ...]:
+    """Return the options that a decision allows now, those prescribed if there are any; raises BadMessage."""
+    rulebook = question.rulebook
+    options = allowed_options(question.decision.slots, rulebook.rules, rulebook.texts, most)
+    prescribed = [option for option in options if question.prescribes(option.selections)]
+    if question.prescribed and not prescribed:
+        question.notes.append("the prescribed solution is not possible")
+    return tuple(prescribed) or options
+
+
+@dataclass(slots=True)
+class Meters:
+    """The measured worth of the choices that stand, by task."""
+
+    by_task: dict[str, Meter] = field(default_factory=dict)
+
+    def credit(self, task: str) -> Credit | None:
+        """Return the credit of the choice that stands for a task, None if nothing was measured."""
+        meter = self.by_task.pop(task, None)
+        earned = meter.credit() if meter else None
+        return read_credit(earned) if earned else None
+
+    def begin(self, task: str, decision: Decision, ticket: str, since: float) -> None:
+        """Measure a choice from now on."""
+        self.by_task[task] = Meter(decision, ticket, since)
+
+    def sample(self, now: float, situation: Any) -> None:
+        """Take a sample for each task, in the situation of its decision."""
+        for meter in self.by_task.values():
+            meter.sample(now, situation(meter.decision))

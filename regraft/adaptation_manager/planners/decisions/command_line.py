@@ -1,0 +1,107 @@
+"""``regraft decision``: checks decision files, and shows what they come to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from regraft.adaptation_manager.planners.choices.solvers.named import solver_named
+from regraft.adaptation_manager.planners.choices.solvers.protocol import CannotSolve, Effort
+from regraft.adaptation_manager.planners.decisions.checking import check_in, not_learned, not_predicted
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.question import question_of
+from regraft.adaptation_manager.planners.decisions.reading import locations_in, read_decision
+from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
+from regraft.adaptation_manager.planners.decisions.showing import choice_lines, choice_plain, decision_lines
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.options import JsonOption, RobotOption
+from regraft.cli.terminal.output import say, show_json
+from regraft.stack import StackError, load
+from regraft.stack.yaml.nodes import scalar
+
+decision = typer.Typer(
+    help="Check decision files, and show what is chosen.", no_args_is_help=True, rich_markup_mode=None
+)
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A decision file, such as decision.yaml.")]
+StackOption = Annotated[Path | None, typer.Option("--stack", metavar="STACK", help="The stack in which it is taken.")]
+ContextOption = Annotated[
+    list[str] | None, typer.Option("--context", metavar="NAME=VALUE", help="What is known of the world.")
+]
+SolverOption = Annotated[str, typer.Option("--solver", help="branch_and_bound, cp_sat or exhaustive.")]
+DeadlineOption = Annotated[float | None, typer.Option("--deadline", min=0.001, help="Seconds to search at most.")]
+
+
+@decision.command("check")
+def check(file: FileArgument, stack: StackOption = None, robot: RobotOption = "", as_json: JsonOption = False) -> None:
+    """Check a decision file; with a stack, also whether it can be taken there."""
+    found, _ = _read(file, stack, robot)
+    told = {
+        "file": str(file),
+        "learning": [{"field": each.field, "why": each.why} for each in not_learned(found)],
+        "predicting": [{"field": each.field, "why": each.why} for each in not_predicted(found)],
+    }
+    if as_json:
+        show_json(told)
+        return
+    say(f"{file}: {len(found.slots)} choices, {len(found.context)} entries of context: right")
+    for kind, parts in (("bandits", told["learning"]), ("forecast", told["predicting"])):
+        for part in parts:
+            say(f"{kind} cannot express {part['field']}: {part['why']}")  # type: ignore[index]
+
+
+@decision.command("show")
+def show(
+    file: FileArgument,
+    stack: StackOption = None,
+    robot: RobotOption = "",
+    context: ContextOption = None,
+    solver: SolverOption = "branch_and_bound",
+    deadline: DeadlineOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show a decision; with a stack, also what would be chosen there by what is expected, and why."""
+    found, architecture = _read(file, stack, robot)
+    if not as_json:
+        for line in decision_lines(found):
+            say(line)
+    if architecture is None:
+        return
+    try:
+        asked = question_of(found, _context(context or []), estimates_in(architecture, robot))
+        chosen = asked.choose(architecture, solver_named(solver), Effort(deadline=deadline))
+    except (BadMessage, CannotSolve) as error:
+        raise BadInput(f"{file}: {error}") from None
+    if as_json:
+        show_json(choice_plain(found, asked, chosen))
+        return
+    for line in choice_lines(found, asked, chosen):
+        say(line)
+
+
+def _read(file: Path, stack: Path | None, robot: str) -> tuple[Decision, Architecture | None]:
+    try:
+        found = in_scope(read_decision(file), robot)
+        if stack is None:
+            return found, None
+        architecture = load(stack).architecture
+        report = locations_in(file)
+        check_in(found, architecture, estimates_in(architecture, robot), report)
+        report.raise_if_any()
+    except StackError as error:
+        raise BadInput(str(error)) from None
+    return found, architecture
+
+
+def _context(given: list[str]) -> dict[str, Any]:
+    found = {}
+    for each in given:
+        name, equals, value = each.partition("=")
+        if not equals or not name:
+            raise BadInput(f"--context {each}: must be NAME=VALUE")
+        found[name] = scalar(value)
+    return found

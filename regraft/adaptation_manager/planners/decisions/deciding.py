@@ -1,0 +1,149 @@
+"""The base of planners that take decisions from files, asked or by themselves."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final
+
+from regraft import CallFailed, Component, Input, Parameter, RequestRefused
+from regraft.adaptation_manager.planners.choices.context import numbers_of
+from regraft.adaptation_manager.planners.choices.estimates import Estimator
+from regraft.adaptation_manager.planners.choices.fitting import misfits
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.reading import read_decision
+from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
+from regraft.adaptation_manager.planners.decisions.situation import inputs_for, situation
+from regraft.adaptation_manager.planners.decisions.watching import Watch
+from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text
+from regraft.bus_schema.encoding.records import record_shape
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.suggestions import no_such
+from regraft.component.parameters import ParameterError
+from regraft.stack import StackError
+
+MAX_TOLD: Final = 5
+"""Problems that a refusal names."""
+
+Name = Annotated[str, Text(200)]
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionInputs:
+    """The inputs of a request that names a decision; what is left out is the planner's, or the decision's own."""
+
+    decision: Name
+    strategy: Name = ""
+    knobs: dict[str, PlainValue] = field(default_factory=dict)
+    settle: Annotated[Seconds, Bounds(0.0, 3600.0)] | None = None
+    credit: dict[str, PlainValue] | None = None
+
+
+def read_decision_inputs(plain: dict[str, PlainValue]) -> DecisionInputs:
+    """Return the inputs; raises BadMessage naming what is wrong, and where."""
+    if "options" in plain:
+        raise BadMessage("is given next to 'decision', which has its own: give one of them", ("options",))
+    inputs: DecisionInputs = record_shape(DecisionInputs).unpack(plain)
+    return inputs
+
+
+def decisions_at(place: str) -> dict[str, Decision]:
+    """Return the decisions of a file, or of all YAML files of a folder, by name; raises StackError."""
+    if not place:
+        return {}
+    path = Path(place)
+    files = sorted(path.glob("*.yaml")) if path.is_dir() else [path]
+    return {file.stem: read_decision(file) for file in files}
+
+
+def check_fits(decision: Decision, architecture: Architecture) -> None:
+    """Raise BadMessage for what of a decision cannot be in an architecture."""
+    wrong = [f"choice {decision.slots[each.slot].name}: {each.why}" for each in misfits(decision.slots, architecture)]
+    if wrong:
+        unique = list(dict.fromkeys(wrong))
+        more = [f"and {len(unique) - MAX_TOLD} more"] if len(unique) > MAX_TOLD else []
+        raise BadMessage("; ".join([*unique[:MAX_TOLD], *more]), ("decision",))
+
+
+class DecidingPlanner(Component):
+    """Takes the decisions that files describe: whenever it is asked, and by itself as their triggers say."""
+
+    decisions = Parameter("", "a decision file, or a folder of them", unit="path", read_only=True)
+
+    @classmethod
+    def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
+        """Name an input for each entry of the decisions' context that is read from a topic."""
+        try:
+            return list(inputs_for(decisions_at(parameters["decisions"]).values()))
+        except StackError as error:
+            raise ParameterError([("decisions", str(error))]) from None
+
+    cannot_express: ClassVar[str]
+    """The parts of decisions that this kind of planner does not use, for people."""
+
+    @abstractmethod
+    async def decide(self, request: ProposalRequest) -> Proposal:
+        """Answer a request; raises RequestRefused."""
+
+    def begin_deciding(self) -> None:
+        """Read the decisions, and begin to take those by itself that have triggers."""
+        found = decisions_at(self.decisions)
+        self.known_decisions = {name: in_scope(decision, self.kit.scope) for name, decision in found.items()}
+        for decision in self.known_decisions.values():
+            if decision.triggers.are_given:
+                self.kit.spawn(self._watch(decision), f"watching for {decision.name}")
+
+    def schema_with_decisions(self, listed: dict[str, Any]) -> dict[str, Any]:
+        """Return the JSON Schema of the inputs: those that list options, and those that name a decision."""
+        if not self.known_decisions:
+            return listed
+        named = record_shape(DecisionInputs).json_schema()
+        named["description"] = f"A decision that a file describes. It cannot express: {self.cannot_express}."
+        named["properties"]["decision"] = {"enum": list(self.known_decisions)}
+        return {"type": "object", "anyOf": [listed, named]}
+
+    def decision_named(self, name: str) -> Decision:
+        """Return a decision; raises BadMessage."""
+        if name not in self.known_decisions:
+            raise BadMessage(no_such("decision", name, self.known_decisions), ("decision",))
+        return self.known_decisions[name]
+
+    def situation(self, decision: Decision, request: ProposalRequest | None = None) -> dict[str, Any]:
+        """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
+        told = numbers_of(request.context) if request else {}
+        return {**told, **situation(decision, self.kit, self.has_failed)}
+
+    def estimates(self, architecture: Architecture) -> Estimator:
+        """Return where the estimates come from that decisions speak of."""
+        return estimates_in(architecture, self.kit.scope)
+
+    def in_context(self, request: ProposalRequest, situation: dict[str, Any]) -> ProposalRequest:
+        """Return a request whose context, which the journal keeps, has the situation too."""
+        return replace(request, context={**request.context, **situation})
+
+    def has_failed(self, component: str) -> bool | None:
+        """Return whether a component has failed, None if that is not known.
+
+        States do not reach components in step yet, so that it is not known. A planner that knows overrides this.
+        """
+        return None
+
+    async def _watch(self, decision: Decision) -> None:
+        watch = Watch(decision, self.kit.now())
+        complained = ""
+        while True:
+            await self.kit.sleep(watch.pause(self.kit.now()))
+            reasons = watch.reasons(self.kit.now(), self.situation(decision))
+            if not reasons:
+                continue
+            request = ProposalRequest(decision.name, "; ".join(reasons), inputs={"decision": decision.name})
+            try:
+                await self.decide(request)
+            except (RequestRefused, CallFailed) as error:
+                if str(error) != complained:
+                    complained = str(error)
+                    self.kit.event("planner.undecided", f"decision {decision.name}: {error}")

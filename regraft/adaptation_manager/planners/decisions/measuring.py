@@ -1,0 +1,57 @@
+"""The worth of a choice: the mean of the measured utility while it stood."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.question import Known
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.expressions import Unknown
+
+SAMPLE_EVERY: Final = 0.25
+"""Seconds."""
+
+
+def measured_utility(decision: Decision, situation: Mapping[str, Any]) -> float | None:
+    """Return the utility by what is measured, None where that is not known."""
+    try:
+        found = decision.utility.number(Known(situation, decision.measured()))
+    except Unknown:
+        return None
+    return found if math.isfinite(found) else None
+
+
+@dataclass(slots=True)
+class Meter:
+    """Averages the samples that are taken of a choice's utility, from the time on at which it shows its effect."""
+
+    decision: Decision
+    ticket: str
+    since: float
+    _first: float = math.nan
+    _last: float = math.nan
+    _sum: float = 0.0
+    _count: int = 0
+
+    def sample(self, now: float, situation: Mapping[str, Any]) -> None:
+        """Take a sample, unless it is too early or the utility is not known."""
+        if now < self.since:
+            return
+        utility = measured_utility(self.decision, situation)
+        if utility is None:
+            return
+        if self._count == 0:
+            self._first = now
+        self._last = now
+        self._sum += utility
+        self._count += 1
+
+    def credit(self) -> dict[str, PlainValue] | None:
+        """Return what the choice has earned, as it is told to a planner; None if nothing was measured."""
+        if self._count == 0:
+            return None
+        return {"ticket": self.ticket, "utility": self._sum / self._count, "from": self._first, "to": self._last}

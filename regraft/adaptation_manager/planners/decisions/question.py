@@ -1,0 +1,141 @@
+"""Puts a decision to the solvers: its rules and its objective in an architecture, under what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Final
+
+from regraft.adaptation_manager.planners.choices.choosing import Choice, choose
+from regraft.adaptation_manager.planners.choices.estimates import Estimator
+from regraft.adaptation_manager.planners.choices.explanation import exclusions
+from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective, finite
+from regraft.adaptation_manager.planners.choices.problem import Problem
+from regraft.adaptation_manager.planners.choices.rulebook import Rulebook
+from regraft.adaptation_manager.planners.choices.rules import Clause
+from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, Effort, Solver
+from regraft.adaptation_manager.planners.decisions.model import Decision, Fault
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.expressions import Expression, Unknown
+
+NOTHING: Final = Clause(0, ((0, 0),))
+"""A rule that nothing keeps."""
+
+
+@dataclass(slots=True)
+class Question:
+    """A decision in one situation.
+
+    ``faults`` are those that hold. ``prescribed`` are the alternatives that they prescribe, by slot. ``notes`` say what
+    was not known.
+    """
+
+    decision: Decision
+    evaluation: Evaluation
+    rulebook: Rulebook
+    faults: tuple[str, ...] = ()
+    prescribed: dict[int, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def prescribes(self, selections: Sequence[int]) -> bool:
+        """Return whether the faults prescribe a combination; without a prescription, none is."""
+        slots = self.decision.slots
+        return bool(self.prescribed) and all(
+            mask >> index & 1
+            for slot, mask in self.prescribed.items()
+            for index in slots[slot].selections[selections[slot]]
+        )
+
+    def choose(self, architecture: Architecture, solver: Solver, effort: Effort = UNLIMITED) -> Choice:
+        """Return the best of what faults prescribe, if that is possible, else of all; raises as `choosing.choose`."""
+        if self.prescribed:
+            narrow = Rulebook(list(self.rulebook.rules), list(self.rulebook.texts))
+            _prescribe(narrow, self.decision, self.prescribed, self.faults)
+            found = self._chosen(narrow, architecture, solver, effort)
+            if found.option is not None:
+                return found
+            self.notes.append(f"the prescribed solution is not possible: {found.explanation.nothing}")
+        return self._chosen(self.rulebook, architecture, solver, effort)
+
+    def excluded(self) -> list[dict[str, Any]]:
+        """Return the alternatives that no combination can have, as plain data."""
+        slots = self.decision.slots
+        problem = Problem(tuple(len(slot.selections) for slot in slots), tuple(self.rulebook.rules))
+        return [asdict(each) for each in exclusions(slots, problem, self.rulebook.texts)]
+
+    def _chosen(self, rulebook: Rulebook, architecture: Architecture, solver: Solver, effort: Effort) -> Choice:
+        decision = self.decision
+        predicted = {name: Expression(name) for name in decision.estimated() if name not in decision.weights}
+        return choose(
+            self.evaluation,
+            rulebook,
+            architecture,
+            solver,
+            margin=decision.margin,
+            effort=effort,
+            predicted=predicted,
+        )
+
+
+def question_of(decision: Decision, context: Mapping[str, Any], estimator: Estimator) -> Question:
+    """Return what a decision asks under a context; raises BadMessage if a constraint ties too much together."""
+    objective = Objective(decision.utility, decision.assume, decision.estimated())
+    evaluation = Evaluation(decision.slots, objective, context, estimator)
+    rulebook = Rulebook()
+    for text, rules in decision.rules:
+        rulebook.add(text, rules)
+    rulebook.exclude_contradictions(decision.slots)
+    question = Question(decision, evaluation, rulebook)
+    known = Known(context, decision.weights)
+    question.faults = tuple(fault.name for fault in decision.faults if _holds(fault, known, question))
+    for limit in decision.limits:
+        try:
+            rulebook.limit(limit.text, decision.slots, limit.figure, limit.most.number(known))
+        except Unknown as error:
+            rulebook.add(f"{limit.text}, of which {error},", [NOTHING])
+    for requirement in decision.requirements:
+        rulebook.require(requirement.text, *evaluation.truths(requirement.expression))
+    question.notes += evaluation.unknown
+    return question
+
+
+def _holds(fault: Fault, known: Mapping[str, Any], question: Question) -> bool:
+    try:
+        if not fault.when.value(known):
+            return False
+    except Unknown as error:
+        question.notes.append(f"fault {fault.name} counts as absent: {error}")
+        return False
+    slots = question.decision.slots
+    for slot, mask in fault.excludes:
+        question.rulebook.exclude(f"fault {fault.name}", slots, slot, mask)
+    for slot, mask in fault.prescribes:
+        question.prescribed[slot] = question.prescribed.get(slot, mask) & mask
+    return True
+
+
+def _prescribe(rulebook: Rulebook, decision: Decision, prescribed: Mapping[int, int], faults: tuple[str, ...]) -> None:
+    text = f"the solution that {' and '.join(faults)} prescribe{'s' if len(faults) == 1 else ''}"
+    for slot, mask in prescribed.items():
+        every = (1 << len(decision.slots[slot].alternatives)) - 1
+        rulebook.exclude(text, decision.slots, slot, every & ~mask)
+
+
+class Known(dict[str, Any]):
+    """Known values by name: the context, and expressions over it. Numbers that are none, or infinite, are unknown."""
+
+    def __init__(self, context: Mapping[str, Any], named: Mapping[str, Expression]) -> None:
+        super().__init__()
+        self._context = context
+        self._named = named
+        self._within: list[str] = []
+
+    def __missing__(self, name: str) -> Any:
+        """Look a value up; raises KeyError or Unknown."""
+        if name in self._named and name not in self._within:
+            self._within.append(name)
+            try:
+                return self._named[name].value(self)
+            finally:
+                self._within.remove(name)
+        return finite(self._context[name], name)

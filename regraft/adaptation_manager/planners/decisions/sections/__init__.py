@@ -1,0 +1,1 @@
+"""The sections of a decision file, each read by a file of its own."""

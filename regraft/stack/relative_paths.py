@@ -1,0 +1,32 @@
+"""Paths among the parameters of components, which files give relative to their own folders."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.description import Description
+
+RUN_FOLDER = "$RUN"
+"""In a path parameter: the folder of the running system (``regraft.run_directory``)."""
+
+
+def _is_relative(value: PlainValue) -> bool:
+    return isinstance(value, str) and value != "" and not value.startswith(RUN_FOLDER)
+
+
+def with_absolute_paths(
+    description: Description, parameters: dict[str, PlainValue], folders: Path | Mapping[str, Path]
+) -> dict[str, PlainValue]:
+    """Return the parameters, those whose unit is ``path`` made absolute from a folder, or from one for each.
+
+    Empty ones stay, and so do those that begin with ``$RUN``: the folder of the running system is not known yet.
+    """
+    paths = {parameter.name for parameter in description.parameters if parameter.unit == "path"}
+    return {
+        name: str((folders if isinstance(folders, Path) else folders[name]) / value)
+        if name in paths and _is_relative(value) and (isinstance(folders, Path) or name in folders)
+        else value
+        for name, value in parameters.items()
+    }
