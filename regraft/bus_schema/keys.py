@@ -22,7 +22,7 @@ TOPIC_NAME = re.compile(rf"{WORD}(\.{WORD})?(/{WORD}){{0,7}}")
 OF_A_WORD = f"letters, digits, _ and -, at most {MAX_WORD_LENGTH}"
 MAX_SHOWN_LENGTH = 100
 
-CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types")
+CONTROL_VERBS = ("describe", "transition", "parameters", "connections", "state", "handover", "resend", "types", "fault")
 
 
 def system_name(name: str) -> str:

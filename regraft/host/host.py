@@ -14,12 +14,13 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.host.fault_injector import FaultInjector
 from regraft.host.host_api import HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
-from regraft.host.zygote.describer import DESCRIBE, Describer
+from regraft.host.zygote.describer import Describer
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import Patience, stretched
 from regraft.process.logs import begin_anew_if_long, log_of
@@ -44,7 +45,9 @@ class Host(Supervisor):
         self._next_look = 0.0
         self._source_up_by = 0.0
         self._declared: list[Closable] = []
-        self.questions = HostApi(self, Describer(zygote, plan))
+        self.faults = FaultInjector(self, bus, self._keys, self.inbox.put)
+        self.when_ended = self.faults.ended
+        self.questions = HostApi(self, Describer(zygote, plan), self.faults)
 
     # --- life ---
 
@@ -57,7 +60,10 @@ class Host(Supervisor):
                 self._bus.subscribe(key, self.inbox.put_lazy)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"))
             ),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, DESCRIBE)),
+            *(
+                self._bus.serve(keys.host(name, verb), self.inbox.put)
+                for verb in (*self.questions.verbs, *self.questions.later)
+            ),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()

@@ -21,6 +21,7 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
+from regraft.host.fault_injector import INJECT, FaultInjector
 from regraft.host.host_publisher import Refused, UnknownComponent, refuse
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
@@ -33,10 +34,11 @@ MAX_INCARNATION = 2**32 - 1
 
 
 class HostApi:
-    """Answers the queries to one host, by ``verbs``."""
+    """Answers the queries to one host, by ``verbs``; what takes a while is answered ``later``."""
 
-    def __init__(self, supervisor: Supervisor, describer: Describer) -> None:
+    def __init__(self, supervisor: Supervisor, describer: Describer, faults: FaultInjector) -> None:
         self.describer = describer
+        self.later: dict[str, Callable[[Query], object]] = {DESCRIBE: describer.ask, INJECT: faults.ask}
         self._supervisor = supervisor
         self._log = logging.getLogger("host")
         self.verbs: dict[str, Callable[[bytes], object]] = {
@@ -49,17 +51,19 @@ class HostApi:
             "logs": self._logs,
             "succeed": self._start_successor,
             "speak": self._let_speak,
+            "bring_back": faults.bring_back,
         }
 
     def answer(self, query: Query) -> None:
         """Answer a query, or begin to."""
         verb = query.key.rsplit("/", 1)[-1]
         try:
-            if verb == DESCRIBE:
-                self.describer.ask(query)
+            if verb in self.later:
+                self.later[verb](query)
                 return
             if verb not in self.verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self.verbs, DESCRIBE))}")
+                known = ", ".join((*self.verbs, *self.later))
+                raise UnknownComponent(f"there is no such question; there are: {known}")
             query.reply(codec.encode(self.verbs[verb](query.payload)))
         except Fenced as error:
             refuse(query, ControlCode.FENCED, str(error))

@@ -42,6 +42,8 @@ class PrimaryHost(Host):
 
     def start(self) -> None:
         """Appear on the bus, and start everything that is placed here."""
+        if not self.plan.architecture.simulated:
+            self.faults.start(time.monotonic())
         super().start()
         status, alive = self._keys.host("*", "status"), self._keys.host("*", "alive")
         self._declared += [
@@ -64,6 +66,7 @@ class PrimaryHost(Host):
     def _look(self) -> None:
         super()._look()
         self.others.look()
+        self.faults.look(time.monotonic())
 
     def _tell(self, kind: str, host: str, text: str) -> None:
         self._next_status = 0.0

@@ -13,10 +13,13 @@ from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
+from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
+from regraft.lockstep.fault_schedule import FaultSchedule
 from regraft.lockstep.gathering import wait_for_members
 from regraft.lockstep.join_requests import JoinRequests
 from regraft.lockstep.liveness import Run
@@ -57,6 +60,7 @@ class Coordinator:
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
+        self.faults = FaultSchedule(runtime, self, self._inbox.pump)
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
@@ -124,7 +128,7 @@ class Coordinator:
 
     def _ended(self, name: str, incarnation: int) -> None:
         member = self.membership.members.get(name)
-        if member is not None and member.incarnation == incarnation:
+        if member is not None and member.incarnation == incarnation and not self.faults.expects((name, incarnation)):
             if self._admission.is_open and not self._dispatcher.awaits(name):
                 self._ended_in_slot.add((name, incarnation))  # another run may be about to continue in its place
             else:
@@ -136,6 +140,30 @@ class Coordinator:
         self.report.reproducible = False
         self.report.dropped.append(name)
         self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
+
+    # --- faults on a schedule ---
+
+    def lives(self, name: str) -> int | None:
+        """Return the incarnation of a member, None if it is none."""
+        member = self.membership.members.get(name)
+        return None if member is None else member.incarnation
+
+    def has_asked(self, name: str, above: int) -> bool:
+        """Return whether a run later than ``above`` has asked to join, or has joined."""
+        join = self._joins.pending.get(name)
+        return (join.incarnation if join else self.lives(name) or 0) > above
+
+    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
+        """Let a member go whose run has ended as scheduled: in every run it goes between the same two ticks."""
+        name = injected.component
+        if self.lives(name) is not None:
+            self.membership.remove(name)
+            self._forget(name)
+        self._runtime.reporter.event("clock.left", f"{name} left the clock as scheduled: {injected.ended}")
+
+    def fail(self, problem: str) -> None:
+        """Report that the schedule was not kept."""
+        self._fault("schedule", problem)
 
     def _forget(self, name: str) -> None:
         self._dispatcher.forget(name)

@@ -37,6 +37,7 @@ from regraft.runtime.lifecycle.answering import Answering
 from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
+from regraft.runtime.lifecycle.own_faults import OwnFaults
 from regraft.runtime.lifecycle.rewiring import Rewiring, RewiringRefused
 from regraft.runtime.parts import Parts
 
@@ -72,6 +73,7 @@ class Control:
             "handover": handover.step,
             "resend": self._resend,
             "types": self._types,
+            "fault": OwnFaults(parts).inject,
         }
 
     def take(self, query: Query) -> None:
