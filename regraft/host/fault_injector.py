@@ -13,6 +13,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.faults import BringBack, FaultInjected, InjectFault
+from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.host.host_publisher import UnknownComponent
 from regraft.host.runs.managed_process import ManagedProcess
@@ -92,7 +93,8 @@ class FaultInjector:
         ending = self._endings.pop(managed.run, None)
         if ending is not None:
             name, run = managed.spec.name, managed.incarnation
-            ending.done(FaultInjected(name, run, managed.exit_reason, comes_back=managed.is_held))
+            stopped = managed.state is ProcessState.QUARANTINED
+            ending.done(FaultInjected(name, run, managed.exit_reason, managed.is_held, stopped))
 
     def bring_back(self, payload: bytes) -> FaultInjected:
         """Restart a component that is held back; raises BadMessage, UnknownComponent."""

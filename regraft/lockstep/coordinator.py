@@ -14,8 +14,9 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
 from regraft.bus_schema.messages.protocol.faults import FaultInjected
+from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scheduled_faults import ScheduledFault
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
@@ -28,6 +29,7 @@ from regraft.lockstep.membership import Membership, MemberState, Pair
 from regraft.lockstep.run_report import RunReport
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
+from regraft.lockstep.system_relay import SystemRelay
 from regraft.lockstep.wiring import ReportedWiring
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
@@ -60,6 +62,7 @@ class Coordinator:
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
+        self._system = SystemRelay(runtime, self.membership, self.moment)
         self.faults = FaultSchedule(runtime, self, self._inbox.pump)
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
@@ -98,6 +101,7 @@ class Coordinator:
         if reader is not None and reader.incarnation == ack.incarnation and pair in self._marked:
             self._marked.discard(pair)
             self.membership.confirm(pair, ack.sequence)
+            self._system.connected(ack.key)
 
     def _saw_marker(self, key: str, source: str, stream: object) -> None:
         handled = getattr(stream, "handled", 0) or 0
@@ -135,6 +139,7 @@ class Coordinator:
                 self._drop(name, RUN_ENDED)
 
     def _drop(self, name: str, why: str) -> None:
+        self._system.ended(name, self.membership.members[name].incarnation, SystemFaultKind.DIED, why)
         self.membership.remove(name)
         self._forget(name)
         self.report.reproducible = False
@@ -159,6 +164,7 @@ class Coordinator:
         if self.lives(name) is not None:
             self.membership.remove(name)
             self._forget(name)
+            self._system.ended(name, injected.incarnation, _ended_by(injected, fault), injected.ended)
         self._runtime.reporter.event("clock.left", f"{name} left the clock as scheduled: {injected.ended}")
 
     def fail(self, problem: str) -> None:
@@ -185,6 +191,7 @@ class Coordinator:
         if member is not None and member is not self.local and member.incarnation == run.incarnation:
             self.membership.leave(run.member)
             self._forget(run.member)
+            self._system.left(run.member)
         return False
 
     def _succeed(self, run: ClockMember) -> bool:
@@ -237,6 +244,7 @@ class Coordinator:
         self.report.reproducible = False
 
     def _refresh_local(self) -> None:
+        self._system.open()
         news = self._wiring.news()
         if news is not None:
             self.membership.rewire(self.local, news)
@@ -295,6 +303,7 @@ class Coordinator:
         member.next_wake = runtime.timers.next_due()
 
     def _take_local_output(self) -> None:
+        self._system.publish()
         published = dict(self._runtime.writers.advanced)
         self._runtime.writers.advanced.clear()
         self.membership.advance(self.local, published)
@@ -374,6 +383,7 @@ class Coordinator:
         member.wants_slot = ack.wants_slot
         if ack.error:
             self._fault(ack.member, ack.error)
+        self._system.take(ack.news)
         self.membership.advance(member, ack.published)
         if ack.wiring is not None:
             self.membership.rewire(member, ack.wiring)
@@ -419,3 +429,9 @@ class Coordinator:
         self.report.tell(
             self.moment.tick, self.moment.time, sorted(self.membership.members), waiting, finished=finished
         )
+
+
+def _ended_by(injected: FaultInjected, fault: ScheduledFault) -> SystemFaultKind:
+    if injected.quarantined:
+        return SystemFaultKind.QUARANTINED
+    return SystemFaultKind.DIED if fault.kind is FaultKind.KILL else SystemFaultKind.HUNG
