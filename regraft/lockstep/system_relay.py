@@ -31,6 +31,7 @@ class SystemRelay:
         self._own = runtime.reporter.news = OwnNews()
         self._topics = {runtime.keys.topic(topic): topic for topic in SYSTEM_TOPICS}
         self._hosts: Closable | None = None
+        self._read: tuple[str, ...] = ()
         membership.relayed = tuple(sorted(self._topics))
 
     @property
@@ -53,9 +54,18 @@ class SystemRelay:
     # --- publishing ---
 
     def open(self) -> None:
-        """Declare the topics that members read; markers then connect the readers."""
+        """Declare the topics that members read; markers then connect the readers.
+
+        Where others are read than before, every member has a step: it learns from it what to report.
+        """
+        read = tuple(key for key in self._topics if self._membership.readers(key))
+        if read == self._read:
+            return
+        self._read = read
+        for member in self._membership.members.values():
+            member.due = True
         for key, topic in self._topics.items():
-            if key not in self._runtime.writers.open_keys and self._membership.readers(key):
+            if key in read and key not in self._runtime.writers.open_keys:
                 self._runtime.writers.open(key, type_named(SYSTEM_TOPICS[topic]).encoding)
                 if topic == HOSTS:
                     self._listen_to_hosts()
@@ -69,12 +79,12 @@ class SystemRelay:
     def publish(self) -> None:
         """Publish what is new, in the order of the topics' names."""
         runtime = self._runtime
-        self._own.want([self._topics[key] for key in self._topics if self._membership.readers(key)])
+        self._own.want([self._topics[key] for key in self._read])
         self.take(self._own.take(runtime.reporter.status))
         for topic in sorted(self._view.changed):
             key = runtime.keys.topic(topic)
             writer = runtime.writers.open_keys.get(key)
-            if writer is None or not self._membership.readers(key):
+            if writer is None or key not in self._read:
                 self._view.pass_over(topic)
             else:
                 writer.put(codec.encode(self._view.message(topic, self._now)))

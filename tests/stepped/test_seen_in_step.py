@@ -68,6 +68,12 @@ class Watcher(Component):
         self.seen.append((self.kit.now(), "qualities", " ".join(str(q.metric) for q in qualities.qualities)))
 
 
+class FaultWatcher(Component):
+    """Reads faults alone."""
+
+    faults = Input(SystemFaults, topic="system/faults", latest_only=True, required=False)
+
+
 def _run(steps: StepSite, duration: float = 2.0) -> Seen:
     steps.start(Ailing, "ailing", connections={"position": "position"})
     steps.start(Watcher, "watcher", connections=TOPICS)
@@ -125,10 +131,12 @@ def test_a_reader_that_comes_late_gets_the_present_state_at_once(steps: StepSite
     wait_until(lambda: "late" in steps.runtimes, "the reader")
     late: Watcher = steps.component("late")
     wait_until(lambda: {kind for _, kind, _ in late.seen} >= {*TOPICS}, "all topics to be read")
-    first = {kind: text for _, kind, text in reversed(late.seen)}
-    assert first["states"].startswith("ailing:unconfigured")
-    assert first["faults"].endswith("1 present")
-    assert first["diagnostics"] == "warm at 1.0"
+    began = late.seen[0][0]
+    known = {kind: text for when, kind, text in late.seen if when == began}
+    assert known["states"].startswith("ailing:unconfigured")
+    assert known["faults"].endswith("1 present")
+    assert known["diagnostics"] == "warm at 1.0"
+    assert known["qualities"] == "1.0"
 
 
 @pytest.mark.parametrize("reads", [False, True])
@@ -138,7 +146,7 @@ def test_nothing_is_published_where_nobody_reads(reads: bool) -> None:
         steps.listen("steps/topic/system/**", heard.append)
         steps.start(Ailing, "ailing", connections={"position": "position"})
         if reads:
-            steps.start(Watcher, "watcher", connections={"faults": "system/faults"})
+            steps.start(FaultWatcher, "watcher", connections={"faults": "system/faults"})
         steps.start_world(TinyWorld, ("ailing", *(["watcher"] if reads else [])), 2.0)
         assert steps.wait_finished().reproducible
         assert {sample.key for sample in heard} == ({"steps/topic/system/faults"} if reads else set())
