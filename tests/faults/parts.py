@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import Count
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults
+from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport, AdaptationRequest, ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep.source import TimeSource
@@ -94,7 +94,7 @@ class Decider(Component):
         request = AdaptationRequest((gain, ChangeState("spare", wanted)), fault.text, self.kit.name)
         try:
             report = await self.kit.call(ADAPT, request, AdaptationReport, timeout=20.0)
-            value = float(report.revision)
+            value = float(report.revision_after)
         except CallFailed:
             value = -1.0
         self.n += 1
@@ -108,6 +108,7 @@ class Summary(Component):
     commands = Input(Sample, keep=10_000, required=False)
     decided = Input(Sample, keep=10_000, required=False)
     faults = Input(SystemFaults, topic="system/faults", keep=1000, required=False)
+    states = Input(SystemStates, topic="system/states", keep=1000, required=False)
 
     def __init__(self) -> None:
         self.chain = hashlib.sha256()
@@ -119,6 +120,8 @@ class Summary(Component):
         for port in (self.position, self.commands, self.decided):
             for sample in port.take():
                 self._note(codec.encode(sample), sample.source)
+        for states in self.states.take():
+            self._note(codec.encode(states), "states")
         for faults in self.faults.take():
             self._note(codec.encode(faults), "faults")
             for fault in faults.news:
@@ -133,3 +136,18 @@ class Summary(Component):
         self.absorb()
         counts = dict(sorted(self.counts.items()))
         return RunSummary(self.kit.now(), self.chain.hexdigest(), 0, 0, 0.0, counts, {}, {}, {})
+
+
+class Beacon(Component):
+    """Publishes positions where there is no world."""
+
+    commands = Input(Sample, required=False)
+    position = Output(Sample)
+
+    def __init__(self) -> None:
+        self.n = 0
+
+    @every(hz=20)
+    def shine(self) -> None:
+        self.n += 1
+        self.position.publish(Sample(self.kit.now(), self.kit.name, self.n, 0.0))

@@ -23,9 +23,8 @@ components:
   summary: {class: 'tests.faults.parts:Summary'}
   adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager'}
 """
-UNDER_THE_REAL_CLOCK = (
-    STACK.replace("clock: simulated\nspeed: max\n", "clock: real\n")
-    .replace("  world: {class: 'tests.faults.parts:World'}\n", "  world: {class: 'tests.faults.parts:Beacon'}\n")
+UNDER_THE_REAL_CLOCK = STACK.replace("clock: simulated\nspeed: max\n", "clock: real\n").replace(
+    "  world: {class: 'tests.faults.parts:World'}\n", "  world: {class: 'tests.faults.parts:Beacon'}\n"
 )
 
 

@@ -17,7 +17,6 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.host import (
     DescribeComponent,
     DescribedComponent,
-    HostState,
     HostStatus,
     HostView,
     JournalEnd,
@@ -33,6 +32,7 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.host_state import HostState
 from regraft.patience import stretched
 
 if TYPE_CHECKING:
