@@ -24,7 +24,7 @@ MAX_SHOWN_LENGTH = 100
 
 CONTROL_VERBS = (
     *("describe", "transition", "parameters", "connections"),
-    *("state", "handover", "resend", "types", "qualities"),
+    *("state", "handover", "resend", "types", "qualities", "fault"),
 )
 
 

@@ -15,13 +15,14 @@ from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.host.fault_injector import FaultInjector
 from regraft.host.host_api import HostApi
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
 from regraft.host.watchdog.quality_watch import QualityWatch
-from regraft.host.zygote.describer import VERBS, Describer
+from regraft.host.zygote.describer import Describer
 from regraft.host.zygote.zygote import Zygote
 from regraft.patience import Patience, stretched
 from regraft.process.logs import begin_anew_if_long, log_of
@@ -47,7 +48,9 @@ class Host(Supervisor):
         self._source_up_by = 0.0
         self._qualities = QualityWatch(self._publisher)
         self._declared: list[Closable] = []
-        self.questions = HostApi(self, Describer(zygote, plan))
+        self.faults = FaultInjector(self, bus, self._keys, self.inbox.put)
+        self.when_ended = self.faults.ended
+        self.questions = HostApi(self, Describer(zygote, plan), self.faults)
 
     # --- life ---
 
@@ -60,7 +63,10 @@ class Host(Supervisor):
                 self._bus.subscribe(key, self.inbox.put_lazy)
                 for key in (keys.status("*"), keys.standby("*"), keys.checkpoint("*"), keys.qualities("*"))
             ),
-            *(self._bus.serve(keys.host(name, verb), self.inbox.put) for verb in (*self.questions.verbs, *VERBS)),
+            *(
+                self._bus.serve(keys.host(name, verb), self.inbox.put)
+                for verb in (*self.questions.verbs, *self.questions.later)
+            ),
             self._bus.announce(keys.host(name, "alive")),
         ]
         threading.Thread(target=self._hear_zygote, daemon=True).start()

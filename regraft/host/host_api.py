@@ -21,11 +21,12 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
     UpdateSpecs,
 )
+from regraft.host.fault_injector import INJECT, FaultInjector
 from regraft.host.host_publisher import Refused, UnknownComponent, refuse
 from regraft.host.runs.managed_process import ManagedProcess
 from regraft.host.supervisor import Supervisor
 from regraft.host.watchdog.usage import Usage
-from regraft.host.zygote.describer import DESCRIBE, VERBS, Describer
+from regraft.host.zygote.describer import DESCRIBE, ESTIMATE, Describer
 from regraft.process.logs import tail
 from regraft.runtime.core.terms import Fenced, in_force
 
@@ -34,10 +35,15 @@ MAX_INCARNATION = 2**32 - 1
 
 
 class HostApi:
-    """Answers the queries to one host, by ``verbs``."""
+    """Answers the queries to one host, by ``verbs``; what takes a while is answered ``later``."""
 
-    def __init__(self, supervisor: Supervisor, describer: Describer) -> None:
+    def __init__(self, supervisor: Supervisor, describer: Describer, faults: FaultInjector) -> None:
         self.describer = describer
+        self.later: dict[str, Callable[[Query], object]] = {
+            DESCRIBE: describer.ask,
+            ESTIMATE: describer.ask_estimates,
+            INJECT: faults.ask,
+        }
         self._supervisor = supervisor
         self._log = logging.getLogger("host")
         self._usage = Usage()
@@ -52,17 +58,19 @@ class HostApi:
             "succeed": self._start_successor,
             "speak": self._let_speak,
             "usage": lambda _: self._usage.measure(self._supervisor.plan.name, self._supervisor.all_processes()),
+            "bring_back": faults.bring_back,
         }
 
     def answer(self, query: Query) -> None:
         """Answer a query, or begin to."""
         verb = query.key.rsplit("/", 1)[-1]
         try:
-            if verb in VERBS:
-                (self.describer.ask if verb == DESCRIBE else self.describer.ask_estimates)(query)
+            if verb in self.later:
+                self.later[verb](query)
                 return
             if verb not in self.verbs:
-                raise UnknownComponent(f"there is no such question; there are: {', '.join((*self.verbs, *VERBS))}")
+                known = ", ".join((*self.verbs, *self.later))
+                raise UnknownComponent(f"there is no such question; there are: {known}")
             query.reply(codec.encode(self.verbs[verb](query.payload)))
         except Fenced as error:
             refuse(query, ControlCode.FENCED, str(error))

@@ -11,6 +11,7 @@ from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Limits
 from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.stack.files import file_problems
 from regraft.stack.installed import packages
 
@@ -23,7 +24,7 @@ class HostPlan:
     the components. ``secret`` proves that its processes belong to the system. ``folder`` is the system's folder
     (``regraft.run_directory``), ``stack_folder`` where the stack file is and programs run. ``paths`` has the folders
     on this machine by those on the first host: of stack, system and installed packages. ``references`` has
-    the values that components to come may refer to, by robot: see `Stack`.
+    the values that components to come may refer to, by robot: see `Stack`. ``faults`` are on the schedule of the run.
     """
 
     architecture: Architecture
@@ -39,6 +40,7 @@ class HostPlan:
     name: str = LOCAL
     paths: dict[str, str] = field(default_factory=dict)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
+    faults: tuple[ScheduledFault, ...] = ()
 
     def found_here(self, parameters: dict[str, PlainValue]) -> dict[str, PlainValue]:
         """Return parameters of the first host with paths as they are on this machine."""

@@ -24,8 +24,10 @@ from regraft.host.joining.joined_hosts import JoinedHosts
 from regraft.host.joining.proof_checker import ProofChecker
 from regraft.host.plan import HostPlan
 from regraft.host.runs.run_history import RunHistory
+from regraft.host.system_topics import HostSystemTopics
 from regraft.host.watchdog.process_monitor import LOOK_INTERVAL
 from regraft.host.zygote.zygote import Zygote
+from regraft.runtime.core.clock import RealClock
 from regraft.stack.installed import packages
 
 
@@ -39,9 +41,12 @@ class PrimaryHost(Host):
         self._witness = witness
         self.questions.verbs |= {"prove": self._prove, "join": self._join, "renew": self._renew}
         self._ending = False
+        self._system = HostSystemTopics(bus, self._keys, plan.name, RealClock(), self.inbox.put_lazy)
 
     def start(self) -> None:
         """Appear on the bus, and start everything that is placed here."""
+        if not self.plan.architecture.simulated:
+            self.faults.start(time.monotonic())
         super().start()
         status, alive = self._keys.host("*", "status"), self._keys.host("*", "alive")
         self._declared += [
@@ -56,6 +61,7 @@ class PrimaryHost(Host):
         deadline = time.monotonic() + END_TIMEOUT
         while self.others.present and time.monotonic() < deadline:
             self.pump(LOOK_INTERVAL)
+        self._system.close()
 
     def status(self) -> HostStatus:
         """Return the host's status, and how it sees the others."""
@@ -64,6 +70,10 @@ class PrimaryHost(Host):
     def _look(self) -> None:
         super()._look()
         self.others.look()
+        self.faults.look(time.monotonic())
+        if not self.plan.architecture.simulated:
+            self._system.see(self.plan.architecture)
+            self._system.publish()
 
     def _tell(self, kind: str, host: str, text: str) -> None:
         self._next_status = 0.0

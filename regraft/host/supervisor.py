@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from regraft.bus_schema.messages.protocol.host import HostStatus, JournalEnd, ProcessState, ProcessStatus, UpdateSpecs
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.host.host_publisher import HostPublisher
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
@@ -33,6 +35,7 @@ class Supervisor:
 
     Attributes:
         ended: whether the zygote is gone, and every process with it.
+        when_ended: called with a component whose process has ended.
     """
 
     def __init__(self, plan: HostPlan, zygote: Zygote, publisher: HostPublisher) -> None:
@@ -51,6 +54,7 @@ class Supervisor:
         self._publisher = publisher
         self._watching = ProcessMonitor(publisher, zygote)
         self._next_status = 0.0
+        self.when_ended: Callable[[ManagedProcess], object] = lambda _: None
 
     @property
     def log_folder(self) -> Path:
@@ -81,7 +85,7 @@ class Supervisor:
         managed.started = self._clock.now() / 1e9
         log = str(log_of(self.log_folder, managed.spec.name))
         order = managed.order(self.plan, self.revision, self.term) | {"lease": self.lease_of(managed)}
-        managed.awaited = False
+        managed.awaited = managed.is_held = False
         managed.succeeds = None  # whoever is restarted succeeds nobody that lives
         command, files = list(managed.spec.command) or None, self.plan.limits(managed.spec).files
         try:
@@ -121,6 +125,10 @@ class Supervisor:
                 managed.state = ProcessState.RUNNING
         else:
             self._process_ended(managed, report["code"])
+            self.when_ended(managed)
+            managed.held_until = None
+            if managed.spec.name == self.plan.source:
+                self._release_all()  # nobody would ask for them
         self._next_status = 0.0
 
     def _process_ended(self, managed: ManagedProcess, code: int) -> None:
@@ -155,18 +163,27 @@ class Supervisor:
             text = f"{name} ended: {managed.exit_reason}; another run of it waits to continue"
             self._publisher.event("component.ended", name, text)
             return
-        managed.start_at = managed.history.next_start(time.monotonic())
-        if managed.start_at is None:
+        if not self._may_start_again(managed):
             managed.state = ProcessState.QUARANTINED
             limit = f"{managed.spec.restart.limit} restarts in {managed.spec.restart.window:g} s"
             text = f"{name} ended: {managed.exit_reason}; it had {limit} and is left stopped until someone acts"
             self._publisher.event("component.quarantined", name, text, incarnation=managed.incarnation)
             return
         managed.state = ProcessState.WAITING
-        text = f"{name} ended: {managed.exit_reason}; it is restarted as incarnation {managed.incarnation + 1}"
+        when = f" at {managed.held_until:g} s of simulated time" if managed.held_until is not None else ""
+        text = f"{name} ended: {managed.exit_reason}; it is restarted{when} as incarnation {managed.incarnation + 1}"
         self._publisher.event(
             "component.restarted", name, text, incarnation=managed.incarnation + 1, ended=managed.exit_reason
         )
+
+    @staticmethod
+    def _may_start_again(managed: ManagedProcess) -> bool:
+        """Set when a component is to start again, at once or when it is brought back; return whether it may."""
+        if managed.held_until is not None:
+            managed.is_held = managed.history.allows_at(managed.held_until)
+            return managed.is_held
+        managed.start_at = managed.history.next_start(time.monotonic())
+        return managed.start_at is not None
 
     def _is_elsewhere(self, name: str) -> bool:
         """Return whether a component is placed on another host by now."""
@@ -208,6 +225,23 @@ class Supervisor:
         self._watching.expect(managed, self.plan.architecture.handler_timeout(managed.spec), now)
         if managed.spec.name == self.plan.source:
             self._start_the_others(now)
+
+    def _release_all(self) -> None:
+        for managed in self.processes.values():
+            managed.release(time.monotonic())
+
+    def signal(self, managed: ManagedProcess, number: signal.Signals) -> None:
+        """Send a signal to a component's process."""
+        self._zygote.signal(managed.pid, number)
+
+    def report_fault(self, fault: ScheduledFault) -> None:
+        """Report that a component is made to fail."""
+        name = fault.component
+        self._publisher.event("fault.injected", name, f"{name}: {fault.kind.value} at {fault.at:g} s, as scheduled")
+
+    def report_missed(self, name: str, why: str) -> None:
+        """Report that a component could not be made to fail."""
+        self._publisher.event("fault.missed", name, f"nothing is done to {name}: {why}")
 
     def _start_the_others(self, now: float) -> None:
         for other in self.processes.values():

@@ -13,10 +13,14 @@ from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
+from regraft.bus_schema.messages.protocol.faults import FaultInjected
+from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
+from regraft.lockstep.fault_schedule import FaultSchedule
 from regraft.lockstep.gathering import wait_for_members
 from regraft.lockstep.join_requests import JoinRequests
 from regraft.lockstep.liveness import Run
@@ -25,6 +29,7 @@ from regraft.lockstep.membership import Membership, MemberState, Pair
 from regraft.lockstep.run_report import RunReport
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
+from regraft.lockstep.system_relay import SystemRelay
 from regraft.lockstep.wiring import ReportedWiring
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
@@ -57,6 +62,8 @@ class Coordinator:
         self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
+        self._system = SystemRelay(runtime, self.membership, self.moment)
+        self.faults = FaultSchedule(runtime, self, self._inbox.pump)
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
@@ -94,6 +101,7 @@ class Coordinator:
         if reader is not None and reader.incarnation == ack.incarnation and pair in self._marked:
             self._marked.discard(pair)
             self.membership.confirm(pair, ack.sequence)
+            self._system.connected(ack.key)
 
     def _saw_marker(self, key: str, source: str, stream: object) -> None:
         handled = getattr(stream, "handled", 0) or 0
@@ -124,18 +132,44 @@ class Coordinator:
 
     def _ended(self, name: str, incarnation: int) -> None:
         member = self.membership.members.get(name)
-        if member is not None and member.incarnation == incarnation:
+        if member is not None and member.incarnation == incarnation and not self.faults.expects((name, incarnation)):
             if self._admission.is_open and not self._dispatcher.awaits(name):
                 self._ended_in_slot.add((name, incarnation))  # another run may be about to continue in its place
             else:
                 self._drop(name, RUN_ENDED)
 
     def _drop(self, name: str, why: str) -> None:
+        self._system.ended(name, self.membership.members[name].incarnation, SystemFaultKind.DIED, why)
         self.membership.remove(name)
         self._forget(name)
         self.report.reproducible = False
         self.report.dropped.append(name)
         self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
+
+    # --- faults on a schedule ---
+
+    def lives(self, name: str) -> int | None:
+        """Return the incarnation of a member, None if it is none."""
+        member = self.membership.members.get(name)
+        return None if member is None else member.incarnation
+
+    def has_asked(self, name: str, above: int) -> bool:
+        """Return whether a run later than ``above`` has asked to join, or has joined."""
+        join = self._joins.pending.get(name)
+        return (join.incarnation if join else self.lives(name) or 0) > above
+
+    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
+        """Let a member go whose run has ended as scheduled: in every run it goes between the same two ticks."""
+        name = injected.component
+        if self.lives(name) is not None:
+            self.membership.remove(name)
+            self._forget(name)
+            self._system.ended(name, injected.incarnation, _ended_by(injected, fault), injected.ended)
+        self._runtime.reporter.event("clock.left", f"{name} left the clock as scheduled: {injected.ended}")
+
+    def fail(self, problem: str) -> None:
+        """Report that the schedule was not kept."""
+        self._fault("schedule", problem)
 
     def _forget(self, name: str) -> None:
         self._dispatcher.forget(name)
@@ -157,6 +191,7 @@ class Coordinator:
         if member is not None and member is not self.local and member.incarnation == run.incarnation:
             self.membership.leave(run.member)
             self._forget(run.member)
+            self._system.left(run.member)
         return False
 
     def _succeed(self, run: ClockMember) -> bool:
@@ -209,6 +244,7 @@ class Coordinator:
         self.report.reproducible = False
 
     def _refresh_local(self) -> None:
+        self._system.open()
         news = self._wiring.news()
         if news is not None:
             self.membership.rewire(self.local, news)
@@ -267,6 +303,7 @@ class Coordinator:
         member.next_wake = runtime.timers.next_due()
 
     def _take_local_output(self) -> None:
+        self._system.publish()
         published = dict(self._runtime.writers.advanced)
         self._runtime.writers.advanced.clear()
         self.membership.advance(self.local, published)
@@ -346,6 +383,7 @@ class Coordinator:
         member.wants_slot = ack.wants_slot
         if ack.error:
             self._fault(ack.member, ack.error)
+        self._system.take(ack.news)
         self.membership.advance(member, ack.published)
         if ack.wiring is not None:
             self.membership.rewire(member, ack.wiring)
@@ -391,3 +429,9 @@ class Coordinator:
         self.report.tell(
             self.moment.tick, self.moment.time, sorted(self.membership.members), waiting, finished=finished
         )
+
+
+def _ended_by(injected: FaultInjected, fault: ScheduledFault) -> SystemFaultKind:
+    if injected.quarantined:
+        return SystemFaultKind.QUARANTINED
+    return SystemFaultKind.DIED if fault.kind is FaultKind.KILL else SystemFaultKind.HUNG

@@ -13,11 +13,13 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import Ack, Join, MarkerAck, SlotRequest, Step, StepKind
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.wiring import ReportedWiring, wiring_of
 from regraft.patience import Patience
 from regraft.runtime.core.clock import SteppedClock
+from regraft.runtime.data.own_news import OwnNews
 from regraft.runtime.data.stream import Stream
 from regraft.runtime.loop import reach
 from regraft.runtime.runtime import Runtime
@@ -51,6 +53,8 @@ class Member:
         self._next_join = 0.0
         self._joined_as = 0
         self._next_slot_request = 0.0
+        self._news = runtime.reporter.news = OwnNews()
+        self._relayed = {runtime.keys.topic(topic): topic for topic in SYSTEM_TOPICS}
 
     @property
     def _incarnation(self) -> int:
@@ -171,6 +175,7 @@ class Member:
             self._runtime.inbound.forget_all()
             self._runtime.writers.advanced.clear()
             self._wiring.forget()
+            self._news.forget()
         elif step.kind is StepKind.MARK:
             self._mark(step.marks)
         elif step.kind is StepKind.STEP:
@@ -199,6 +204,7 @@ class Member:
         if step.wanted is not None:
             for output in runtime.outputs.values():
                 output.wanted_in_step = output.key in step.wanted
+            self._news.want([topic for key, topic in self._relayed.items() if key in step.wanted])
         error = self._wait_for(step)
         self._clock.advance_to(step.time)
         runtime.inbound.release(step.frontier)
@@ -254,6 +260,7 @@ class Member:
             self._wiring.news(),
             touched,
             error,
+            self._news.take(runtime.reporter.status),
         )
         self._last_ack = ack
         self._publisher.put(self._keys.clock("ack"), ack)

@@ -70,11 +70,15 @@ class MemberState:
 
 
 class Membership:
-    """All members, who is connected to whom, and how far every key has come."""
+    """All members, who is connected to whom, and how far every key has come.
+
+    ``relayed`` are the topics to which all members contribute in their acknowledgements.
+    """
 
     def __init__(self) -> None:
         self.members: dict[str, MemberState] = {}
         self.published: dict[str, dict[str, int]] = {}
+        self.relayed: tuple[str, ...] = ()
         self.wired: set[Pair] = set()
         self._readers: dict[str, list[tuple[MemberState, bool]]] = {}
         self._all_wired = True
@@ -180,5 +184,5 @@ class Membership:
                     reader.due = reader.due or wakes or reader.backlog >= MAX_BACKLOG
 
     def wanted(self, member: MemberState) -> tuple[str, ...]:
-        """Return the keys of a member's outputs that other members read."""
-        return tuple(sorted(key for key in member.outputs if self.readers(key)))
+        """Return the keys of a member's outputs that other members read, and of the relayed topics that are read."""
+        return tuple(sorted(key for key in {*member.outputs, *self.relayed} if self.readers(key)))

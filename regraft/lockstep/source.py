@@ -89,6 +89,7 @@ class SourceLoop:
         end = self._runtime.assignment.duration
         pace = self._begin_pace(coordinator)
         self._first_tick = self._first_tick_of_the_run()
+        coordinator.faults.begin(coordinator.moment.time)
         while self._runtime.state is not State.FINALIZED:
             if not self._is_active():
                 coordinator.stand_still(LOOK_INTERVAL)
@@ -99,6 +100,7 @@ class SourceLoop:
                 return
             pace = self._keep_pace(coordinator, pace, period)
             if self._is_active():
+                coordinator.faults.perform(coordinator.moment.time)
                 coordinator.run_tick(lambda: self._advance(coordinator, period))
                 self._measure_speed(coordinator)
 

@@ -40,6 +40,7 @@ from regraft.runtime.lifecycle.checkpoints import Checkpoints
 from regraft.runtime.lifecycle.fence import Fence
 from regraft.runtime.lifecycle.lifecycle import Lifecycle, TransitionFailed
 from regraft.runtime.lifecycle.measuring import Measuring
+from regraft.runtime.lifecycle.own_faults import OwnFaults
 from regraft.runtime.lifecycle.rewiring import Rewiring, RewiringRefused
 from regraft.runtime.parts import Parts
 
@@ -78,6 +79,7 @@ class Control:
             "resend": self._resend,
             "types": self._types,
             "qualities": self._measured,
+            "fault": OwnFaults(parts).inject,
         }
 
     def take(self, query: Query) -> None:

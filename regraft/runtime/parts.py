@@ -44,6 +44,7 @@ class Parts:
         marker_listeners: called with key, source and stream of every marker.
         tick: the world tick that this component is in, None in real time.
         failing: why the component wants to fail, empty if it does not; ``fail`` then does it between two handlers.
+        around: returns what is called instead of a periodic call.
     """
 
     def __init__(self, cls: type[Component], assignment: Assignment, bus: Bus, clock: Clock) -> None:
@@ -70,6 +71,7 @@ class Parts:
         self.tick: int | None = None
         self.failing = ""
         self.fail: Callable[[], None] = lambda: None
+        self.around: Callable[[Callable[[], object]], Callable[[], object]] = lambda call: call
         self.tasks = Tasks()
         self.timers = Timers()
         self.slots = Slots(stepped=self.stepped)

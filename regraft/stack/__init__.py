@@ -1,5 +1,6 @@
 """Stack files: what a robot system consists of, on one screen, checked before anything runs."""
 
+from regraft.stack.added_faults import with_faults
 from regraft.stack.assembly.assemble import plain_document
 from regraft.stack.class_checks import check_with_classes
 from regraft.stack.load import load
@@ -19,6 +20,7 @@ __all__ = [
     "load",
     "plain_document",
     "time_source",
+    "with_faults",
     "with_places",
     "with_seed",
     "with_speed",

@@ -16,6 +16,7 @@ from regraft.stack.imports import try_modules
 from regraft.stack.robot_data import with_robot_data
 from regraft.stack.sections.components import read_component, read_connections, read_services
 from regraft.stack.sections.constraints import read_constraints
+from regraft.stack.sections.faults import read_faults
 from regraft.stack.sections.hosts import read_hosts
 from regraft.stack.sections.limits import read_limits
 from regraft.stack.sections.modes import read_modes
@@ -37,6 +38,7 @@ FIELDS = (
     "components",
     "constraints",
     "modes",
+    "faults",
 )
 MAX_SEED = 2**63 - 1
 
@@ -83,6 +85,7 @@ def load(file: Path | str, notice: Notice = lambda _: None) -> Stack:
         imports=imports,
         document=document,
         references=assembly.references,
+        faults=read_faults(root, architecture),
     )
     report.raise_if_any()
     return stack

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.lockstep.source import TimeSource
 from regraft.process.main import NoSuchClass, load_class
 from regraft.stack.yaml.nodes import Location, Node, locations_of
@@ -21,6 +22,7 @@ class Stack:
     ``file`` is the stack file as it was named. ``document`` is what it says with all that it includes, and where.
     ``imports`` are modules to import for the message types that they define.
     ``references`` has the values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
+    ``faults`` are on the schedule of the run.
     """
 
     file: Path
@@ -30,6 +32,7 @@ class Stack:
     imports: tuple[str, ...] = ()
     document: Node = field(default=Node({}), repr=False, compare=False)
     references: dict[str, dict[str, PlainValue]] = field(default_factory=dict)
+    faults: tuple[ScheduledFault, ...] = ()
 
     @property
     def name(self) -> str:

@@ -164,6 +164,7 @@ def _plan(stack: Stack, duration: float | None, secret: str) -> HostPlan:
         stack.seed,
         duration,
         references=stack.references,
+        faults=stack.faults,
     )
 
 

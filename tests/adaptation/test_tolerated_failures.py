@@ -17,6 +17,7 @@ from regraft.bus_schema.model.adaptation import (
     Outcome,
     Remove,
     SetParameters,
+    Swap,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
@@ -229,3 +230,31 @@ def test_a_part_is_connected_to_a_topic_whose_hung_reader_is_not_needed(modal: S
     report = modal.adapt(ChangeState("second", Transition.DEACTIVATE), Connect("listener", "heard", "others"))
     assert report.outcome is Outcome.APPLIED, report
     assert modal.view("listener").connections["heard"] == "others"
+
+
+@pytest.mark.parametrize("mood", ["clings", "drowns"])
+def test_a_part_that_cannot_be_deactivated_is_no_reason_to_be_stuck_when_it_was_not_active_before(
+    modal: System, mood: str
+) -> None:
+    assert modal.adapt(DOWN).outcome is Outcome.APPLIED
+    _mood(modal, mood)
+    report = modal.adapt(ChangeState("fragile", Transition.ACTIVATE), LAME)
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert modal.host.specs["fragile"].state is State.INACTIVE
+    assert mood == "drowns" or modal.view("fragile").state is State.UNCONFIGURED
+
+
+def test_a_failed_part_is_swapped_for_another_class(modal: System) -> None:
+    _fail(modal)
+    report = modal.adapt(Swap("fragile", "tests.adaptation.parts:Listener"))
+    assert report.outcome is Outcome.APPLIED, report
+    assert modal.view("fragile").state is State.ACTIVE
+    assert modal.host.specs["fragile"].cls == "tests.adaptation.parts:Listener"
+
+
+def test_a_swap_of_a_failed_part_that_cannot_be_done_leaves_it_failed(modal: System) -> None:
+    _fail(modal)
+    report = modal.adapt(Swap("fragile", "tests.adaptation.parts:Listener"), LAME)
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert modal.host.specs["fragile"].cls == "tests.adaptation.parts:Fragile"
+    assert modal.view("fragile").state is not State.ACTIVE

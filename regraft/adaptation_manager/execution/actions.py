@@ -55,7 +55,7 @@ async def perform(context: ExecutionContext, action: Action, meanwhile: Callable
     elif isinstance(action, LeaveStopped):
         await leave_stopped(context, action.component, action.host)
     elif isinstance(action, StartAgain):
-        await start_again(context, action.component, action.host)
+        await start_again(context, action)
     elif isinstance(action, EndSuccessor):
         await end_successor(context, action)
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from regraft.adaptation_manager.execution.restoration import values_of
 from regraft.adaptation_manager.execution.verify import differences
-from regraft.adaptation_manager.steps.actions import ReachState, StayDown
+from regraft.adaptation_manager.steps.actions import PlannedStep, ReachState, StartAgain, StayDown
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.adaptation_manager.targets.processes import NOT_RUNNING, leave_stopped, start_again
@@ -33,6 +33,21 @@ async def tolerate_failure(context: ExecutionContext, action: ReachState, failur
     _note(context, action.component, "failed_on_its_way_down", str(failure))
 
 
+async def has_failed_down(context: ExecutionContext, step: PlannedStep, failure: ControlFailed) -> bool:
+    """Return whether a component failed as its activation was undone, and does no more than before: so it is left."""
+    do, back = step.do, step.undo
+    activated = isinstance(do, ReachState) and do.state is State.ACTIVE
+    if failure.code is not ControlCode.FAILED or not activated or not isinstance(back, ReachState):
+        return False
+    if not await _settled(context, step.component, back.state):
+        return False
+    context.left_down.add(step.component)
+    text = f"{failure}; it is not needed active, and the undo continues"
+    code = "failed_in_an_undo"
+    context.kit.event("adaptation.failure_tolerated", text, component=step.component, code=code)
+    return True
+
+
 async def stay_down(context: ExecutionContext, action: StayDown) -> None:
     """Leave a component that did not answer down: as its host restarts it, or else without a process.
 
@@ -46,7 +61,7 @@ async def stay_down(context: ExecutionContext, action: StayDown) -> None:
     if not await _settled(context, name, action.state) or not await _is_as_specified(context, name):
         await leave_stopped(context, name, action.host)
         if action.state is State.ACTIVE:
-            await start_again(context, name, action.host)
+            await start_again(context, StartAgain(name, action.host))
     _note(context, name, "does_not_answer", f"{name} does not answer")
 
 

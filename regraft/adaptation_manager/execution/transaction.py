@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.execution.actions import perform
 from regraft.adaptation_manager.execution.restoration import not_restored, wanted_again
+from regraft.adaptation_manager.execution.tolerance import has_failed_down
 from regraft.adaptation_manager.execution.verify import verify
 from regraft.adaptation_manager.journal.journal import JournalError
 from regraft.adaptation_manager.phases import Phases
@@ -183,7 +184,10 @@ async def undo(
 async def _read_back(context: ExecutionContext, planned: tuple[PlannedStep, ...], steps: list[StepReport]) -> list[str]:
     """Return where components are not as they were before; a step that was undone for nothing is marked as such."""
     undone = [step for step, report in zip(planned, steps, strict=True) if report.state is StepState.UNDONE]
-    wrong = await not_restored(context, wanted_again(context, undone))
+    wanted = wanted_again(context, undone)
+    for name in context.left_down & wanted.keys():
+        wanted[name].pop("state", None)
+    wrong = await not_restored(context, wanted)
     for index, step in enumerate(steps):
         if step.state is StepState.UNDONE and step.component in wrong:
             error = "; ".join(filter(None, (step.error, f"read back: {wrong[step.component]}")))
@@ -217,6 +221,8 @@ async def _undo_step(context: ExecutionContext, step: PlannedStep, state: StepSt
             return ""
         except ControlFailed as error:
             if isinstance(error, NoAnswer) and not error.gone and _is_queued(step, state):
+                return ""
+            if await has_failed_down(context, step, error):
                 return ""
             if error.code not in MAY_PASS or patience.is_over():
                 return str(error)

@@ -113,11 +113,15 @@ class LeaveStopped:
 
 @dataclass(frozen=True, slots=True)
 class StartAgain:
-    """The component's host starts it as its spec states, and again whenever it ends, as before."""
+    """The component's host starts it as its spec states, and again whenever it ends, as before.
+
+    If it was ``unconfigured``, it is so again: what had failed is not activated.
+    """
 
     action: ClassVar[str] = "start_again"
     component: str
     host: str
+    unconfigured: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ def plan(draft: Draft, change: Swap) -> None:
         draft.refuse(name, "class", problem)
     draft.update(new)
     live = draft.live.get(name)
-    if live is not None:
+    if live is not None and live.state in HANDS_OVER:
         _plan_steps(draft, new, live, with_state=with_state)
     elif new.host == spec.host:
         _plan_replacement(draft, new, with_state=with_state)
@@ -74,8 +74,10 @@ def _refusal(draft: Draft, change: Swap, spec: ComponentSpec) -> tuple[str, str]
         return "component", "is added in the same request: add it as it is to be"
     if name in draft.swapped:
         return "component", "is swapped twice in the same request: leave one out"
-    if live is not None and live.state not in HANDS_OVER:
+    if live is not None and live.state not in (*HANDS_OVER, State.UNCONFIGURED):
         return "component", f"is {live.state.value} by then: only an active or inactive component hands over"
+    if live is not None and live.state is State.UNCONFIGURED and move_of(draft.changes, name) is not None:
+        return "component", "is unconfigured by then: it is swapped where it is, or removed and added elsewhere"
     return None
 
 
@@ -95,11 +97,16 @@ def _judge_earlier_changes(draft: Draft, spec: ComponentSpec) -> None:
 
 
 def _plan_replacement(draft: Draft, new: ComponentSpec, *, with_state: bool) -> None:
-    """Start a component that does not run as the other that it is to be: there is nobody to take over from."""
+    """Start a component that does not run, or is not configured, as the other that it is to be.
+
+    There is nobody to take over from.
+    """
     name, stopped = new.name, LeaveStopped(new.name, new.host)
-    if name in draft.restarting:
-        again = StartAgain(name, new.host)
-        draft.preparing.append(PlannedStep(name, f"stop {draft.before[name].cls}, which keeps ending", stopped, again))
+    unconfigured = name in draft.live
+    if unconfigured or name in draft.restarting:
+        again = StartAgain(name, new.host, unconfigured)
+        why = "is unconfigured" if unconfigured else "keeps ending"
+        draft.preparing.append(PlannedStep(name, f"stop {draft.before[name].cls}, which {why}", stopped, again))
     prepared = State.UNCONFIGURED if new.state is State.UNCONFIGURED else State.INACTIVE
     start = RunProcess(name, new, prepared, afresh=not with_state)
     draft.preparing.append(PlannedStep(name, f"start {new.cls} in its place, {prepared.value}", start, stopped))

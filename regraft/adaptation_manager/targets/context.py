@@ -32,7 +32,8 @@ class ExecutionContext:
     """One adaptation's work place; components get ``revision``, ``touch`` notes them in the slot.
 
     ``state_lost`` are the components that continue without what they knew last: the previous run was lost.
-    ``tolerated`` are those that failed where they were to do less, and are left as they are.
+    ``tolerated`` are those that failed where they were to do less, and are left as they are; ``left_down`` those that
+    did so in an undo.
     ``unfinished`` is set if something is left that could not be ended: it does nothing, and is ended once its host
     answers.
     """
@@ -47,6 +48,7 @@ class ExecutionContext:
     revision: int
     state_lost: set[str] = field(default_factory=set)
     tolerated: set[str] = field(default_factory=set)
+    left_down: set[str] = field(default_factory=set)
     unfinished: bool = False
 
     def start_within(self, spec: ComponentSpec) -> float:

@@ -18,7 +18,6 @@ from regraft.bus_schema.messages.protocol.host import (
     DescribedComponent,
     EstimatedQualities,
     EstimateQualities,
-    HostState,
     HostStatus,
     HostView,
     JournalEnd,
@@ -34,6 +33,7 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.host_state import HostState
 from regraft.patience import stretched
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 
-from regraft.adaptation_manager.steps.actions import Activate, RunProcess
+from regraft.adaptation_manager.steps.actions import Activate, RunProcess, StartAgain
 from regraft.adaptation_manager.targets.component_client import BESIDE, ControlFailed, NoAnswer, refusal
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.adaptation_manager.targets.rewiring import see_through
@@ -98,9 +98,19 @@ async def leave_stopped(context: ExecutionContext, component: str, host: str) ->
         await context.pause(LOOK_AGAIN_INTERVAL)
 
 
-async def start_again(context: ExecutionContext, component: str, host: str) -> None:
+async def start_again(context: ExecutionContext, action: StartAgain) -> None:
     """Have a component's host start it, and restart it as its policy says; raises ControlFailed."""
-    context.controls.processes |= await context.hosts.start(component, host, resume=False)
+    name, spec = action.component, context.before.components[action.component]
+    if action.unconfigured:
+        held = replace(spec, state=State.UNCONFIGURED)
+        await context.hosts.give(UpdateSpecs(context.revision, (held,)))
+    context.controls.processes |= await context.hosts.start(name, action.host, resume=False)
+    if action.unconfigured:
+        patience = Patience(context.start_within(spec))
+        await _until_it_runs(context, spec, patience)
+        if _is_in_step(context, spec):
+            await _until_it_is_a_member(context, spec, patience)
+        await context.hosts.give(UpdateSpecs(context.revision, (spec,)))
 
 
 async def _release(context: ExecutionContext, component: str) -> None:

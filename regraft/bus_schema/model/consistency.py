@@ -19,6 +19,7 @@ from regraft.bus_schema.model.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
 from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.bus_schema.model.robots.offers import offered_services
+from regraft.bus_schema.model.system_topics import RESERVED
 from regraft.bus_schema.model.wiring import wiring_violations
 from regraft.bus_schema.suggestions import Hints, instead_of
 
@@ -59,6 +60,9 @@ def _topics(architecture: Architecture) -> Iterator[Violation]:
     for name, topic in sorted(architecture.topics.items()):
         problem = _name_problem(keys.topic_name, name)
         if problem:
+            yield Violation(None, "", f"topics.{name}", problem)
+        if name.startswith(RESERVED):
+            problem = f"the system itself has the topics that begin with {RESERVED!r}: name it otherwise"
             yield Violation(None, "", f"topics.{name}", problem)
         if topic.name != name:
             yield Violation(None, "", f"topics.{name}", f"is named {topic.name!r}, must be named as its key")

@@ -14,6 +14,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, T
 from regraft.bus_schema.model.description import ANY_TYPE, PortDescription
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of
+from regraft.bus_schema.model.system_topics import RESERVED, SYSTEM_TOPICS
 from regraft.bus_schema.suggestions import LISTED, instead_of
 
 
@@ -88,6 +89,8 @@ def _port_problems(
     if problem is not None:
         yield problem
         return
+    if name in SYSTEM_TOPICS:
+        return  # it is always there, and fed by the system itself
     topic = architecture.topics[name]
     if port.type == ANY_TYPE:
         yield from _reading_problems(topic, port)
@@ -100,9 +103,12 @@ def _port_problems(
 def connection_problem(topics: Mapping[str, TopicSpec], port: PortDescription, name: str) -> str | None:
     """Return why a port cannot be connected to a topic of that name, whoever else is; None if it can."""
     label = f"{port.direction} {port.name!r}"
-    topic = topics.get(name)
+    topic = TopicSpec(name, SYSTEM_TOPICS[name]) if name in SYSTEM_TOPICS else topics.get(name)
+    if name in SYSTEM_TOPICS and port.direction == "output":
+        return f"{label} is connected to {name!r}, by which the system speaks of itself: components only read it"
     if topic is None:
-        return f"{label} is connected to {name!r}, which is not in the topic table; {instead_of(name, topics)}"
+        known = SYSTEM_TOPICS if name.startswith(RESERVED) else topics
+        return f"{label} is connected to {name!r}, which is not in the topic table; {instead_of(name, known)}"
     if port.type not in (topic.type, ANY_TYPE):
         verb = "takes" if port.direction == "input" else "gives"
         return f"{label} {verb} {port.type}, but topic {name!r} carries {topic.type}; {_fitting(topics, port)}"

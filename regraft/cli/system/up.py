@@ -38,6 +38,7 @@ from regraft.stack import (
     apply_parameter_files,
     check_with_classes,
     load,
+    with_faults,
     with_places,
     with_seed,
     with_speed,
@@ -71,6 +72,14 @@ def up(
             metavar="SECONDS",
             parser=seconds(0.001),
             help="End after this number of seconds: of simulated time, or of the real clock once all is up.",
+        ),
+    ] = None,
+    faults: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fault",
+            metavar="'SECONDS COMPONENT KIND'",
+            help="Make a component fail: kill, stop, hang, exception or slow; may be repeated.",
         ),
     ] = None,
     seed: Annotated[
@@ -107,6 +116,7 @@ def up(
     wanted = load(stack_file(stack)) if quiet else load(stack_file(stack), complain)
     wanted = _as_asked(wanted, speed, seed, chosen_system(ctx, system))
     wanted = with_places(apply_overrides(apply_parameter_files(wanted, params or []), overrides or []), places or [])
+    wanted = with_faults(wanted, faults or [])
     # That it runs already is the better reason than that its gateway's port is in use.
     run_directory.lock(wanted.name).close()
     check_ports(wanted.architecture)

@@ -26,6 +26,7 @@ class ManagedProcess:
     ``started_as`` is the incarnation as which its process was started, ``formerly`` are those that it has had until
     now; ``succeeds`` is whom it is to succeed. ``restart_by`` is when it is restarted although another run runs next to
     it, in monotonic seconds. ``awaited`` is set while a successor of it gets ready on another host.
+    ``held_until`` is the simulated time at which it comes back if it ends now: then it ``is_held`` until asked for.
     """
 
     spec: ComponentSpec
@@ -50,6 +51,8 @@ class ManagedProcess:
     succeeds: Succession | None = None
     restart_by: float | None = None
     awaited: bool = False
+    held_until: float | None = None
+    is_held: bool = False
 
     @property
     def run(self) -> str:
@@ -77,14 +80,19 @@ class ManagedProcess:
 
     def remove(self) -> None:
         """Start it no more, but leave its process alone."""
-        self.removed, self.owed = True, self.owed or self.start_at is not None
-        self.start_at = None
+        self.removed, self.owed = True, self.owed or self.start_at is not None or self.is_held
+        self.start_at, self.is_held = None, False
 
     def keep(self, now: float) -> None:
         """Take its removal back: what would have been restarted meanwhile is."""
         if self.owed and not self.has_process:
             self.start_at, self.state = now, ProcessState.WAITING
         self.removed = self.owed = False
+
+    def release(self, now: float) -> None:
+        """Start it now if it is held back."""
+        if self.is_held:
+            self.is_held, self.start_at = False, now
 
     def status(self) -> ProcessStatus:
         """Return the process's status, for whoever asks."""
@@ -123,6 +131,7 @@ class ManagedProcess:
             connect_endpoints=connect,
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
+            faults=plan.faults if is_source else (),
             succeeds=self.succeeds,
             secret=plan.secret,
             handler_timeout=plan.limits(self.spec).handler_timeout,

@@ -12,10 +12,11 @@ MAX_BACKOFF = 10.0
 
 @dataclass(slots=True)
 class RestartHistory:
-    """The recent restarts of one component. Times are monotonic seconds."""
+    """The recent restarts of one component. Times are monotonic seconds, those in ``simulated`` are of that time."""
 
     policy: RestartPolicy
     recent: deque[float] = field(default_factory=deque)
+    simulated: deque[float] = field(default_factory=deque)
     total: int = 0
 
     def wants_restart(self, code: int) -> bool:
@@ -35,6 +36,20 @@ class RestartHistory:
         self.total += 1
         return now + wait
 
+    def allows_at(self, moment: float) -> bool:
+        """Note a restart after a scheduled end at a simulated time; return whether it is allowed, or too many.
+
+        The clock on the wall does not count: in every run of the schedule the same restart is one too many.
+        """
+        while self.simulated and moment - self.simulated[0] > self.policy.window:
+            self.simulated.popleft()
+        if len(self.simulated) >= self.policy.limit:
+            return False
+        self.simulated.append(moment)
+        self.total += 1
+        return True
+
     def pardon(self) -> None:
         """Forget the recent restarts: someone has acted."""
         self.recent.clear()
+        self.simulated.clear()

@@ -30,7 +30,6 @@ from regraft.host.zygote.estimate_process import UNDER_WAY
 from regraft.host.zygote.zygote import Zygote
 
 DESCRIBE, ESTIMATE = "describe", "estimate"
-VERBS = (DESCRIBE, ESTIMATE)
 DESCRIBED_TIMEOUT = 20.0
 """Seconds that importing and describing a class may take, or estimating an architecture."""
 MAX_AT_ONCE = 16

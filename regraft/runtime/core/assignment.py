@@ -8,6 +8,7 @@ from regraft.bus_schema.annotations import ClassPath, Connections, Count, PlainV
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 
 
 @message("regraft/Succession")
@@ -29,7 +30,8 @@ class Assignment:
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names
-    the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none.
+    the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` (time sources only)
+    are on the schedule of the run.
     """
 
     system: str
@@ -57,3 +59,4 @@ class Assignment:
     lease: str = ""
     handler_timeout: Seconds | None = None
     scope: str = ""
+    faults: tuple[ScheduledFault, ...] = ()

@@ -279,9 +279,9 @@ class Inbound:
         return tuple(sorted({source for (_, source), s in self.streams.items() if s.waiting and not s.wired}))
 
     def forget_sources(self, sources: tuple[str, ...]) -> None:
-        """Drop what sources that left sent beyond their last frontier."""
+        """Drop what sources that left sent beyond their last frontier, also what of it comes only later."""
         for pair in [pair for pair in self.streams if pair[1] in sources]:
-            self.streams[pair] = Stream(self.streams[pair].epoch, self.streams[pair].incarnation)
+            self.streams[pair] = Stream(self.streams[pair].epoch, self.streams[pair].incarnation, gone=True)
 
     def told(self, read: Container[str]) -> None:
         """Take note that others know from now on which keys are read.

@@ -129,6 +129,11 @@ class LiveInput(Generic[M]):
         self._kept.clear()
         self._waiters.clear()
 
+    def wrap(self, around: Callable[[Callable[[M], object]], Callable[[M], object]]) -> None:
+        """Have what ``around`` makes of the handler called instead of it."""
+        if self._handle is not None:
+            self._handle = around(self._handle)
+
     # --- from one run to the next ---
 
     def hand_over(self) -> tuple[HeldSample, ...]:

@@ -14,8 +14,10 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
 from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.clock import Clock
+from regraft.runtime.data.own_news import OwnNews
 from regraft.runtime.data.writers import Identity, Writers
 
 REPEAT_INTERVAL = 5.0
@@ -39,6 +41,7 @@ class StatusReporter:
         self._status_key = keys.status(identity.name)
         self._said: dict[tuple[str, str], float] = {}
         self.faults = 0
+        self.news: OwnNews | None = None
         self.next_beat = 0.0
 
     def update(self, **changes: Any) -> None:
@@ -89,10 +92,14 @@ class StatusReporter:
         """Put a diagnostic."""
         diagnostic = Diagnostic(self._seconds(), self.status.component, subject, level, text, values)
         self._put(self._keys.diagnostics, diagnostic)
+        if self.news is not None:
+            self.news.diagnostic(diagnostic)
 
     def quality(self, quality: Quality) -> None:
         """Put how a quality requirement is met."""
         self._put(self._keys.quality(quality.requirement), quality)
+        if self.news is not None:
+            self.news.quality(quality)
 
     def measured(self, qualities: MeasuredQualities) -> None:
         """Put the component's own qualities."""
@@ -105,11 +112,13 @@ class StatusReporter:
             self.log.error(text, exc_info=error)
             self.event("component.fault", text)
         self.faults += 1
+        self._note(SystemFaultKind.RAISED, text, type(error).__name__)
         self.status = replace(self.status, error=text[:2000])
 
     def failed(self, code: str, why: str, state: State) -> None:
         """Report that the component has left its state by itself, for ``state``, and ``why``."""
         self.update(state=state, failure=why[:2000])
+        self._note(SystemFaultKind.FAILED, why, code)
         self.event("component.failed", f"{why[:1900]}; now {state.value}", code=code, state=state.value)
 
     def recovered(self, code: str, text: str) -> None:
@@ -117,6 +126,7 @@ class StatusReporter:
         failure = self.status.failure
         if failure:
             self.update(failure="")
+            self._note(SystemFaultKind.RECOVERED, f"{text}: {failure}", code)
             self.event("component.recovered", f"{text}: {failure[:1900]}", code=code)
 
     def refused(self, where: str, source: str, why: str) -> None:
@@ -130,6 +140,10 @@ class StatusReporter:
         self.status = replace(self.status, lost=self.status.lost + count)
         if self._fresh("lost" + where, source):
             self.event("message.lost", f"{where}: {count} from {source}", count=count)
+
+    def _note(self, kind: SystemFaultKind, text: str, code: str) -> None:
+        if self.news is not None:
+            self.news.fault(self.status, self._seconds(), kind, text[:2000], code)
 
     def _fresh(self, what: str, who: str) -> bool:
         now = time.monotonic()

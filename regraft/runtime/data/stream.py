@@ -35,6 +35,8 @@ class Stream:
     ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
     that is known of, if it continues with the numbering of another.
 
+    What comes of a run that is ``gone`` is dropped, until a marker shows that it is back, or another run is there.
+
     One sample can be false: ``leap`` and ``former`` say where the stream stood before it was believed.
     """
 
@@ -50,6 +52,7 @@ class Stream:
     marked: int = 0
     leap: Leap | None = None
     former: Stream | None = None
+    gone: bool = False
 
     def admit(self, envelope: Envelope) -> bool:
         """Return whether a sample is of the living run of its source; a newer run begins the numbering again."""
@@ -72,6 +75,8 @@ class Stream:
             self.marked = 0
             self.leap = None
             self.waiting.clear()
+        if envelope.incarnation > self.incarnation:
+            self.gone = False
         self.incarnation = envelope.incarnation
         return True
 
@@ -105,7 +110,7 @@ class Stream:
 
         Under the real clock, the samples between it and the last handled one are lost on the way, and ours.
         """
-        self.marked = max(self.marked, sequence)
+        self.marked, self.gone = max(self.marked, sequence), False
         if self.wired:
             return
         self.wired = True
@@ -178,6 +183,8 @@ class Stream:
 
     def hold(self, envelope: Envelope, sample: Sample) -> None:
         """Keep a sample until its step; a stranger who sends more than anybody handles loses it."""
+        if self.gone:
+            return
         if not self.wired and len(self.waiting) >= MAX_HELD_OF_A_STRANGER:
             self.lost += 1
             return

@@ -24,7 +24,7 @@ class PeriodicCalls:
         for name, period in parts.declared.timers.items():
             method = getattr(parts.component, name)
             call = (lambda n=name, m=method: parts.spawn(n, m())) if inspect.iscoroutinefunction(method) else method
-            parts.timers.start(name, call, period.nanoseconds(parts.parameters.values), now)
+            parts.timers.start(name, parts.around(call), period.nanoseconds(parts.parameters.values), now)
         every = type(parts.component).checkpoint_every
         if every is not None:
             parts.timers.start("checkpoint", self._checkpoint, max(1, round(every * 1e9)), now)

@@ -110,6 +110,10 @@ class Server:
         self._clients: OrderedDict[str, _Client] = OrderedDict()
         self._hurried_until = 0.0
 
+    def wrap(self, around: Callable[[Callable[[Any], Any]], Callable[[Any], Any]]) -> None:
+        """Have what ``around`` makes of the method called instead of it."""
+        self._method = around(self._method)
+
     def deliver(self, sample: Sample) -> None:
         """Take a request in its turn."""
         try:

@@ -11,6 +11,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.robots.scopes import in_scope, scope_of, service_in_scope
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
 from regraft.process.main import NoSuchClass
 from regraft.stack.classes import describe_class
 from regraft.stack.relative_paths import RUN_FOLDER, with_absolute_paths
@@ -83,7 +84,8 @@ def connections(spec: ComponentSpec, topics: Mapping[str, TopicSpec], given: Map
     scope = scope_of(spec.name, topics)
     ports = spec.description.ports if spec.description else ()
     own = {port.name: (in_scope(scope, port.topic), port.required or bool(port.origin)) for port in ports}
-    return {**{port: topic for port, (topic, needed) in own.items() if needed or topic in topics}, **given}
+    known = {*topics, *SYSTEM_TOPICS}
+    return {**{port: topic for port, (topic, needed) in own.items() if needed or topic in known}, **given}
 
 
 def read_services(table: Section, spec: ComponentSpec, topics: Collection[str]) -> dict[str, str]:

@@ -70,7 +70,7 @@ class _Part:
     """All that is to be changed of one component."""
 
     parameters: dict[str, PlainValue] = field(default_factory=dict)
-    connections: dict[str, str] = field(default_factory=dict)
+    connections: dict[str, str | None] = field(default_factory=dict)
     added: Setting | None = None
     removed: bool = False
     cls: str = ""

@@ -7,6 +7,7 @@ from enum import Enum
 
 from regraft.bus_schema.annotations import Count, Seconds
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.system import SystemNews
 
 Frontier = dict[str, dict[str, Count]]
 """Per key and source, the sequence up to which data is to be handled."""
@@ -66,6 +67,7 @@ class Ack:
     """The end of a step: what was published, when the member wants to be woken, and whether it wants a slot.
 
     ``wiring`` is sent when it changed. ``touched`` (slots only) names members whose wiring or timing was changed.
+    ``news`` is what the member says of itself, if there is any.
     """
 
     member: str
@@ -77,6 +79,7 @@ class Ack:
     wiring: Wiring | None = None
     touched: tuple[str, ...] = ()
     error: str = ""
+    news: SystemNews | None = None
 
 
 @message("regraft/Join")

@@ -11,6 +11,7 @@ from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.estimates import Figure
+from regraft.bus_schema.model.host_state import HostState
 
 
 class ProcessState(Enum):
@@ -26,20 +27,6 @@ class ProcessState(Enum):
     STOPPED = "stopped"
     QUARANTINED = "quarantined"
     LOST = "lost"
-
-
-class HostState(Enum):
-    """How a host is for the one that it joined.
-
-    ``absent`` until it joins, ``silent`` while it gives no sign of life, ``left`` after it has ended in good order.
-    ``lost`` once it has been silent for so long that its components may be started elsewhere.
-    """
-
-    ABSENT = "absent"
-    JOINED = "joined"
-    SILENT = "silent"
-    LOST = "lost"
-    LEFT = "left"
 
 
 @message("regraft/ProcessStatus")

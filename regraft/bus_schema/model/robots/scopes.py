@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
+
 SHARED = "/"
 """The begin of a name that means the same in every scope."""
 OWN_NAME = "{name}"
@@ -36,7 +38,7 @@ def in_scope(scope: str, name: str) -> str:
     """
     if name.startswith(SHARED):
         return name.removeprefix(SHARED)
-    return f"{scope}/{name}" if scope else name
+    return f"{scope}/{name}" if scope and name not in SYSTEM_TOPICS else name
 
 
 def service_in_scope(component: str, scope: str, service: str) -> str:

@@ -1,0 +1,20 @@
+"""The topics by which a system speaks of itself: they are always there, and components only read them."""
+
+from __future__ import annotations
+
+STATES = "system/states"
+FAULTS = "system/faults"
+DIAGNOSTICS = "system/diagnostics"
+QUALITIES = "system/qualities"
+HOSTS = "system/hosts"
+
+SYSTEM_TOPICS = {
+    STATES: "regraft/SystemStates",
+    FAULTS: "regraft/SystemFaults",
+    DIAGNOSTICS: "regraft/SystemDiagnostics",
+    QUALITIES: "regraft/SystemQualities",
+    HOSTS: "regraft/SystemHosts",
+}
+"""The message type that each carries. A robot's scope does not apply to them."""
+RESERVED = "system/"
+"""The begin of names that no topic of a stack may have."""

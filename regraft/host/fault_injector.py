@@ -1,0 +1,123 @@
+"""Carries out the faults on a run's schedule, at the components of one host."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from regraft.bus.interface import Answer, Bus, BusError, Query
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.protocol.faults import BringBack, FaultInjected, InjectFault
+from regraft.bus_schema.messages.protocol.host import ProcessState
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
+from regraft.host.host_publisher import UnknownComponent
+from regraft.host.runs.managed_process import ManagedProcess
+from regraft.host.supervisor import Supervisor
+
+INJECT = "inject"
+READY_TIMEOUT = 2.0
+"""Seconds in which a component answers before its fault: by then, all that it has put has arrived."""
+SIGNALS = {FaultKind.KILL: signal.SIGKILL, FaultKind.STOP: signal.SIGSTOP}
+
+Done = Callable[[FaultInjected], object]
+
+
+@dataclass(frozen=True, slots=True)
+class _Ending:
+    """A run that is ending by a fault."""
+
+    managed: ManagedProcess
+    done: Done
+
+
+class FaultInjector:
+    """The faults of one host's components. Everything happens on the host's thread; ``post`` calls something there."""
+
+    def __init__(self, host: Supervisor, bus: Bus, keys: Keys, post: Callable[[Callable[[], None]], object]) -> None:
+        self._host = host
+        self._bus = bus
+        self._keys = keys
+        self._post = post
+        self._endings: dict[str, _Ending] = {}
+        self._due: deque[ScheduledFault] = deque()
+        self._started = 0.0
+
+    def ask(self, query: Query) -> None:
+        """Begin to answer a query; raises BadMessage."""
+        wanted = codec.decode(query.payload, InjectFault)
+        if wanted.fault not in self._host.plan.faults:
+            raise BadMessage(f"fault: '{wanted.fault}' is not on the schedule of this run")
+        self.inject(wanted, lambda injected: query.reply(codec.encode(injected)))
+
+    def inject(self, wanted: InjectFault, done: Done) -> None:
+        """Have a component fail; ``done`` is called when its run has ended, or at once if it continues."""
+        name = wanted.fault.component
+        managed = self._host.processes.get(name)
+        if managed is None or not managed.pid:
+            why = "is not on this host" if managed is None else "has no process"
+            done(FaultInjected(name, managed.incarnation if managed else 0, missed=f"{name} {why}"))
+            return
+
+        def ready(answers: list[Answer]) -> None:
+            self._post(lambda: self._begin(wanted, managed, answers, done))
+
+        key = self._keys.control(name, managed.incarnation, "fault")
+        try:
+            self._bus.ask(key, codec.encode(wanted.fault), READY_TIMEOUT, ready)
+        except BusError:
+            ready([])
+
+    def _begin(self, wanted: InjectFault, managed: ManagedProcess, answers: list[Answer], done: Done) -> None:
+        fault, run = wanted.fault, managed.incarnation
+        refused = not answers or answers[0].error
+        if not managed.pid or (refused and fault.kind not in SIGNALS):
+            why = "takes no such fault" if answers else "has not answered"
+            done(FaultInjected(fault.component, run, missed=f"{fault.component} {why}"))
+            return
+        self._host.report_fault(fault)
+        if not fault.kind.ends_the_run:
+            done(FaultInjected(fault.component, run))
+            return
+        managed.held_until = fault.until if wanted.held else None
+        self._endings[managed.run] = _Ending(managed, done)
+        if fault.kind in SIGNALS:
+            self._host.signal(managed, SIGNALS[fault.kind])
+
+    def ended(self, managed: ManagedProcess) -> None:
+        """Note that a run has ended, and how."""
+        ending = self._endings.pop(managed.run, None)
+        if ending is not None:
+            name, run = managed.spec.name, managed.incarnation
+            stopped = managed.state is ProcessState.QUARANTINED
+            ending.done(FaultInjected(name, run, managed.exit_reason, managed.is_held, stopped))
+
+    def bring_back(self, payload: bytes) -> FaultInjected:
+        """Restart a component that is held back; raises BadMessage, UnknownComponent."""
+        name = codec.decode(payload, BringBack).component
+        managed = self._host.processes.get(name)
+        if managed is None or managed.removed:
+            raise UnknownComponent(f"there is no component {name!r} on host {self._host.plan.name!r}")
+        comes_back = managed.is_held
+        managed.release(time.monotonic())
+        return FaultInjected(name, managed.incarnation, comes_back=comes_back)
+
+    # --- under the real clock ---
+
+    def start(self, now: float) -> None:
+        """Count the time of the schedule from ``now``, in monotonic seconds."""
+        self._due = deque(sorted(self._host.plan.faults, key=lambda fault: fault.at))
+        self._started = now
+
+    def look(self, now: float) -> None:
+        """Begin with what is due."""
+        while self._due and self._due[0].at <= now - self._started:
+            self.inject(InjectFault(self._due.popleft()), self._report_missed)
+
+    def _report_missed(self, injected: FaultInjected) -> None:
+        if injected.missed:
+            self._host.report_missed(injected.component, injected.missed)

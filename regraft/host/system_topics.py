@@ -1,0 +1,153 @@
+"""What a system says of itself, published by its first host under the real clock, where somebody reads it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from regraft.bus.interface import Bus, BusError, Closable, Sample
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.encoding.registry import type_named
+from regraft.bus_schema.errors import SchemaError
+from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event
+from regraft.bus_schema.messages.protocol.host import HostStatus
+from regraft.bus_schema.messages.quality import Quality
+from regraft.bus_schema.messages.system import ComponentState, SystemFault, SystemFaultKind
+from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
+from regraft.runtime.core.clock import Clock
+from regraft.runtime.data.system_view import ENDS, SystemView
+from regraft.runtime.data.writers import Identity, Writers
+
+KINDS = {
+    "component.failed": SystemFaultKind.FAILED,
+    "component.fault": SystemFaultKind.RAISED,
+    "component.recovered": SystemFaultKind.RECOVERED,
+    "component.restarted": SystemFaultKind.DIED,
+    "component.ended": SystemFaultKind.DIED,
+    "component.quarantined": SystemFaultKind.QUARANTINED,
+}
+"""The faults that events speak of, by the kind of the event."""
+HUNG = "component.hung"
+REMOVED = "component.removed"
+
+
+class HostSystemTopics:
+    """The writer of the topics ``system/...`` under the real clock. Where nobody reads, it listens to nothing."""
+
+    def __init__(
+        self, bus: Bus, keys: Keys, host: str, clock: Clock, post: Callable[[Callable[[], None]], object]
+    ) -> None:
+        """Listen to nothing yet; ``post`` has something called on the host's thread soon."""
+        self._bus = bus
+        self._host = host
+        self._post = post
+        self._keys = keys
+        self._clock = clock
+        self._writers = Writers(bus, clock, Identity(f"system-{host}", 1, 1))
+        self._view = SystemView()
+        self._readers: dict[str, set[str]] = {}
+        self._known: Architecture | None = None
+        self._declared: list[Closable] = []
+        self._hung: set[str] = set()
+        self._log = logging.getLogger("host")
+
+    def see(self, architecture: Architecture) -> None:
+        """Take which components read which topics; begin to listen when the first does."""
+        if architecture is self._known:
+            return
+        self._known = architecture
+        before, self._readers = self._readers, _readers(architecture)
+        for name, topics in self._readers.items():
+            self._view.changed |= topics - before.get(name, set())
+        if self._readers and not self._declared:
+            keys = self._keys
+            takers: dict[str, Callable[[Sample], None]] = {
+                keys.status("*"): self._take_status,
+                keys.event: self._take_event,
+                keys.diagnostics: lambda s: self._view.take_diagnostic(codec.decode(s.payload, Diagnostic)),
+                keys.quality("**"): lambda s: self._view.take_quality(codec.decode(s.payload, Quality)),
+                keys.host(self._host, "status"): self._take_hosts,
+            }
+            self._declared = [self._bus.subscribe(key, self._sink(take)) for key, take in takers.items()]
+
+    def publish(self) -> None:
+        """Publish what is new on the topics that are read, in the order of their names."""
+        if not self._view.changed:
+            return
+        read = set().union(*self._readers.values())
+        for topic in sorted(self._view.changed):
+            if topic not in read:
+                self._view.pass_over(topic)
+                continue
+            encoding = type_named(SYSTEM_TOPICS[topic]).encoding
+            try:
+                writer = self._writers.open(self._keys.topic(topic), encoding)
+                writer.put(codec.encode(self._view.message(topic, self._now)))
+            except BusError as error:
+                self._log.warning("%s", error)
+
+    def close(self) -> None:
+        """Stop listening and publishing."""
+        for closable in self._declared:
+            closable.close()
+        self._writers.close_all()
+
+    @property
+    def _now(self) -> float:
+        return self._clock.now() / 1e9
+
+    def _sink(self, take: Callable[[Sample], None]) -> Callable[[Any], object]:
+        """Have what comes be taken on the host's thread, which looks often enough by itself."""
+
+        def take_item(item: Any) -> None:
+            sample = self._bus.open_sample(item)
+            if sample is not None:
+                try:
+                    take(sample)
+                except SchemaError as error:
+                    self._log.warning("%s: %s", sample.key, error)
+
+        return lambda item: self._post(lambda: take_item(item))
+
+    # --- what is heard ---
+
+    def _take_status(self, sample: Sample) -> None:
+        status = codec.decode(sample.payload, ComponentStatus)
+        before = self._view.states.get(status.component)
+        if before is not None and status.incarnation < before.incarnation:
+            return
+        state = ComponentState(status.component, status.incarnation, status.state, status.failure)
+        self._view.take_state(state, self._now)
+        if status.state is State.ACTIVE and (before is None or before.state is not State.ACTIVE):
+            self._view.changed |= self._readers.get(status.component, set())  # it reads from now on
+
+    def _take_event(self, sample: Sample) -> None:
+        event = codec.decode(sample.payload, Event)
+        name = event.subject
+        if event.kind == HUNG:
+            self._hung.add(name)
+        elif event.kind == REMOVED:
+            self._view.remove(name)
+        elif event.kind in KINDS:
+            kind = KINDS[event.kind]
+            if kind is SystemFaultKind.DIED and name in self._hung:
+                kind = SystemFaultKind.HUNG
+            if kind in ENDS:
+                self._hung.discard(name)
+            known = self._view.states.get(name)
+            code = str(event.details.get("code", ""))
+            incarnation = known.incarnation if known else 0
+            self._view.take_fault(SystemFault(event.stamp, name, incarnation, kind, event.text, code))
+
+    def _take_hosts(self, sample: Sample) -> None:
+        self._view.take_hosts(codec.decode(sample.payload, HostStatus).others)
+
+
+def _readers(architecture: Architecture) -> dict[str, set[str]]:
+    """Return the components that read what the system says of itself, and which topics of it."""
+    read = {name: SYSTEM_TOPICS.keys() & spec.connections.values() for name, spec in architecture.components.items()}
+    return {name: topics for name, topics in read.items() if topics}

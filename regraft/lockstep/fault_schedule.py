@@ -1,0 +1,145 @@
+"""Faults on a schedule: between two ticks the source has components fail, and waits for those that come back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from regraft.bus.interface import Answer, BusError
+from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.protocol.faults import BringBack, FaultInjected, InjectFault
+from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scheduled_faults import ScheduledFault
+from regraft.lockstep.liveness import Run
+from regraft.patience import Patience
+from regraft.runtime.runtime import Runtime
+
+ENDED_TIMEOUT = 60.0
+"""Seconds in which the host ends a run: one that hangs has as long as its class says, and longer on a busy machine."""
+BACK_TIMEOUT = 30.0
+"""Seconds in which a run that is brought back joins."""
+
+
+class Members(Protocol):
+    """What the schedule needs of the coordinator."""
+
+    def lives(self, name: str) -> int | None:
+        """Return the incarnation of a member, None if it is none."""
+
+    def has_asked(self, name: str, above: int) -> bool:
+        """Return whether a run later than ``above`` has asked to join, or has joined."""
+
+    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
+        """Let a member go whose run has ended as scheduled."""
+
+    def fail(self, problem: str) -> None:
+        """Report that the schedule was not kept: the run is not reproducible."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Return:
+    """A component that is to come back: when (simulated nanoseconds), and later than which run."""
+
+    at: int
+    component: str
+    above: int
+    waits: bool
+
+
+class FaultSchedule:
+    """The faults of one run. While one is carried out, no time passes."""
+
+    def __init__(self, runtime: Runtime, members: Members, pump: Callable[[], object]) -> None:
+        self._runtime = runtime
+        self._members = members
+        self._pump = pump
+        self._faults: list[ScheduledFault] = []
+        self._returns: list[_Return] = []
+        self._expected: set[Run] = set()
+
+    def begin(self, now: int) -> None:
+        """Expect what lies ahead at the simulated time ``now``: a source that was restarted repeats nothing."""
+        first = self._runtime.assignment.incarnation == 1
+        faults = self._runtime.assignment.faults
+        ahead = [fault for fault in faults if first or _nanoseconds(fault.at) > now]
+        self._faults = sorted(ahead, key=lambda fault: (fault.at, fault.component))
+
+    def expects(self, run: Run) -> bool:
+        """Return whether a run ends now because the schedule wants it."""
+        return run in self._expected
+
+    def perform(self, now: int) -> None:
+        """Do what is due by ``now``, in the order of its time; a component comes back before others fail."""
+        while self._returns or self._faults:
+            back, fault = min(self._returns, key=_order, default=None), next(iter(self._faults), None)
+            at = None if fault is None else _nanoseconds(fault.at)
+            if back is not None and back.at <= now and (at is None or back.at <= at):
+                self._returns.remove(back)
+                self._bring_back(back)
+            elif fault is not None and at is not None and at <= now:
+                self._faults.pop(0)
+                self._inject(fault)
+            else:
+                return
+
+    def _inject(self, fault: ScheduledFault) -> None:
+        name = fault.component
+        member = self._members.lives(name)
+        if member is not None:
+            self._expected.add((name, member))
+        done = self._ask("inject", InjectFault(fault, held=True), ENDED_TIMEOUT)
+        self._expected.clear()
+        if done is None:
+            self._members.fail(f"'{fault}' was not confirmed by the host")
+        elif done.missed:
+            self._runtime.reporter.event("fault.missed", f"'{fault}': {done.missed}")
+        elif fault.kind.ends_the_run:
+            self._members.end(done, fault)
+            if done.comes_back:
+                back = _Return(_nanoseconds(fault.until), name, done.incarnation, member is not None)
+                self._returns.append(back)
+
+    def _bring_back(self, back: _Return) -> None:
+        done = self._ask("bring_back", BringBack(back.component), ENDED_TIMEOUT)
+        if done is None or not (done.comes_back and back.waits):
+            return  # somebody has removed it meanwhile, or has started it
+        within = Patience(BACK_TIMEOUT)
+        while not self._members.has_asked(back.component, back.above):
+            if self._runtime.state is State.FINALIZED:
+                return
+            if within.is_over():
+                self._members.fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
+                return
+            self._pump()
+
+    def _ask(self, verb: str, question: object, timeout: float) -> FaultInjected | None:
+        """Ask the first host and wait, with time standing still; None if it has not done it."""
+        runtime = self._runtime
+        answered: list[list[Answer]] = []
+        key = runtime.keys.host(LOCAL, verb)
+        try:
+            runtime.bus.ask(
+                key, codec.encode(question), timeout, lambda answers: runtime.post(lambda: answered.append(answers))
+            )
+        except BusError:
+            return None
+        while not answered and runtime.state is not State.FINALIZED:
+            self._pump()
+        answers = answered[0] if answered else []
+        if not answers or answers[0].error:
+            return None
+        try:
+            return codec.decode(answers[0].payload, FaultInjected)
+        except BadMessage:
+            return None
+
+
+def _order(back: _Return) -> tuple[int, str]:
+    return back.at, back.component
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * 1e9)
