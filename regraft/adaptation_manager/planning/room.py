@@ -22,7 +22,7 @@ Run = tuple[str, str, Needs]
 def room_violations(draft: Draft, before: Architecture, stages: Sequence[Architecture]) -> Iterator[Violation]:
     """Yield what hosts lack while a plan is carried out, each amount of a host once.
 
-    ``stages`` are the architectures after each change. What they lack before, or in the end, is found elsewhere.
+    ``stages`` are the architectures after each change. `capability_violations` finds a lack before and in the end.
     """
     if not any(isinstance(change, Add | Remove | Swap | Move) for change in draft.changes):
         return
