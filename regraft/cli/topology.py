@@ -66,6 +66,7 @@ class Offer:
             "request": said.request,
             "reply": said.reply,
             "feedback": said.feedback,
+            "goals": said.goals,
             "description": said.description,
         }
 

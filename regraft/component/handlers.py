@@ -22,6 +22,8 @@ LONGEST = 1e9
 """Seconds: three decades."""
 
 
+MAX_GOALS = 256
+"""Goals that an action pursues at once at the most."""
 NEVER = 2**62
 """Nanoseconds: a period that never ends."""
 
@@ -62,6 +64,7 @@ class Service:
     action: bool
     feedback: type | None
     description: str
+    goals: int = 0
 
     def describe(self) -> ServiceDescription:
         """Return the service's description."""
@@ -72,6 +75,7 @@ class Service:
             type_of(self.reply).name,
             type_of(self.feedback).name if self.feedback else None,
             self.description,
+            self.goals,
         )
 
 
@@ -80,6 +84,7 @@ class _Offer:
     name: str
     action: bool
     feedback: type | None
+    goals: int = 0
 
 
 def every(
@@ -113,12 +118,19 @@ def service(name: str) -> Callable[[F], F]:
     return _offering(_Offer(name, action=False, feedback=None))
 
 
-def action(name: str, *, feedback: type | None = None) -> Callable[[F], F]:
+def action(name: str, *, feedback: type | None = None, goals: int = 1) -> Callable[[F], F]:
     """Offer the decorated ``async`` method as an action: it takes the goal and returns the result.
 
-    It tells how it goes with ``self.kit.feedback(...)``; ``Cancelled`` is raised in it where it awaits.
+    It reports progress with ``self.kit.feedback(...)``; ``Cancelled`` is raised in it where it awaits. It pursues so
+    many ``goals`` at once, each in a call of its own. With one, a newer goal ends the older one. With more, a goal
+    beyond them is refused with the code ``busy``.
+
+    Raises:
+        ValueError: it could pursue no goal, or more than 256.
     """
-    return _offering(_Offer(name, action=True, feedback=feedback))
+    if isinstance(goals, bool) or not isinstance(goals, int) or not 1 <= goals <= MAX_GOALS:
+        raise ValueError(f"@action({name!r}, goals={goals!r}): must be a whole number from 1 to {MAX_GOALS}")
+    return _offering(_Offer(name, action=True, feedback=feedback, goals=goals))
 
 
 def _offering(offer: _Offer) -> Callable[[F], F]:
@@ -142,7 +154,7 @@ def service_of(method: str, function: Callable[..., Any]) -> Service | None:
         raise BadType(f"{function.__qualname__} must take one annotated message and be annotated with its reply")
     text = inspect.getdoc(function) or ""
     (request,) = hints.values()
-    return Service(offer.name, method, request, reply, offer.action, offer.feedback, text.split("\n")[0])
+    return Service(offer.name, method, request, reply, offer.action, offer.feedback, text.split("\n")[0], offer.goals)
 
 
 def is_offered_or_timed(function: Callable[..., Any]) -> bool:

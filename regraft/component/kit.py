@@ -123,6 +123,13 @@ class Kit(Protocol):
         """Report progress to the client of the goal that the calling action pursues."""
 
     @property
+    def goal_id(self) -> str:
+        """The name of the goal that the calling action pursues, unlike that of any other; also in a successor.
+
+        An action with several goals keeps under it how far each has come. Empty outside of an action.
+        """
+
+    @property
     def asked_by(self) -> str:
         """The caller of the running ``async`` service or action: a component's or client's name."""
 

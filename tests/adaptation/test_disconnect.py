@@ -266,3 +266,18 @@ def test_an_interrupted_disconnection_is_undone_on_return(
     assert pair.views() == before
     _hears(pair)
     assert pair.adapt(*CHANGES).outcome is Outcome.APPLIED
+
+
+def test_an_undone_disconnection_of_a_hung_component_leaves_it_as_it_was_to_be(pair: System) -> None:
+    gate = threading.Event()
+    pair.running["ear"].runtime.post(lambda: gate.wait(PATIENCE))
+
+    def kill(name: str) -> None:
+        gate.set()
+        pair.running.pop(name).kill()
+
+    pair.host.terminate = kill
+    report = pair.adapt(OFF, LAME)
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert _specified(pair) == "spoken"
+    assert pair.view("ear").connections["heard"] == "spoken"

@@ -56,8 +56,8 @@ def shown(robot: System, *arguments: str) -> list[list[str]]:
         ),
         (
             "action list",
-            ["action", "component", "request", "reply"],
-            ["wait_for", "listener", "clitest/Number", "clitest/Number"],
+            ["action", "component", "request", "reply", "goals"],
+            ["wait_for", "listener", "clitest/Number", "clitest/Number", "1"],
         ),
         (
             "lifecycle list listener",

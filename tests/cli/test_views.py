@@ -110,6 +110,7 @@ def test_offers_are_shown_under_the_names_that_the_stack_gives_them() -> None:
             "request": "a/A",
             "reply": "b/B",
             "feedback": None,
+            "goals": 0,
             "description": "",
         }
         for name in ("arm", "pilot")

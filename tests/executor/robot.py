@@ -63,3 +63,17 @@ class Detector(Component):
         best = Detection(request.label, 0.9, "map", Vector3(1.0, 2.0, 0.0), 0.1, 1.0)
         pictures = request.pictures or 1
         return Sightings(pictures, pictures, best)
+
+
+class Porter(Component):
+    """Carries two things at once."""
+
+    def __init__(self) -> None:
+        self.carried: list[str] = []
+
+    @action("carry", goals=2)
+    async def carry(self, what: Detect) -> Sightings:
+        """Carry something."""
+        await self.kit.sleep(1.0)
+        self.carried.append(what.label)
+        return Sightings(1, 1)

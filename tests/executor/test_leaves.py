@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.sensors import LightLevel
 from regraft.services.bt_executor.executor import Executor
 from regraft.testing import Rig
 from tests.executor.helpers import command, refusal, run, status, tree
-from tests.executor.robot import Detector, Navigator, goals
+from tests.executor.robot import Detector, Navigator, Porter, goals
 
 CALL = (
     '<CallService service="detect" request_type="regraft/Detect" reply_type="regraft/Sightings" '
@@ -61,6 +61,25 @@ def test_a_drive_that_does_not_arrive_says_why() -> None:
         assert failed.state is MissionState.FAILED
         assert failed.blackboard["why"] == "the way is blocked"
         assert failed.error == "the tree failed, last at 'drive'"
+
+
+def test_a_tree_learns_the_code_of_a_refusal_and_goals_side_by_side_are_pursued_up_to_their_number() -> None:
+    with Rig() as rig:
+        porter = rig.add(Porter)
+        leaf = (
+            '<CallAction name="{0}" action="carry" goal_type="regraft/Detect" result_type="regraft/Sightings" '
+            """goal='json:{{"label": "{0}"}}' code="{{code_{0}}}" reason="{{why_{0}}}"/>"""
+        )
+        leaves = "".join(f"<ForceSuccess>{leaf.format(name)}</ForceSuccess>" for name in ("a", "b", "c"))
+        done = finish(rig, [f'<Parallel success_count="3">{leaves}</Parallel>'])
+        assert done.state is MissionState.SUCCEEDED
+        assert porter.carried == ["a", "b"]
+        assert {key: done.blackboard.get(key, "") for key in ("code_a", "code_b", "code_c")} == {
+            "code_a": "",
+            "code_b": "",
+            "code_c": "busy",
+        }
+        assert "carry pursues 2 goals already" in done.blackboard["why_c"]
 
 
 def test_a_service_that_nobody_offers_is_a_failure_with_a_reason() -> None:

@@ -20,6 +20,7 @@ KINDS = {
     RefusalCode.KEY_REUSED: (422, "idempotency-key-reused"),
     RefusalCode.THROTTLED: (429, "throttled"),
     RefusalCode.QUEUE_FULL: (503, "queue-full"),
+    RefusalCode.BUSY: (503, "busy"),
     RefusalCode.STARTING: (503, "starting"),
     RefusalCode.NOT_ACTIVE: (503, "not-active"),
     RefusalCode.UNAVAILABLE: (503, "unavailable"),

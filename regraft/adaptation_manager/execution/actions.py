@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from regraft.adaptation_manager.execution.tolerance import stay_down, tolerate_failure
+from regraft.adaptation_manager.execution.tolerance import RETRY_INTERVAL, stay_down, tolerate_failure
 from regraft.adaptation_manager.steps.actions import (
     Action,
     Activate,
     ApplyParameters,
+    ConnectAgain,
     ConnectPort,
     EndSuccessor,
     LeaveStopped,
@@ -20,13 +21,14 @@ from regraft.adaptation_manager.steps.actions import (
     StayDown,
     TakeOver,
 )
-from regraft.adaptation_manager.targets.component_client import ControlFailed
+from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.adaptation_manager.targets.handover import end_successor, give_back, run_successor, take_over
 from regraft.adaptation_manager.targets.processes import end_process, leave_stopped, run_process, start_again, take_part
 from regraft.adaptation_manager.targets.rewiring import abandon, move_port
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.lifecycle import Transition, after, is_at_most, route
+from regraft.patience import Patience
 
 
 async def perform(context: ExecutionContext, action: Action, meanwhile: Callable[[], object] | None = None) -> None:
@@ -42,6 +44,8 @@ async def perform(context: ExecutionContext, action: Action, meanwhile: Callable
         await _reach_state(context, action)
     elif isinstance(action, StayDown):
         await stay_down(context, action)
+    elif isinstance(action, ConnectAgain):
+        await _connect_again(context, action)
     elif isinstance(action, RunProcess):
         await run_process(context, action)
     elif isinstance(action, Activate):
@@ -84,6 +88,23 @@ async def _connect(context: ExecutionContext, view: ComponentView, port: str, to
         await abandon(context, view.component, port)
     elif now != "":
         await move_port(context, view.component, port, topic)
+
+
+async def _connect_again(context: ExecutionContext, action: ConnectAgain) -> None:
+    """Wait for a component that may have been started with other connections; one that stays silent is left alone."""
+    wanted = context.before.components[action.component].state
+    patience = Patience(context.bounds.undo)
+    while not patience.is_over():
+        await context.refresh()
+        try:
+            view = await context.controls.read(action.component).view()
+        except NoAnswer:
+            view = None
+        if view is not None and view.state is wanted:
+            for port, topic in sorted(action.connections.items()):
+                await _connect(context, view, port, topic)
+            return
+        await context.pause(RETRY_INTERVAL)
 
 
 async def _reach_state(context: ExecutionContext, action: ReachState) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.planning.modes import meant
-from regraft.adaptation_manager.steps.actions import ApplyParameters, PlannedStep, StayDown
+from regraft.adaptation_manager.steps.actions import Action, ApplyParameters, ConnectAgain, PlannedStep, StayDown
 from regraft.adaptation_manager.steps.draft import Draft
 from regraft.adaptation_manager.targets.component_client import ComponentClient, ControlFailed, NoAnswer, PendingQuery
 from regraft.adaptation_manager.targets.host_client import Hosts
@@ -159,11 +159,16 @@ def kept_down(draft: Draft, read: Read, request: AdaptationRequest) -> list[Plan
         if silent is None or not silent.may_act or name in left or name not in draft.architecture.components:
             continue
         spec = draft.spec(name)
-        nothing = ApplyParameters(name, {})  # whatever has failed before is not brought back by an undo
+        # Whatever has failed before is not brought back by an undo.
+        back: Action = ApplyParameters(name, {})
         active = spec.state is State.ACTIVE
+        if active:
+            before = draft.before[name].connections
+            left_ports = [c.port for c in request.changes if isinstance(c, Connect) and c.component == name]
+            back = ConnectAgain(name, {port: before[port] for port in left_ports if port in before})
         text = "start it again as it is to be" if active else f"keep {spec.state.value}"
         text = f"{text} although it does not answer"
-        steps.append(PlannedStep(name, text, StayDown(name, spec.host, spec.state), nothing))
+        steps.append(PlannedStep(name, text, StayDown(name, spec.host, spec.state), back))
     return steps
 
 

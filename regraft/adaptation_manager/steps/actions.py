@@ -69,6 +69,15 @@ class StayDown:
 
 
 @dataclass(frozen=True, slots=True)
+class ConnectAgain:
+    """The component, which did not answer, has these connections if it does now; else its host starts it so."""
+
+    action: ClassVar[str] = "connect_again"
+    component: str
+    connections: Connections
+
+
+@dataclass(frozen=True, slots=True)
 class RunProcess:
     """The component's process runs as ``spec`` states, in ``state`` (unconfigured or inactive), and is not restarted.
 
@@ -181,6 +190,7 @@ Action = Annotated[
     | ConnectPort
     | ReachState
     | StayDown
+    | ConnectAgain
     | RunProcess
     | Activate
     | EndProcess

@@ -101,7 +101,7 @@ def measured_in(amount: str) -> str:
 
 
 def capability_violations(architecture: Architecture) -> Iterator[Violation]:
-    """Yield every host of which more is needed than it offers, and every device that is not there or held twice."""
+    """Yield every host that offers too little, and every device that is not there or held twice."""
     specs = sorted((name, spec) for name, spec in architecture.components.items() if spec.host in architecture.hosts)
     for host, load in sorted(loads((name, spec.host, needs(spec)) for name, spec in specs).items()):
         rules = architecture.rules(host)

@@ -17,7 +17,7 @@ from regraft.bus_schema.model.qualities import QualityDescription
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""
 RESERVED_AMOUNTS = ("cpu", "memory", "devices")
-"""What resources have under these names already."""
+"""Resources have these names for other things."""
 PATH = "path"
 """The unit of a text that names a file."""
 
@@ -74,7 +74,11 @@ class ParameterDescription:
 @message("regraft/ServiceDescription")
 @dataclass(frozen=True, slots=True)
 class ServiceDescription:
-    """A service (``feedback`` None) or an action that a component offers, by the types of its parts."""
+    """A service (``feedback`` None) or an action that a component offers, by the types of its parts.
+
+    ``goals`` is how many goals an action pursues at once. With 1 a newer goal ends the older one; with more, a goal
+    beyond them is refused. It is 0 for a service.
+    """
 
     name: str
     kind: str
@@ -82,6 +86,7 @@ class ServiceDescription:
     reply: str
     feedback: str | None = None
     description: str = ""
+    goals: Count = 0
 
 
 @message("regraft/Resources")

@@ -57,11 +57,13 @@ def _list(offers: list[Offer], kind: str, *, json: bool) -> None:
             offer.component,
             offer.description.request,
             offer.description.reply,
+            *((offer.description.goals,) if kind == "actions" else ()),
             offer.description.description,
         )
         for offer in offers
     )
-    show_table((kind[:-1], "component", "request", "reply", ""), rows, empty=f"no {kind}")
+    goals = ("goals",) if kind == "actions" else ()
+    show_table((kind[:-1], "component", "request", "reply", *goals, ""), rows, empty=f"no {kind}")
 
 
 @service.command("call")

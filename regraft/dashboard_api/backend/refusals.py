@@ -5,6 +5,7 @@ from __future__ import annotations
 from regraft import CallFailed
 from regraft.bus_schema.messages.protocol.requests import Answer, RefusalCode
 from regraft.dashboard_api.http.problems import (
+    BUSY,
     CONFLICT,
     FAILED,
     INVALID,
@@ -33,6 +34,7 @@ KINDS: dict[RefusalCode, Kind] = {
     RefusalCode.KEY_REUSED: KEY_REUSED,
     RefusalCode.THROTTLED: THROTTLED,
     RefusalCode.QUEUE_FULL: QUEUE_FULL,
+    RefusalCode.BUSY: BUSY,
     RefusalCode.STARTING: STARTING,
     RefusalCode.NOT_ACTIVE: NOT_ACTIVE,
     RefusalCode.UNAVAILABLE: UNAVAILABLE,

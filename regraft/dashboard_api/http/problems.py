@@ -61,6 +61,7 @@ REFUSED = Kind("refused", 409, "A part of the system refuses this")
 NOT_ACTIVE = Kind("not-active", 503, "A part of the system is not active")
 STARTING = Kind("starting", 503, "A part of the system has not started yet")
 QUEUE_FULL = Kind("queue-full", 503, "Too many requests are waiting already")
+BUSY = Kind("busy", 503, "An action pursues as many goals as it can")
 UNAVAILABLE = Kind("unavailable", 503, "A part of the system cannot do this now")
 NO_ANSWER = Kind("no-answer", 503, "A part of the system does not answer")
 

@@ -102,6 +102,14 @@ class RuntimeKit(Kit):
         server.feedback(request, message)
 
     @property
+    def goal_id(self) -> str:
+        task = self._parts.tasks.current
+        if task is None or task.goal is None:
+            return ""
+        _, request = task.goal
+        return f"{request.client}/{request.number}"
+
+    @property
     def asked_by(self) -> str:
         task = self._parts.tasks.current
         return task.asked_by if task is not None else ""

@@ -161,6 +161,11 @@ class Server:
         except BadMessage as error:
             self._refuse(request, RequestRefused.malformed(error))
             return
+        if 1 < self.offered.goals <= len(self._pursued):
+            why = f"{self.name} pursues {self.offered.goals} goals already, and no more at once: cancel one, or wait"
+            # It stays refused: the request may come again when its client has given up.
+            client.remember(request.number, self._refuse(request, RequestRefused(why, RefusalCode.BUSY)))
+            return
         client.open[request.number] = request
         self._do(request, body, source)
 
@@ -189,7 +194,8 @@ class Server:
 
     def _pursue(self, request: Request, body: Any, source: str) -> None:
         goal = RunningGoal(request.client, request.number, source, request.outlives)
-        for other in list(self.goals.values()):
+        # Of several goals one is too many only for a successor whose class pursues fewer.
+        for other in self._pursued[: len(self._pursued) + 1 - max(1, self.offered.goals)]:
             self._end_goal(other, "replaced by a newer goal")
         self.goals[request.client, request.number] = goal
         self._reply(request, Answer.ACCEPTED)
@@ -199,6 +205,11 @@ class Server:
             self._finish(request, result, error, goal.why_ended)
 
         goal.task = self._tasks.spawn(self.name, self._method(body), done, goal=(self, request), asked_by=source)
+
+    @property
+    def _pursued(self) -> list[RunningGoal]:
+        """The goals that are not being ended, the oldest first."""
+        return [goal for goal in self.goals.values() if not goal.why_ended]
 
     def feedback(self, request: Request, message: object) -> None:
         """Tell a goal's client how it goes."""

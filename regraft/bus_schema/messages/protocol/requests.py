@@ -54,6 +54,8 @@ class RefusalCode(Enum):
     """Its source asks too often."""
     QUEUE_FULL = "queue_full"
     """Too many requests wait already."""
+    BUSY = "busy"
+    """The action pursues as many goals as it does at once."""
     STARTING = "starting"
     """The service has not started yet."""
     NOT_ACTIVE = "not_active"

@@ -12,7 +12,7 @@ from regraft.bus_schema.encoding.registry import message
 @message("regraft/RunUsage")
 @dataclass(frozen=True, slots=True)
 class RunUsage:
-    """What one component's process, and all that it has started, take.
+    """The use by one component's process and all that it has started.
 
     ``cpu`` is in cores: the mean since the host was asked before, at first since the process began. ``memory`` is in
     MiB. A page that several processes share counts a part in each.
@@ -25,7 +25,7 @@ class RunUsage:
 @message("regraft/HostUsage")
 @dataclass(frozen=True, slots=True)
 class HostUsage:
-    """What the components of a host take, standby runs included, and what its machine has.
+    """The use by the components of a host, standby runs included, and the size of its machine.
 
     ``cores`` are those that the host may use; ``memory`` and ``available`` are MiB of the whole machine.
     """

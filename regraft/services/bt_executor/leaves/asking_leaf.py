@@ -31,6 +31,7 @@ class Asking(StatefulAction):
     required_ports: ClassVar[tuple[str, ...]] = ()
 
     reason = Output(str, description="why it failed")
+    code = Output(str, description="the code of a refusal, such as busy; empty otherwise")
 
     def __init__(self, setup: NodeSetup, context: LeafContext) -> None:
         super().__init__(setup)
@@ -64,6 +65,7 @@ class Asking(StatefulAction):
         """Ask."""
         self._feedback = None
         write_if_connected(self, "reason", "")
+        write_if_connected(self, "code", "")
         self._asked = self.ask()
         return RUNNING
 
@@ -78,6 +80,8 @@ class Asking(StatefulAction):
             return RUNNING
         self._asked = None
         if asked.error is not None:
+            code = asked.error.code
+            write_if_connected(self, "code", code.value if code is not None else "")
             return self.failed(str(asked.error))
         return self.answered(asked.answer)
 
