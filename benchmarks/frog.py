@@ -6,6 +6,7 @@ import json
 import statistics
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.harness import Effort, Result
@@ -47,12 +48,12 @@ def _result(name: str, runs: list[dict[str, Any]], limit: float) -> Result:
     )
 
 
-def run_frog(stack: str, seconds: float, *options: str) -> dict[str, Any]:
+def run_frog(stack: str, seconds: float, *options: str, variables: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
     command = own_python("-m", "regraft.cli", "up", stack)
     command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
     with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
-        environment = {**own_environment(), "REGRAFT_HOME": home}
+        environment = {**own_environment(), "REGRAFT_HOME": home, **(variables or {})}
         ended = subprocess.run(
             command,
             cwd=ROOT,
