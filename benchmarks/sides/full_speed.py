@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,14 @@ FROG = ROOT / "regraft" / "stacks" / "frog"
 END_TIMEOUT = 300.0
 
 
-def run_at_full_speed(stack: Path, seconds: float, *options: str) -> dict[str, Any]:
+def run_at_full_speed(
+    stack: Path, seconds: float, *options: str, variables: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """Return what ``regraft up --json`` says in closing; raises RuntimeError if it says nothing."""
     command = own_python("-m", "regraft.cli", "up", str(stack))
     command += ["--headless", "--json", "--speed", "max", "--for", str(seconds), "--set", "gateway.port=0", *options]
     with tempfile.TemporaryDirectory(prefix="regraft-bench-") as home:
-        environment = {**own_environment(), "REGRAFT_HOME": home}
+        environment = {**own_environment(), "REGRAFT_HOME": home, **(variables or {})}
         ended = subprocess.run(
             command,
             cwd=ROOT,

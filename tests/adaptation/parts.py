@@ -144,6 +144,19 @@ class Lamp(Component):
         return {"power": level, "light": level * darkness}
 
 
+class Meter(Component):
+    """Measures what it cannot estimate."""
+
+    evaluate_every = 0.1
+
+    share = Parameter(0.5, minimum=0.0, maximum=1.0)
+    level = quality.Quality(estimated=False)
+
+    def evaluate(self) -> dict[str, float]:
+        """Return the share."""
+        return {"level": self.share}
+
+
 class Scanner(Component):
     """Writes a topic of another type."""
 
