@@ -323,6 +323,18 @@ def test_a_file_with_mistakes_keeps_the_planner_from_starting_by_line_and_field(
         list(PLANNERS[name].ports_for({"decisions": str(tmp_path)}))
 
 
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [("pa-ce.yaml", "'pa-ce' must be letters, digits and '_'"), ("pace.txt", "holds no decision: must have at least")],
+)
+def test_a_folder_without_decisions_or_with_a_name_that_cannot_be_is_refused(
+    tmp_path: Path, file: str, told: str
+) -> None:
+    (tmp_path / file).write_text(PACE)
+    with pytest.raises(ParameterError, match=told):
+        list(ForecastPlanner.ports_for({"decisions": str(tmp_path)}))
+
+
 @both
 def test_an_architecture_that_changed_meanwhile_is_decided_on_anew(tmp_path: Path, name: str) -> None:
     with bench(tmp_path, name) as on:

@@ -25,6 +25,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.suggestions import no_such
 from regraft.component.parameters import ParameterError
 from regraft.stack import StackError
+from regraft.stack.yaml.problems import fail
 
 MAX_TOLD: Final = 5
 """Problems that a refusal names."""
@@ -57,6 +58,8 @@ def decisions_at(place: str) -> dict[str, Decision]:
         return {}
     path = Path(place)
     files = sorted(path.glob("*.yaml")) if path.is_dir() else [path]
+    if not files:
+        fail(place, None, "holds no decision: must have at least one .yaml file")
     return {file.stem: read_decision(file) for file in files}
 
 
