@@ -153,6 +153,23 @@ def test_the_bandits_learn_from_the_utility_that_they_measure_themselves(tmp_pat
         assert credit["utility"] == pytest.approx(0.4)
 
 
+def test_the_figures_of_what_was_chosen_are_part_of_its_measured_utility(tmp_path: Path) -> None:
+    text = PACE.replace(
+        "  pace: {component: navigator, parameter: max_velocity, values: [0.1, 0.18, 0.26]}",
+        """\
+  pace:
+    alternatives:
+      slow: {set: {component: navigator, parameter: max_velocity, value: 0.1}, figures: {calm: 0.25}}
+      fast: {set: {component: navigator, parameter: max_velocity, value: 0.26}, figures: {calm: 0}}""",
+    )
+    text = text.replace("{pace: [0.18, 0.26]}", "{pace: fast}").replace("utility: speed", "utility: total.calm + speed")
+    with bench(tmp_path, "bandits", text) as on:
+        on.dark(0.95)
+        assert on.propose().choice["option"] == {"pace": "slow"}
+        on.dark(0.95, seconds=4.0)
+        assert on.propose().choice["credit"]["utility"] == pytest.approx(0.25 + 0.5 * 0.05)
+
+
 def test_a_credit_that_is_given_counts_and_not_the_measured_one(tmp_path: Path) -> None:
     with bench(tmp_path, "bandits") as on:
         on.dark(0.2)

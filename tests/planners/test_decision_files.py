@@ -122,6 +122,15 @@ def test_what_a_fault_prescribes_comes_first(tmp_path: Path) -> None:
     assert values(choice)[1:] == ("silent", 0.1)
 
 
+def test_what_is_prescribed_where_several_may_be_chosen_is_some_of_it_and_nothing_else(tmp_path: Path) -> None:
+    text = RESCUER.replace("{radio: silent, speed: 0.1}", "{senses: [microphone, infrared]}")
+    _, choice = asked(tmp_path, {**DAY, "hot": 30.0}, text)
+    assert values(choice)[0] == ["microphone", "infrared"]
+    lone = text.replace("[microphone, infrared]", "microphone").replace("bounds: {sight: {at_least: 1}}", "margin: 0")
+    _, choice = asked(tmp_path, {**DAY, "hot": 30.0}, lone)
+    assert values(choice)[0] == ["microphone"]
+
+
 def test_a_prescribed_solution_that_is_not_possible_gives_way_and_that_is_said(tmp_path: Path) -> None:
     text = RESCUER + "  mute:\n    when: dark < 0.2\n    excludes: {radio: silent}\n"
     question, choice = asked(tmp_path, {**DAY, "hot": 30.0}, text)
@@ -180,6 +189,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
         ("or dark < 0.5", "or drak < 0.5", "22: constraints.2.require: nothing is called 'drak' here; did you mean"),
         ("or dark < 0.5", "or dark <", "22: constraints.2.require: 'wheels.speed < 0.3 or dark <' is no expression"),
         ("seeing * sight", "seing * sight", "27: objective.utility: nothing is called 'seing' here; did you mean"),
+        ("  sight: total.sight", "  dark: total.sight", "24: qualities.dark: 'dark' is the name of context.dark already"),
         ("  utility:", "  utilty:", "26: objective.utility: is missing"),
         ("bounds: {sight:", "bounds: {sigt:", "29: objective.bounds.sigt: there is no quality 'sigt'; did you mean"),
         ("    excludes: {senses: camera}", "    excludes: {senses: camra}", "33: faults.lens_dusty.excludes.senses"),

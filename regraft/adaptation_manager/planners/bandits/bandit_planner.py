@@ -193,7 +193,7 @@ class BanditPlanner(DecidingPlanner):
             ticket, since = memory.stood(chosen, now, asked.settle, changed=bool(done.changes))
             choice |= {"applied": now, "measure_from": since}
             if question is not None:
-                self._meters.begin(request.task, question.decision, ticket, since)
+                self._meters.begin(request.task, question.decision, chosen.option, ticket, since)
         elif done.outcome != "refused":
             choice["rests"] = memory.failed(chosen, self.rest)
         if done.error:

@@ -75,6 +75,9 @@ def check_fits(decision: Decision, architecture: Architecture) -> None:
 class DecidingPlanner(Component):
     """Takes the decisions that files describe: whenever it is asked, and by itself as their triggers say."""
 
+    cannot_express: ClassVar[str]
+    """The parts of decisions that this kind of planner does not use, for people."""
+
     decisions = Parameter("", "a decision file, or a folder of them", unit="path", read_only=True)
 
     @classmethod
@@ -84,9 +87,6 @@ class DecidingPlanner(Component):
             return list(inputs_for(decisions_at(parameters["decisions"]).values()))
         except StackError as error:
             raise ParameterError([("decisions", str(error))]) from None
-
-    cannot_express: ClassVar[str]
-    """The parts of decisions that this kind of planner does not use, for people."""
 
     @abstractmethod
     async def decide(self, request: ProposalRequest) -> Proposal:

@@ -64,6 +64,7 @@ def read_decision(file: Path) -> Decision:
         triggers=read_triggers(section),
     )
     given = {name for part in ("context", "choices") for name in section.section(part).names()}
+    _check_unique(section, report)
     _check_names(decision, given, report)
     report.raise_if_any()
     return decision
@@ -86,6 +87,17 @@ def _check_names(decision: Decision, given: set[str], report: Report) -> None:
             if "." not in name and name not in known:
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
     _check_triggers(decision, report)
+
+
+def _check_unique(document: Section, report: Report) -> None:
+    """Note each name that stands for two things; an assumption may stand for what an entry of the context is."""
+    seen: dict[str, str] = {}
+    weights = document.section("objective").section("weights")
+    for section in (document.section("context"), document.section("choices"), document.section("qualities"), weights):
+        for name in section.names():
+            if name in seen:
+                report.add(section.at(name), f"{name!r} is the name of {seen[name]} already: take another")
+            seen.setdefault(name, section.at(name))
 
 
 def _names_of(slot: Slot) -> Iterator[str]:
