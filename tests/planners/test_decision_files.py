@@ -189,7 +189,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
         ("or dark < 0.5", "or drak < 0.5", "22: constraints.2.require: nothing is called 'drak' here; did you mean"),
         ("or dark < 0.5", "or dark <", "22: constraints.2.require: 'wheels.speed < 0.3 or dark <' is no expression"),
         ("seeing * sight", "seing * sight", "27: objective.utility: nothing is called 'seing' here; did you mean"),
-        ("  sight: total.sight", "  dark: total.sight", "24: qualities.dark: 'dark' is the name of context.dark already"),
+        ("  sight: total.sight", "  dark: total.sight", "24: qualities.dark: 'dark' is the name of context"),
         ("  utility:", "  utilty:", "26: objective.utility: is missing"),
         ("bounds: {sight:", "bounds: {sigt:", "29: objective.bounds.sigt: there is no quality 'sigt'; did you mean"),
         ("    excludes: {senses: camera}", "    excludes: {senses: camra}", "33: faults.lens_dusty.excludes.senses"),
