@@ -118,7 +118,7 @@ class DecidingPlanner(Component):
     def situation(self, decision: Decision, request: ProposalRequest | None = None) -> dict[str, Any]:
         """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
         told = numbers_of(request.context) if request else {}
-        return {**told, **situation(decision, self.kit, self.has_failed)}
+        return {**told, **situation(decision, self.kit, self.has_failed, told)}
 
     def estimates(self, architecture: Architecture) -> Estimator:
         """Return where the estimates come from that decisions speak of."""
