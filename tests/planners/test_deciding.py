@@ -195,8 +195,9 @@ def test_equal_options_from_a_decision_and_from_a_list_share_what_was_learned(tm
 def test_the_journal_has_the_situation_in_which_was_decided(tmp_path: Path, name: str) -> None:
     with bench(tmp_path, name) as on:
         on.dark(0.95)
-        on.propose(context={"node": "drive", "wind": 3.0})
-        assert on.manager.requests[0].context == {"node": "drive", "wind": 3.0, "darkness": 0.95}
+        on.propose(context={"node": "drive", "qualities": {"safe": {"degree": 0.5}}})
+        (request,) = on.manager.requests
+        assert request.context == {"node": "drive", "qualities": {"safe": {"degree": 0.5}}, "darkness": 0.95}
 
 
 @both

@@ -147,7 +147,7 @@ class BanditPlanner(DecidingPlanner):
                 situation = self.situation(decision, request)
                 check_fits(decision, architecture)
                 question = question_of(decision, situation, self.estimates(architecture))
-                request, context = self.in_context(request, situation), numbers_of(situation)
+                request, context = self.in_context(request, decision, situation), numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
                 credit = credit or self._meters.credit(request.task)
             memory.check(asked.strategy, knobs, options, context)

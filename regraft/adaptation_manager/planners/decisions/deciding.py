@@ -117,16 +117,19 @@ class DecidingPlanner(Component):
 
     def situation(self, decision: Decision, request: ProposalRequest | None = None) -> dict[str, Any]:
         """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
-        told = numbers_of(request.context) if request else {}
+        context = request.context if request else {}
+        texts = {name: value for name, value in context.items() if isinstance(value, str)}
+        told = {**texts, **numbers_of(context)}
         return {**told, **situation(decision, self.kit, self.has_failed, told)}
 
     def estimates(self, architecture: Architecture) -> Estimator:
         """Return where the estimates come from that decisions speak of."""
         return estimates_in(architecture, self.kit.scope)
 
-    def in_context(self, request: ProposalRequest, situation: dict[str, Any]) -> ProposalRequest:
-        """Return a request whose context, which the journal keeps, has the situation too."""
-        return replace(request, context={**request.context, **situation})
+    def in_context(self, request: ProposalRequest, decision: Decision, situation: dict[str, Any]) -> ProposalRequest:
+        """Return a request whose context, which the journal keeps, has the decision's own entries too."""
+        own = {entry.name: situation[entry.name] for entry in decision.context if entry.name in situation}
+        return replace(request, context={**request.context, **own})
 
     def has_failed(self, component: str) -> bool | None:
         """Return whether a component has failed, None if that is not known.
