@@ -191,6 +191,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
         ("seeing * sight", "seing * sight", "27: objective.utility: nothing is called 'seing' here; did you mean"),
         ("  sight: total.sight", "  dark: total.sight", "24: qualities.dark: 'dark' is the name of context"),
         ("  utility:", "  utilty:", "26: objective.utility: is missing"),
+        ("2.0 if dark", "seeing if dark", "28: objective.weights.seeing: nothing is called 'seeing' here"),
         ("bounds: {sight:", "bounds: {sigt:", "29: objective.bounds.sigt: there is no quality 'sigt'; did you mean"),
         ("    excludes: {senses: camera}", "    excludes: {senses: camra}", "33: faults.lens_dusty.excludes.senses"),
         ("    when: dark > 0.95\n", "", "31: faults.lens_dusty.when: is missing"),

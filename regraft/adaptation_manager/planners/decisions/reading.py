@@ -81,7 +81,9 @@ def _check_names(decision: Decision, given: set[str], report: Report) -> None:
     assumed = [name for name, _ in decision.assume]
     for path, expression in expressions_of(decision):
         known = world | choices | {*assumed}
-        if not path.startswith(("qualities.", "faults.", "objective.weights", "objective.assume")):
+        if path.startswith("objective.weights."):
+            known = known - decision.weights.keys()
+        elif not path.startswith(("qualities.", "faults.", "objective.assume.")):
             known |= qualities
         for name in expression.names:
             if "." not in name and name not in known:
