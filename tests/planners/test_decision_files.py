@@ -207,6 +207,13 @@ def test_a_mistake_is_named_by_file_line_and_field(tmp_path: Path, right: str, w
     assert any(line.startswith(f"{file}:{told}") for line in str(refused.value).splitlines()), str(refused.value)
 
 
+def test_alternatives_of_which_no_two_go_together_cannot_be_chosen_two_at_a_time(tmp_path: Path) -> None:
+    pace = "{set: {component: wheels, parameter: max_velocity, value: %s}}"
+    text = f"choices:\n  pace:\n    choose: 2\n    alternatives: {{slow: {pace % 0.1}, fast: {pace % 0.2}}}\n"
+    with pytest.raises(StackError, match=r"yaml:2: choices\.pace: leaves nothing to choose: its alternatives want"):
+        read_decision(written(tmp_path, text + "objective: {utility: 1}\n"))
+
+
 def test_all_mistakes_are_named_at_once(tmp_path: Path) -> None:
     text = RESCUER.replace("topic: light, ", "").replace("limit: power", "limit: powr").replace("seeing *", "sing *")
     with pytest.raises(StackError) as refused:
