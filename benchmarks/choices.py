@@ -8,6 +8,7 @@ from benchmarks.harness import Effort, Result, percentile
 from benchmarks.instances import chain
 from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import BranchAndBound
 from regraft.adaptation_manager.planners.choices.solvers.exhaustive import Exhaustive
+from regraft.adaptation_manager.planners.choices.solvers.protocol import Effort as Steps
 
 SLOTS, ALTERNATIVES = 7, 10
 INSTANCES = 30
@@ -16,11 +17,22 @@ LIMIT = 50.0
 SHARES = {"loose": 0.6, "tight": 0.35}
 """How much of each amount's greatest use there is; with less than 0.3 hardly any instance has a solution."""
 ORACLE_INSTANCES = 2
+MAX_STEPS = 100_000
 
 
 def choices(effort: Effort) -> list[Result]:
     """Choose in random instances under loose and under tight limits; for information, also by looking at all."""
-    return [_chosen(name, share, effort) for name, share in SHARES.items()]
+    budgets = [_chosen(name, share, effort) for name, share in SHARES.items()]
+    return [*budgets, _large(effort)]
+
+
+def _large(effort: Effort) -> Result:
+    """Choose among 3·10^19 combinations, which is for information."""
+    problems = [chain(Random(f"large {seed}"), 15, 20, 0.4) for seed in range(effort.count(4))]
+    taken = [BranchAndBound().solve(problem, effort=Steps(MAX_STEPS)) for problem in problems]
+    seconds = [found.seconds * 1e3 for found in taken]
+    note = f"processor time; {sum(found.proven for found in taken)} of {len(taken)} proven"
+    return Result("choosing in 3·10^19, median", percentile(seconds, 0.5), "ms", note=note)
 
 
 def _chosen(name: str, share: float, effort: Effort) -> Result:

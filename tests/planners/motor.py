@@ -17,3 +17,13 @@ class Motor(Component):
         """Expect to do more the faster it turns, and to wear out."""
         speed = float(parameters["speed"])
         return {"work": speed * float(parameters["gear"]), "wear": speed**2}
+
+
+class StrongMotor(Motor):
+    """Does twice as much at any speed."""
+
+    @classmethod
+    def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:
+        """Expect twice as much work."""
+        found = super().estimate(parameters, context)
+        return {**found, "work": 2 * found["work"]}

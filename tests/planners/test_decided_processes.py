@@ -14,6 +14,7 @@ import pytest
 from regraft import CallFailed
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
+from regraft.bus_schema.model.lifecycle import State
 from tests.support.systems import System, home
 from tests.support.waiting import wait_until
 
@@ -39,6 +40,29 @@ choices:
 objective: {utility: motor.work - 0.15 * motor.wear}
 triggers: {every: 0.3}
 """
+PARTS = """\
+context:
+  need: {request: need}
+  quiet: {request: quiet}
+choices:
+  spare:
+    alternatives:
+      none: {set: {component: spare, present: false}, figures: {help: 0}}
+      turning:
+        figures: {help: 1}
+        set:
+          - {component: spare, present: {class: 'tests.planners.motor:Motor'}}
+          - {component: spare, parameter: speed, value: 4.0}
+      resting:
+        figures: {help: 0.5}
+        set: [{component: spare, present: {class: 'tests.planners.motor:Motor'}}, {component: spare, state: inactive}]
+  engine: {component: motor, classes: ['tests.planners.motor:Motor', 'tests.planners.motor:StrongMotor']}
+constraints: [{require: spare != 'resting' or need < 0.5}]
+qualities: {work: motor.work}
+objective: {utility: "need * total.help + need * work", bounds: {}}
+faults:
+  noise: {when: quiet > 0.5, excludes: {spare: turning}, prescribes: {spare: resting}}
+"""
 TURN = """\
 choices:
   speed: {component: motor, parameter: speed, values: [1.0, 2.0]}
@@ -48,10 +72,13 @@ objective: {utility: 0.5}
 """
 
 
+FILES = {"stack.yaml": STACK, "pace/pace.yaml": PACE, "pace/parts.yaml": PARTS, "other/turn.yaml": TURN}
+
+
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     folder = tmp_path_factory.mktemp("decisions")
-    for name, text in {"stack.yaml": STACK, "pace/pace.yaml": PACE, "other/turn.yaml": TURN}.items():
+    for name, text in FILES.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)
     with home(folder / "home"):
@@ -84,6 +111,28 @@ def test_a_planner_takes_its_decision_again_and_again_whoever_was_killed(system:
         system.wait_running(victim, process.incarnation + 1)
         wait_until(lambda: slowed(system), "somebody to set the speed")
         wait_until(lambda: speed(system) == 3.0, f"the decision after {victim} was killed")
+
+
+def test_a_decision_adds_exchanges_and_removes_components(system: System) -> None:
+    def decide(**context: float) -> Proposal:
+        request = ProposalRequest("parts", inputs={"decision": "parts"}, context={"quiet": 0.0, **context})
+        return system.client.call("planners/forecast/propose", request, Proposal, 60.0)
+
+    system.wait_running("forecast")
+    more = decide(need=1.0)
+    assert more.choice["outcome"] == "applied", more.choice
+    components = system.client.architecture().components
+    assert components["spare"].parameters == {"speed": 4.0}
+    assert components["motor"].cls == "tests.planners.motor:StrongMotor"
+    assert more.choice["predicted"]["work"]["after"] == 2 * more.choice["predicted"]["work"]["before"]
+    quiet = decide(need=0.2, quiet=1.0)
+    assert quiet.choice["outcome"] == "applied", quiet.choice
+    assert system.client.architecture().components["spare"].state is State.INACTIVE
+    less = decide(need=-1.0)
+    assert less.choice["outcome"] == "applied", less.choice
+    components = system.client.architecture().components
+    assert "spare" not in components
+    assert components["motor"].cls == "tests.planners.motor:Motor"
 
 
 def test_a_planner_reads_only_the_decisions_that_it_was_given(system: System) -> None:

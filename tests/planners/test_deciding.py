@@ -153,6 +153,23 @@ def test_the_bandits_learn_from_the_utility_that_they_measure_themselves(tmp_pat
         assert credit["utility"] == pytest.approx(0.4)
 
 
+def test_the_figures_of_what_was_chosen_are_part_of_its_measured_utility(tmp_path: Path) -> None:
+    text = PACE.replace(
+        "  pace: {component: navigator, parameter: max_velocity, values: [0.1, 0.18, 0.26]}",
+        """\
+  pace:
+    alternatives:
+      slow: {set: {component: navigator, parameter: max_velocity, value: 0.1}, figures: {calm: 0.25}}
+      fast: {set: {component: navigator, parameter: max_velocity, value: 0.26}, figures: {calm: 0}}""",
+    )
+    text = text.replace("{pace: [0.18, 0.26]}", "{pace: fast}").replace("utility: speed", "utility: total.calm + speed")
+    with bench(tmp_path, "bandits", text) as on:
+        on.dark(0.95)
+        assert on.propose().choice["option"] == {"pace": "slow"}
+        on.dark(0.95, seconds=4.0)
+        assert on.propose().choice["credit"]["utility"] == pytest.approx(0.25 + 0.5 * 0.05)
+
+
 def test_a_credit_that_is_given_counts_and_not_the_measured_one(tmp_path: Path) -> None:
     with bench(tmp_path, "bandits") as on:
         on.dark(0.2)
@@ -178,8 +195,9 @@ def test_equal_options_from_a_decision_and_from_a_list_share_what_was_learned(tm
 def test_the_journal_has_the_situation_in_which_was_decided(tmp_path: Path, name: str) -> None:
     with bench(tmp_path, name) as on:
         on.dark(0.95)
-        on.propose(context={"node": "drive", "wind": 3.0})
-        assert on.manager.requests[0].context == {"node": "drive", "wind": 3.0, "darkness": 0.95}
+        on.propose(context={"node": "drive", "qualities": {"safe": {"degree": 0.5}}})
+        (request,) = on.manager.requests
+        assert request.context == {"node": "drive", "qualities": {"safe": {"degree": 0.5}}, "darkness": 0.95}
 
 
 @both
@@ -321,6 +339,18 @@ def test_a_file_with_mistakes_keeps_the_planner_from_starting_by_line_and_field(
     (tmp_path / "pace.yaml").write_text(PACE.replace("topic: light", "topik: light"))
     with pytest.raises(ParameterError, match=r"pace\.yaml:2: context\.darkness"):
         list(PLANNERS[name].ports_for({"decisions": str(tmp_path)}))
+
+
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [("pa-ce.yaml", "'pa-ce' must be letters, digits and '_'"), ("pace.txt", "holds no decision: must have at least")],
+)
+def test_a_folder_without_decisions_or_with_a_name_that_cannot_be_is_refused(
+    tmp_path: Path, file: str, told: str
+) -> None:
+    (tmp_path / file).write_text(PACE)
+    with pytest.raises(ParameterError, match=told):
+        list(ForecastPlanner.ports_for({"decisions": str(tmp_path)}))
 
 
 @both

@@ -122,6 +122,15 @@ def test_what_a_fault_prescribes_comes_first(tmp_path: Path) -> None:
     assert values(choice)[1:] == ("silent", 0.1)
 
 
+def test_what_is_prescribed_where_several_may_be_chosen_is_some_of_it_and_nothing_else(tmp_path: Path) -> None:
+    text = RESCUER.replace("{radio: silent, speed: 0.1}", "{senses: [microphone, infrared]}")
+    _, choice = asked(tmp_path, {**DAY, "hot": 30.0}, text)
+    assert values(choice)[0] == ["microphone", "infrared"]
+    lone = text.replace("[microphone, infrared]", "microphone").replace("bounds: {sight: {at_least: 1}}", "margin: 0")
+    _, choice = asked(tmp_path, {**DAY, "hot": 30.0}, lone)
+    assert values(choice)[0] == ["microphone"]
+
+
 def test_a_prescribed_solution_that_is_not_possible_gives_way_and_that_is_said(tmp_path: Path) -> None:
     text = RESCUER + "  mute:\n    when: dark < 0.2\n    excludes: {radio: silent}\n"
     question, choice = asked(tmp_path, {**DAY, "hot": 30.0}, text)
@@ -148,6 +157,12 @@ def test_qualities_are_predicted_before_and_after(tmp_path: Path) -> None:
     assert [(each.name, each.after) for each in choice.explanation.predicted] == [("sight", 3.0), ("reach", 3.0)]
 
 
+def test_a_fault_of_a_component_is_unknown_until_planners_see_states(tmp_path: Path) -> None:
+    text = RESCUER.replace("hot:     {topic: power, field: consumers.motion}", "hot: {fault: wheels}")
+    decision = read_decision(written(tmp_path, text))
+    assert [each.field for each in not_predicted(decision)] == ["context.hot"]
+
+
 def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
     decision = read_decision(written(tmp_path, RESCUER))
     assert [each.field for each in not_learned(decision)] == ["qualities", "qualities.reach"]
@@ -160,7 +175,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
     ("right", "wrong", "told"),
     [
         ("context:", "contxt:", "1: contxt: there is no such field; did you mean 'context'?"),
-        ("topic: light, ", "", "2: context.dark: must have one of topic, requirement, fault; has none"),
+        ("topic: light, ", "", "2: context.dark: must have one of topic, requirement, fault, request; has none"),
         ("field: charge}", "feild: charge}", "3: context.charge.feild: there is no such field; did you mean 'field'?"),
         ("field: charge}", "field: charge, reduce: men}", "3: context.charge.reduce: must be one of: abs, norm"),
         ("[0, 2]", "[3, 2]", "7: choices.senses.choose: is [3, 2], must be a number, or [least, most]"),
@@ -174,7 +189,9 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
         ("or dark < 0.5", "or drak < 0.5", "22: constraints.2.require: nothing is called 'drak' here; did you mean"),
         ("or dark < 0.5", "or dark <", "22: constraints.2.require: 'wheels.speed < 0.3 or dark <' is no expression"),
         ("seeing * sight", "seing * sight", "27: objective.utility: nothing is called 'seing' here; did you mean"),
+        ("  sight: total.sight", "  dark: total.sight", "24: qualities.dark: 'dark' is the name of context"),
         ("  utility:", "  utilty:", "26: objective.utility: is missing"),
+        ("2.0 if dark", "seeing if dark", "28: objective.weights.seeing: nothing is called 'seeing' here"),
         ("bounds: {sight:", "bounds: {sigt:", "29: objective.bounds.sigt: there is no quality 'sigt'; did you mean"),
         ("    excludes: {senses: camera}", "    excludes: {senses: camra}", "33: faults.lens_dusty.excludes.senses"),
         ("    when: dark > 0.95\n", "", "31: faults.lens_dusty.when: is missing"),
@@ -188,6 +205,13 @@ def test_a_mistake_is_named_by_file_line_and_field(tmp_path: Path, right: str, w
         read_decision(written(tmp_path, RESCUER.replace(right, wrong, 1)))
     file = tmp_path / "rescue.yaml"
     assert any(line.startswith(f"{file}:{told}") for line in str(refused.value).splitlines()), str(refused.value)
+
+
+def test_alternatives_of_which_no_two_go_together_cannot_be_chosen_two_at_a_time(tmp_path: Path) -> None:
+    pace = "{set: {component: wheels, parameter: max_velocity, value: %s}}"
+    text = f"choices:\n  pace:\n    choose: 2\n    alternatives: {{slow: {pace % 0.1}, fast: {pace % 0.2}}}\n"
+    with pytest.raises(StackError, match=r"yaml:2: choices\.pace: leaves nothing to choose: its alternatives want"):
+        read_decision(written(tmp_path, text + "objective: {utility: 1}\n"))
 
 
 def test_all_mistakes_are_named_at_once(tmp_path: Path) -> None:

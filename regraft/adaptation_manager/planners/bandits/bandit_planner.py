@@ -147,7 +147,7 @@ class BanditPlanner(DecidingPlanner):
                 situation = self.situation(decision, request)
                 check_fits(decision, architecture)
                 question = question_of(decision, situation, self.estimates(architecture))
-                request, context = self.in_context(request, situation), numbers_of(situation)
+                request, context = self.in_context(request, decision, situation), numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
                 credit = credit or self._meters.credit(request.task)
             memory.check(asked.strategy, knobs, options, context)
@@ -193,7 +193,7 @@ class BanditPlanner(DecidingPlanner):
             ticket, since = memory.stood(chosen, now, asked.settle, changed=bool(done.changes))
             choice |= {"applied": now, "measure_from": since}
             if question is not None:
-                self._meters.begin(request.task, question.decision, ticket, since)
+                self._meters.begin(request.task, question.decision, chosen.option, ticket, since)
         elif done.outcome != "refused":
             choice["rests"] = memory.failed(chosen, self.rest)
         if done.error:

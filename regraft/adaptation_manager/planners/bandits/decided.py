@@ -46,9 +46,9 @@ class Meters:
         earned = meter.credit() if meter else None
         return read_credit(earned) if earned else None
 
-    def begin(self, task: str, decision: Decision, ticket: str, since: float) -> None:
+    def begin(self, task: str, decision: Decision, option: Option, ticket: str, since: float) -> None:
         """Measure a choice from now on."""
-        self.by_task[task] = Meter(decision, ticket, since)
+        self.by_task[task] = Meter(decision, option.selections, ticket, since)
 
     def sample(self, now: float, situation: Any) -> None:
         """Take a sample for each task, in the situation of its decision."""

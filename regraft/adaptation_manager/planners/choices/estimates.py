@@ -32,6 +32,24 @@ class Estimator(Protocol):
         ...
 
 
+class NoEstimates:
+    """Nothing is estimated: for what is measured."""
+
+    def knows(self, component: str) -> bool:
+        """Return that there is no such component."""
+        return False
+
+    def depends_on(self, component: str, setting: Setting) -> bool:
+        """Return that there are no estimates that could depend on anything."""
+        return False
+
+    def estimate(
+        self, component: str, settings: Sequence[Setting], context: Mapping[str, PlainValue]
+    ) -> dict[str, float]:
+        """Raise Unknown."""
+        raise Unknown(f"nothing is estimated of {component}")
+
+
 class ClassEstimates:
     """Each class estimates for itself, under the parameters that an architecture and the settings give it."""
 

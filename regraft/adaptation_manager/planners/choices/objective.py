@@ -31,7 +31,7 @@ from regraft.bus_schema.model.expressions import Expression, Unknown
 
 MAX_EVALUATIONS: Final = 50_000
 """Combinations for which one summand is worked out."""
-AS_WRITTEN: Final = 1_000
+AS_WRITTEN: Final = 300
 """Combinations up to which an objective is worked out as it is written, and not taken apart."""
 TOTAL: Final = "total"
 
@@ -174,7 +174,7 @@ class Evaluation:
                 self._estimated[key] = error
         found = self._estimated[key]
         if isinstance(found, Unknown):
-            raise found
+            raise Unknown(str(found))
         return found
 
     def figure(self, name: str, chosen: Mapping[int, int]) -> Any:

@@ -29,8 +29,11 @@ class Rulebook:
     def exclude(self, text: str, slots: Sequence[Slot], slot: int, alternatives: int) -> None:
         """Exclude the alternatives of a mask from a slot."""
         having = slots[slot].with_alternatives(alternatives)
-        rest = ((1 << len(slots[slot].selections)) - 1) & ~having
-        self.add(text, [Clause(0, ((slot, rest),))])
+        self.allow(text, slot, ((1 << len(slots[slot].selections)) - 1) & ~having)
+
+    def allow(self, text: str, slot: int, selections: int) -> None:
+        """Allow only the selections of a mask for a slot."""
+        self.add(text, [Clause(0, ((slot, selections),))])
 
     def limit(self, text: str, slots: Sequence[Slot], figure: str, most: float) -> None:
         """Limit the sum of a figure over all alternatives that are chosen."""

@@ -79,6 +79,11 @@ class Slot:
         """Return which selections have one of the alternatives of a mask, as a mask."""
         return sum(1 << i for i, chosen in enumerate(self.selections) if any(mask >> index & 1 for index in chosen))
 
+    def within_alternatives(self, mask: int) -> int:
+        """Return which selections have alternatives of a mask, and no others, as a mask."""
+        every = enumerate(self.selections)
+        return sum(1 << i for i, chosen in every if chosen and all(mask >> index & 1 for index in chosen))
+
     def _contradicts_itself(self, chosen: tuple[int, ...]) -> bool:
         parts = [self.alternatives[index].settings for index in chosen]
         return any(contradict(one, other) for one, other in combinations(parts, 2))

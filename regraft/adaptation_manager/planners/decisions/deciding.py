@@ -25,6 +25,7 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.suggestions import no_such
 from regraft.component.parameters import ParameterError
 from regraft.stack import StackError
+from regraft.stack.yaml.problems import fail
 
 MAX_TOLD: Final = 5
 """Problems that a refusal names."""
@@ -57,6 +58,8 @@ def decisions_at(place: str) -> dict[str, Decision]:
         return {}
     path = Path(place)
     files = sorted(path.glob("*.yaml")) if path.is_dir() else [path]
+    if not files:
+        fail(place, None, "holds no decision: must have at least one .yaml file")
     return {file.stem: read_decision(file) for file in files}
 
 
@@ -72,6 +75,9 @@ def check_fits(decision: Decision, architecture: Architecture) -> None:
 class DecidingPlanner(Component):
     """Takes the decisions that files describe: whenever it is asked, and by itself as their triggers say."""
 
+    cannot_express: ClassVar[str]
+    """The parts of decisions that this kind of planner does not use, for people."""
+
     decisions = Parameter("", "a decision file, or a folder of them", unit="path", read_only=True)
 
     @classmethod
@@ -81,9 +87,6 @@ class DecidingPlanner(Component):
             return list(inputs_for(decisions_at(parameters["decisions"]).values()))
         except StackError as error:
             raise ParameterError([("decisions", str(error))]) from None
-
-    cannot_express: ClassVar[str]
-    """The parts of decisions that this kind of planner does not use, for people."""
 
     @abstractmethod
     async def decide(self, request: ProposalRequest) -> Proposal:
@@ -114,16 +117,19 @@ class DecidingPlanner(Component):
 
     def situation(self, decision: Decision, request: ProposalRequest | None = None) -> dict[str, Any]:
         """Return what is known: what was told with a request, and what the decision's own context has, which counts."""
-        told = numbers_of(request.context) if request else {}
-        return {**told, **situation(decision, self.kit, self.has_failed)}
+        context = request.context if request else {}
+        texts = {name: value for name, value in context.items() if isinstance(value, str)}
+        told = {**texts, **numbers_of(context)}
+        return {**told, **situation(decision, self.kit, self.has_failed, told)}
 
     def estimates(self, architecture: Architecture) -> Estimator:
         """Return where the estimates come from that decisions speak of."""
         return estimates_in(architecture, self.kit.scope)
 
-    def in_context(self, request: ProposalRequest, situation: dict[str, Any]) -> ProposalRequest:
-        """Return a request whose context, which the journal keeps, has the situation too."""
-        return replace(request, context={**request.context, **situation})
+    def in_context(self, request: ProposalRequest, decision: Decision, situation: dict[str, Any]) -> ProposalRequest:
+        """Return a request whose context, which the journal keeps, has the decision's own entries too."""
+        own = {entry.name: situation[entry.name] for entry in decision.context if entry.name in situation}
+        return replace(request, context={**request.context, **own})
 
     def has_failed(self, component: str) -> bool | None:
         """Return whether a component has failed, None if that is not known.

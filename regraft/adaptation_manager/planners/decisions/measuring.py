@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from regraft.adaptation_manager.planners.choices.estimates import NoEstimates
+from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective
 from regraft.adaptation_manager.planners.decisions.model import Decision
-from regraft.adaptation_manager.planners.decisions.question import Known
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.expressions import Unknown
 
@@ -16,13 +17,14 @@ SAMPLE_EVERY: Final = 0.25
 """Seconds."""
 
 
-def measured_utility(decision: Decision, situation: Mapping[str, Any]) -> float | None:
-    """Return the utility by what is measured, None where that is not known."""
+def measured_utility(decision: Decision, selections: Sequence[int], situation: Mapping[str, Any]) -> float | None:
+    """Return the utility of a choice by what is measured, None where that is not known."""
+    objective = Objective(decision.utility, named=decision.measured())
+    evaluation = Evaluation(decision.slots, objective, situation, NoEstimates())
     try:
-        found = decision.utility.number(Known(situation, decision.measured()))
+        return evaluation.value(decision.utility, selections)
     except Unknown:
         return None
-    return found if math.isfinite(found) else None
 
 
 @dataclass(slots=True)
@@ -30,6 +32,7 @@ class Meter:
     """Averages the samples that are taken of a choice's utility, from the time on at which it shows its effect."""
 
     decision: Decision
+    selections: tuple[int, ...]
     ticket: str
     since: float
     _first: float = math.nan
@@ -41,7 +44,7 @@ class Meter:
         """Take a sample, unless it is too early or the utility is not known."""
         if now < self.since:
             return
-        utility = measured_utility(self.decision, situation)
+        utility = measured_utility(self.decision, self.selections, situation)
         if utility is None:
             return
         if self._count == 0:

@@ -14,8 +14,8 @@ from regraft.bus_schema.model.expressions import Expression
 class ContextEntry:
     """A named number or text about the world.
 
-    It is a ``reading`` of a topic, whether a requirement is met, or whether a component has failed. After
-    ``stale_after`` seconds without news it is unknown.
+    It is a ``reading`` of a topic, or whether a requirement is met, or whether a component has failed. It may also come
+    with each ``request``. After ``stale_after`` seconds without news it is unknown.
     """
 
     name: str
@@ -24,6 +24,7 @@ class ContextEntry:
     stale_after: float | None = None
     requirement: str = ""
     component: str = ""
+    request: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,23 +39,27 @@ class Question:
 
     def prescribes(self, selections: Sequence[int]) -> bool:
         """Return whether the faults prescribe a combination; without a prescription, none is."""
-        slots = self.decision.slots
         return bool(self.prescribed) and all(
-            mask >> index & 1
-            for slot, mask in self.prescribed.items()
-            for index in slots[slot].selections[selections[slot]]
+            self._prescribed_selections(slot) >> selections[slot] & 1 for slot in self.prescribed
         )
 
     def choose(self, architecture: Architecture, solver: Solver, effort: Effort = UNLIMITED) -> Choice:
         """Return the best of what faults prescribe, if that is possible, else of all; raises as `choosing.choose`."""
         if self.prescribed:
-            narrow = Rulebook(list(self.rulebook.rules), list(self.rulebook.texts))
-            _prescribe(narrow, self.decision, self.prescribed, self.faults)
-            found = self._chosen(narrow, architecture, solver, effort)
+            found = self._chosen(self._narrowed(), architecture, solver, effort)
             if found.option is not None:
                 return found
             self.notes.append(f"the prescribed solution is not possible: {found.explanation.nothing}")
         return self._chosen(self.rulebook, architecture, solver, effort)
+
+    def _narrowed(self) -> Rulebook:
+        rulebook = Rulebook(list(self.rulebook.rules), list(self.rulebook.texts))
+        for slot in self.prescribed:
+            rulebook.allow("what faults prescribe", slot, self._prescribed_selections(slot))
+        return rulebook
+
+    def _prescribed_selections(self, slot: int) -> int:
+        return self.decision.slots[slot].within_alternatives(self.prescribed[slot])
 
     def excluded(self) -> list[dict[str, Any]]:
         """Return the alternatives that no combination can have, as plain data."""
@@ -112,13 +116,6 @@ def _holds(fault: Fault, known: Mapping[str, Any], question: Question) -> bool:
     for slot, mask in fault.prescribes:
         question.prescribed[slot] = question.prescribed.get(slot, mask) & mask
     return True
-
-
-def _prescribe(rulebook: Rulebook, decision: Decision, prescribed: Mapping[int, int], faults: tuple[str, ...]) -> None:
-    text = f"the solution that {' and '.join(faults)} prescribe{'s' if len(faults) == 1 else ''}"
-    for slot, mask in prescribed.items():
-        every = (1 << len(decision.slots[slot].alternatives)) - 1
-        rulebook.exclude(text, decision.slots, slot, every & ~mask)
 
 
 class Known(dict[str, Any]):

@@ -10,7 +10,7 @@ from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.adaptation_manager.planners.decisions.model import Decision, Requirement
 from regraft.adaptation_manager.planners.decisions.sections.choices import read_choices
 from regraft.adaptation_manager.planners.decisions.sections.constraints import read_constraints
-from regraft.adaptation_manager.planners.decisions.sections.context import read_context
+from regraft.adaptation_manager.planners.decisions.sections.context import NAME, read_context
 from regraft.adaptation_manager.planners.decisions.sections.faults import read_faults
 from regraft.adaptation_manager.planners.decisions.sections.objective import (
     read_objective,
@@ -21,7 +21,7 @@ from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.yaml.document import read_map
 from regraft.stack.yaml.nodes import locations_of
-from regraft.stack.yaml.problems import Report
+from regraft.stack.yaml.problems import Report, fail
 from regraft.stack.yaml.section import Section
 
 SECTIONS: Final = ("context", "choices", "constraints", "qualities", "objective", "faults", "triggers")
@@ -34,6 +34,8 @@ def locations_in(file: Path) -> Report:
 
 def read_decision(file: Path) -> Decision:
     """Return the decision that a file describes; its name is the file's. Raises StackError with all that is wrong."""
+    if not NAME.fullmatch(file.stem):
+        fail(str(file), None, f"a decision is called like its file: {file.stem!r} must be letters, digits and '_'")
     document = read_map(file, f"fields such as {', '.join(SECTIONS[:2])}")
     report = Report(str(file), locations_of(document))
     section = Section(document, "", report)
@@ -61,25 +63,43 @@ def read_decision(file: Path) -> Decision:
         faults=read_faults(section, slots),
         triggers=read_triggers(section),
     )
-    _check_names(decision, report)
+    given = {name for part in ("context", "choices") for name in section.section(part).names()}
+    _check_unique(section, report)
+    _check_names(decision, given, report)
     report.raise_if_any()
     return decision
 
 
-def _check_names(decision: Decision, report: Report) -> None:
-    """Note each name without dots that nothing stands for; names with dots may be estimates of components."""
+def _check_names(decision: Decision, given: set[str], report: Report) -> None:
+    """Note each name without dots that nothing stands for; names with dots may be estimates of components.
+
+    ``given`` are the names of context and choices, also of those that are wrong.
+    """
     choices = {name for slot in decision.slots for name in _names_of(slot)}
-    world = {entry.name for entry in decision.context} | decision.weights.keys()
+    world = given | decision.weights.keys()
     qualities = {quality.name for quality in decision.qualities}
     assumed = [name for name, _ in decision.assume]
     for path, expression in expressions_of(decision):
         known = world | choices | {*assumed}
-        if not path.startswith(("qualities.", "faults.", "objective.weights", "objective.assume")):
+        if path.startswith("objective.weights."):
+            known = known - decision.weights.keys()
+        elif not path.startswith(("qualities.", "faults.", "objective.assume.")):
             known |= qualities
         for name in expression.names:
             if "." not in name and name not in known:
                 report.add(path, f"nothing is called {name!r} here; {instead_of(name, known)}")
     _check_triggers(decision, report)
+
+
+def _check_unique(document: Section, report: Report) -> None:
+    """Note each name that stands for two things; an assumption may stand for what an entry of the context is."""
+    seen: dict[str, str] = {}
+    weights = document.section("objective").section("weights")
+    for section in (document.section("context"), document.section("choices"), document.section("qualities"), weights):
+        for name in section.names():
+            if name in seen:
+                report.add(section.at(name), f"{name!r} is the name of {seen[name]} already: take another")
+            seen.setdefault(name, section.at(name))
 
 
 def _names_of(slot: Slot) -> Iterator[str]:

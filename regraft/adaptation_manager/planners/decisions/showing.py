@@ -38,6 +38,8 @@ def _cardinality(slot: Slot) -> str:
 def _source(entry: ContextEntry) -> str:
     if entry.requirement:
         return f"whether {entry.requirement} is met"
+    if entry.request:
+        return f"{entry.request}, told with each request"
     if entry.component:
         return f"whether {entry.component} has failed"
     reading = entry.reading

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from regraft import Input, Kit
@@ -45,9 +45,15 @@ def port_of(decision: Decision, entry: ContextEntry) -> str:
     return f"{decision.name}_{entry.name}"
 
 
-def situation(decision: Decision, kit: Kit, has_failed: HasFailed) -> dict[str, Any]:
-    """Return the entries that are known now: those that have come, are not stale, and are numbers or texts."""
-    found = ((entry.name, _value(decision, entry, kit, has_failed)) for entry in decision.context)
+def situation(decision: Decision, kit: Kit, has_failed: HasFailed, told: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that are known now: those that have come, are not stale, and are numbers or texts.
+
+    ``told`` is the context of a request.
+    """
+    found = [
+        (entry.name, told.get(entry.request) if entry.request else _value(decision, entry, kit, has_failed))
+        for entry in decision.context
+    ]
     return {name: value for name, value in found if isinstance(value, bool | int | float | str)}
 
 

@@ -120,7 +120,7 @@ class ForecastPlanner(DecidingPlanner):
             raise RequestRefused.malformed(problem.inside("inputs")) from None
         if option is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
-        request = self.in_context(request, situation)
+        request = self.in_context(request, decided.decision, situation)
         return await self._carry_out(request, option.settings, choice, architecture)
 
     async def _carry_out(

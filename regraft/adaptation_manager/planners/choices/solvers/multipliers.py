@@ -10,9 +10,14 @@ import numpy as np
 
 from regraft.adaptation_manager.planners.choices.solvers.elimination import Bound, Factor, Floats, bound_of
 
-ROUNDS: Final = 12
-"""Improvements of the multipliers; the bound of 30 tight instances changed by less than 1 % with more."""
-FIRST_STEP: Final = 1.0
+ROUNDS: Final = 6
+"""Improvements of the multipliers.
+
+In 30 chains of 7 slots with 0.4 of each amount, the median search visits 150 nodes. With none it visits 504, with 24
+improvements 173.
+"""
+FIRST_STEP: Final = 0.1
+"""The share of the bound that the first improvement is to gain."""
 
 
 def penalised(
@@ -35,7 +40,7 @@ def penalised(
         square = float(left @ left)
         if square == 0.0:
             break
-        scale = step * max(abs(best.root), 1e-12) * 0.1 / square
+        scale = step * max(abs(best.root), 1e-12) / square
         multipliers = np.maximum(0.0, multipliers - scale * left)
         bound = bound_of(sizes, [*factors, *_priced(uses, limits, multipliers)])
         if bound.root < best.root:

@@ -50,10 +50,14 @@ def _slot(table: Section, name: str) -> Slot | None:
         table.wrong(name, f"{name!r} must be letters, digits and '_', in parts joined by dots")
         return None
     try:
-        return _several(section, name) if "alternatives" in section else _varied(section, name)
+        slot = _several(section, name) if "alternatives" in section else _varied(section, name)
     except BadMessage as error:
         table.wrong(name, str(error))
         return None
+    if slot is not None and not slot.selections:
+        table.wrong(name, "leaves nothing to choose: its alternatives want different values of one thing")
+        return None
+    return slot
 
 
 def _varied(section: Section, name: str) -> Slot | None:

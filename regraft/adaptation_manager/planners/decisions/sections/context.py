@@ -11,7 +11,7 @@ from regraft.stack.yaml.section import Section
 
 NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 OF_TOPICS: Final = ("topic", "field", "reduce", "at_least", "if_none", "stale_after")
-SOURCES: Final = ("topic", "requirement", "fault")
+SOURCES: Final = ("topic", "requirement", "fault", "request")
 
 
 def read_context(document: Section) -> tuple[ContextEntry, ...]:
@@ -35,6 +35,9 @@ def _entry(section: Section, name: str) -> ContextEntry:
     if given == ["topic"]:
         section.only(*OF_TOPICS)
         return ContextEntry(name, section.text("topic"), _reading(section), stale_after)
+    if given == ["request"]:
+        section.only("request")
+        return ContextEntry(name, request=section.text("request"))
     section.only(given[0], "stale_after")
     if given == ["requirement"]:
         return ContextEntry(name, requirement=section.text("requirement"), stale_after=stale_after)
