@@ -19,6 +19,8 @@ from regraft.runtime.runtime import Runtime
 
 ENDED_TIMEOUT = 60.0
 """Seconds in which the host ends a run: one that hangs has as long as its class says, and longer on a busy machine."""
+ASK_INTERVAL = 5.0
+"""Seconds after which the host is asked again: a question or its answer may be lost."""
 BACK_TIMEOUT = 30.0
 """Seconds in which a run that is brought back joins."""
 
@@ -90,7 +92,7 @@ class FaultSchedule:
         member = self._members.lives(name)
         if member is not None:
             self._expected.add((name, member))
-        done = self._ask("inject", InjectFault(fault, held=True), ENDED_TIMEOUT)
+        done = self._ask("inject", InjectFault(fault, held=True))
         self._expected.clear()
         if done is None:
             self._members.fail(f"'{fault}' was not confirmed by the host")
@@ -103,7 +105,7 @@ class FaultSchedule:
                 self._returns.append(back)
 
     def _bring_back(self, back: _Return) -> None:
-        done = self._ask("bring_back", BringBack(back.component), ENDED_TIMEOUT)
+        done = self._ask("bring_back", BringBack(back.component))
         if done is None or not (done.comes_back and back.waits):
             return  # somebody has removed it meanwhile, or has started it
         within = Patience(BACK_TIMEOUT)
@@ -115,26 +117,37 @@ class FaultSchedule:
                 return
             self._pump()
 
-    def _ask(self, verb: str, question: object, timeout: float) -> FaultInjected | None:
-        """Ask the first host and wait, with time standing still; None if it has not done it."""
+    def _ask(self, verb: str, question: object) -> FaultInjected | None:
+        """Ask the first host until it answers, with time standing still; None if it has not done it."""
+        within = Patience(ENDED_TIMEOUT)
+        while not within.is_over() and self._runtime.state is not State.FINALIZED:
+            answers = self._asked_once(verb, question)
+            if answers:
+                return _decoded(answers[0])
+        return None
+
+    def _asked_once(self, verb: str, question: object) -> list[Answer]:
         runtime = self._runtime
         answered: list[list[Answer]] = []
-        key = runtime.keys.host(LOCAL, verb)
+
+        def done(answers: list[Answer]) -> None:
+            runtime.post(lambda: answered.append(answers))
+
         try:
-            runtime.bus.ask(
-                key, codec.encode(question), timeout, lambda answers: runtime.post(lambda: answered.append(answers))
-            )
+            runtime.bus.ask(runtime.keys.host(LOCAL, verb), codec.encode(question), ASK_INTERVAL, done)
         except BusError:
-            return None
+            self._pump()
+            return []
         while not answered and runtime.state is not State.FINALIZED:
             self._pump()
-        answers = answered[0] if answered else []
-        if not answers or answers[0].error:
-            return None
-        try:
-            return codec.decode(answers[0].payload, FaultInjected)
-        except BadMessage:
-            return None
+        return answered[0] if answered else []
+
+
+def _decoded(answer: Answer) -> FaultInjected | None:
+    try:
+        return None if answer.error else codec.decode(answer.payload, FaultInjected)
+    except BadMessage:
+        return None
 
 
 def _order(back: _Return) -> tuple[int, str]:
