@@ -1,4 +1,4 @@
-"""What a system says of itself, published by its first host under the real clock, where somebody reads it."""
+"""The topics ``system/...`` under the real clock: the first host publishes them where somebody reads."""
 
 from __future__ import annotations
 

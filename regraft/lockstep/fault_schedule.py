@@ -26,7 +26,7 @@ BACK_TIMEOUT = 30.0
 
 
 class Members(Protocol):
-    """What the schedule needs of the coordinator."""
+    """The coordinator, as the schedule needs it."""
 
     def lives(self, name: str) -> int | None:
         """Return the incarnation of a member, None if it is none."""

@@ -1,4 +1,4 @@
-"""What the members say of themselves, published by the source of time: so it has its place among all messages.
+"""The source of time publishes what members say of themselves: so it has its place among all messages.
 
 Members say it in their acknowledgements, which come in every run alike. Nothing is published where nobody reads.
 """

@@ -31,7 +31,7 @@ class BringBack:
 @message("regraft/FaultInjected")
 @dataclass(frozen=True, slots=True)
 class FaultInjected:
-    """What has become of a component: the run concerned, why it ended, and whether there will be another;
+    """The outcome of a fault: the run concerned, why it ended, and whether there will be another;
     ``quarantined``: it had ended too often.
 
     ``ended`` is empty if the run continues. ``missed`` is why nothing has happened, empty if it has.
