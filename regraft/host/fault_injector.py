@@ -22,6 +22,8 @@ from regraft.host.supervisor import Supervisor
 INJECT = "inject"
 READY_TIMEOUT = 2.0
 """Seconds in which a component answers before its fault: by then, all that it has put has arrived."""
+MAX_TRIES = 5
+"""Times that a component is asked: on a busy machine a question, or its answer, may be late or lost."""
 SIGNALS = {FaultKind.KILL: signal.SIGKILL, FaultKind.STOP: signal.SIGSTOP}
 
 Done = Callable[[FaultInjected], object]
@@ -76,10 +78,16 @@ class FaultInjector:
             self._finish(wanted.fault, missed)
             return
 
-        def ready(answers: list[Answer]) -> None:
-            self._post(lambda: self._begin(wanted, managed, answers))
+        self._ask_component(wanted, managed, MAX_TRIES)
 
-        key = self._keys.control(name, managed.incarnation, "fault")
+    def _ask_component(self, wanted: InjectFault, managed: ManagedProcess, tries: int) -> None:
+        def ready(answers: list[Answer]) -> None:
+            if answers or tries <= 1 or not managed.pid:
+                self._post(lambda: self._begin(wanted, managed, answers))
+            else:
+                self._post(lambda: self._ask_component(wanted, managed, tries - 1))
+
+        key = self._keys.control(managed.spec.name, managed.incarnation, "fault")
         try:
             self._bus.ask(key, codec.encode(wanted.fault), READY_TIMEOUT, ready)
         except BusError:
@@ -90,7 +98,9 @@ class FaultInjector:
         refused = not answers or answers[0].error
         if not managed.pid or (refused and fault.kind not in SIGNALS):
             why = "takes no such fault" if answers else "has not answered"
-            self._finish(fault, FaultInjected(fault.component, run, missed=f"{fault.component} {why}"))
+            self._finish(
+                fault, FaultInjected(fault.component, run, certain=bool(answers), missed=f"{fault.component} {why}")
+            )
             return
         self._host.report_fault(fault)
         if not fault.kind.ends_the_run:

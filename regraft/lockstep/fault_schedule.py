@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from regraft.bus.interface import Answer, BusError
 from regraft.bus_schema.encoding import codec
@@ -14,6 +13,7 @@ from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.lockstep.liveness import Run
+from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
@@ -23,22 +23,6 @@ ASK_INTERVAL = 5.0
 """Seconds after which the host is asked again: a question or its answer may be lost."""
 BACK_TIMEOUT = 30.0
 """Seconds in which a run that is brought back joins."""
-
-
-class Members(Protocol):
-    """The coordinator, as the schedule needs it."""
-
-    def lives(self, name: str) -> int | None:
-        """Return the incarnation of a member, None if it is none."""
-
-    def has_asked(self, name: str, above: int) -> bool:
-        """Return whether a run later than ``above`` has asked to join, or has joined."""
-
-    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
-        """Let a member go whose run has ended as scheduled."""
-
-    def fail(self, problem: str) -> None:
-        """Report that the schedule was not kept: the run is not reproducible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +38,12 @@ class _Return:
 class FaultSchedule:
     """The faults of one run. While one is carried out, no time passes."""
 
-    def __init__(self, runtime: Runtime, members: Members, pump: Callable[[], object]) -> None:
+    def __init__(
+        self, runtime: Runtime, members: ScheduledMembers, pump: Callable[[], object], fail: Callable[[str], None]
+    ) -> None:
+        """Call ``pump`` while time stands still, and ``fail`` where the schedule is not kept."""
         self._runtime = runtime
+        self._fail = fail
         self._members = members
         self._pump = pump
         self._faults: list[ScheduledFault] = []
@@ -95,7 +83,9 @@ class FaultSchedule:
         done = self._ask("inject", InjectFault(fault, held=True))
         self._expected.clear()
         if done is None:
-            self._members.fail(f"'{fault}' was not confirmed by the host")
+            self._fail(f"'{fault}' was not confirmed by the host")
+        elif not done.certain:
+            self._fail(f"'{fault}': {done.missed}")
         elif done.missed:
             self._runtime.reporter.event("fault.missed", f"'{fault}': {done.missed}")
         elif fault.kind.ends_the_run:
@@ -113,7 +103,7 @@ class FaultSchedule:
             if self._runtime.state is State.FINALIZED:
                 return
             if within.is_over():
-                self._members.fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
+                self._fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
                 return
             self._pump()
 

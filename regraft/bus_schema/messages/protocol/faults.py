@@ -35,6 +35,7 @@ class FaultInjected:
     ``quarantined``: it had ended too often.
 
     ``ended`` is empty if the run continues. ``missed`` is why nothing has happened, empty if it has.
+    ``certain`` is false if the component has not answered: it may be otherwise in another run.
     """
 
     component: str
@@ -43,3 +44,4 @@ class FaultInjected:
     comes_back: bool = False
     quarantined: bool = False
     missed: Told = ""
+    certain: bool = True
