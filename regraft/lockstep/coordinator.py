@@ -113,9 +113,7 @@ class Coordinator:
             member.outside |= self._strangers(request.outside)
 
     def _strangers(self, sources: tuple[str, ...]) -> set[str]:
-        return {
-            source for source in sources if source not in self.membership.members and source not in self._joins.pending
-        }
+        return set(sources) - self.membership.members.keys() - self._joins.pending.keys()
 
     def _presence(self, presence: Presence) -> None:
         name, _, number = presence.key.split("/")[-3:]
@@ -254,9 +252,8 @@ class Coordinator:
             self._collect(others)
             self._take_local_output()
             self.wire()
-        self._runtime.reporter.event(
-            "clock.unquiet", f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
-        )
+        text = f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
+        self._runtime.reporter.event("clock.unquiet", text)
 
     def _flush(self) -> None:
         """Put what the source's own advance promised; the others have begun their steps."""
@@ -401,6 +398,5 @@ class Coordinator:
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        self.report.tell(
-            self.moment.tick, self.moment.time, sorted(self.membership.members), waiting, finished=finished
-        )
+        members = sorted(self.membership.members)
+        self.report.tell(self.moment.tick, self.moment.time, members, waiting, finished=finished)
