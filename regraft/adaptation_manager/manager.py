@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from regraft import Component, Output, Parameter, RefusalCode, RequestRefused, service
+from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRefused, service
 from regraft.adaptation_manager.execution.undo import undo_of
 from regraft.adaptation_manager.execution.worker import Worker
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
+from regraft.adaptation_manager.journal.fault_lines import FaultLines
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
@@ -25,6 +27,7 @@ from regraft.bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
+from regraft.bus_schema.messages.system import SystemFaults
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
     APPLIED,
@@ -51,6 +54,7 @@ class AdaptationManager(Component):
     resources = Resources(cpu=0.01, memory=25.0)
     removal_forbidden = "it carries out every change of the system, its own removal included"
 
+    faults = Input(SystemFaults, topic="system/faults", required=False, description="what the journal has lines of")
     adaptations = Output(AdaptationReport, description="every adaptation at its end")
     architecture = Output(Architecture, description="the architecture at every new revision")
 
@@ -81,6 +85,7 @@ class AdaptationManager(Component):
         self._throttle = Throttle()
         self._gate = StartupGate()
         self._store = ArchitectureStore(self.journal, self.kit.event)
+        self._fault_lines = FaultLines()
         self._publisher = JournalPublisher(self.kit, self.adaptations, self.architecture, self._current)
         self._worker = Worker(self.kit, self._queue, self._gate, self._store, self._publisher, self._bounds)
         self.kit.spawn(self._worker.run(), "adaptations")
@@ -89,6 +94,11 @@ class AdaptationManager(Component):
         """Close the journal; what was under way is undone at the next activation."""
         self._worker.close()
         self._store.close()
+
+    @faults.handler
+    def note_faults(self, faults: SystemFaults) -> None:
+        """Write what has failed, ended or recovered into the journal."""
+        self._fault_lines.note((*faults.present, *faults.news), self._store.journal)
 
     # --- services ---
 
@@ -162,7 +172,11 @@ class AdaptationManager(Component):
             raise RequestRefused(f"there is no adaptation {wanted.before!r}", RefusalCode.NOT_FOUND, field="before")
         found = self._read(lambda j: j.page(before, wanted.limit + 1))
         entries = tuple(self._store.line(report) for report in found[: wanted.limit])
-        return JournalPage(entries, len(found) > wanted.limit)
+        more = len(found) > wanted.limit
+        since = entries[-1].started if more else -math.inf
+        newer = self._read(lambda j: j.report(before)) if before is not None else None
+        until = newer.started if newer is not None else math.inf
+        return JournalPage(entries, more, self._read(lambda j: self._fault_lines.read(j, since, until)))
 
     @service(ARCHITECTURE)
     async def architecture_at(self, wanted: ArchitectureRequest) -> Architecture:

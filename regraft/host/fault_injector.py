@@ -22,17 +22,20 @@ from regraft.host.supervisor import Supervisor
 INJECT = "inject"
 READY_TIMEOUT = 2.0
 """Seconds in which a component answers before its fault: by then, all that it has put has arrived."""
+MAX_TRIES = 5
+"""Times that a component is asked: on a busy machine a question, or its answer, may be late or lost."""
 SIGNALS = {FaultKind.KILL: signal.SIGKILL, FaultKind.STOP: signal.SIGSTOP}
 
 Done = Callable[[FaultInjected], object]
 
 
-@dataclass(frozen=True, slots=True)
-class _Ending:
-    """A run that is ending by a fault."""
+@dataclass(slots=True)
+class _Injection:
+    """A fault that has begun: who waits for what has become of it, and that, once it is known."""
 
-    managed: ManagedProcess
-    done: Done
+    waiting: list[Done]
+    run: str = ""
+    result: FaultInjected | None = None
 
 
 class FaultInjector:
@@ -43,7 +46,7 @@ class FaultInjector:
         self._bus = bus
         self._keys = keys
         self._post = post
-        self._endings: dict[str, _Ending] = {}
+        self._begun: dict[ScheduledFault, _Injection] = {}
         self._due: deque[ScheduledFault] = deque()
         self._started = 0.0
 
@@ -55,46 +58,73 @@ class FaultInjector:
         self.inject(wanted, lambda injected: query.reply(codec.encode(injected)))
 
     def inject(self, wanted: InjectFault, done: Done) -> None:
-        """Have a component fail; ``done`` is called when its run has ended, or at once if it continues."""
+        """Have a component fail; ``done`` is called when its run has ended, or at once if it continues.
+
+        Each fault happens once, also if it is asked for again because the answer was lost.
+        """
+        begun = self._begun.get(wanted.fault)
+        if begun is not None:
+            if begun.result is None:
+                begun.waiting.append(done)
+            else:
+                done(begun.result)
+            return
+        self._begun[wanted.fault] = _Injection([done])
         name = wanted.fault.component
         managed = self._host.processes.get(name)
         if managed is None or not managed.pid:
             why = "is not on this host" if managed is None else "has no process"
-            done(FaultInjected(name, managed.incarnation if managed else 0, missed=f"{name} {why}"))
+            missed = FaultInjected(name, managed.incarnation if managed else 0, missed=f"{name} {why}")
+            self._finish(wanted.fault, missed)
             return
 
-        def ready(answers: list[Answer]) -> None:
-            self._post(lambda: self._begin(wanted, managed, answers, done))
+        self._ask_component(wanted, managed, MAX_TRIES)
 
-        key = self._keys.control(name, managed.incarnation, "fault")
+    def _ask_component(self, wanted: InjectFault, managed: ManagedProcess, tries: int) -> None:
+        def ready(answers: list[Answer]) -> None:
+            if answers or tries <= 1 or not managed.pid:
+                self._post(lambda: self._begin(wanted, managed, answers))
+            else:
+                self._post(lambda: self._ask_component(wanted, managed, tries - 1))
+
+        key = self._keys.control(managed.spec.name, managed.incarnation, "fault")
         try:
             self._bus.ask(key, codec.encode(wanted.fault), READY_TIMEOUT, ready)
         except BusError:
             ready([])
 
-    def _begin(self, wanted: InjectFault, managed: ManagedProcess, answers: list[Answer], done: Done) -> None:
+    def _begin(self, wanted: InjectFault, managed: ManagedProcess, answers: list[Answer]) -> None:
         fault, run = wanted.fault, managed.incarnation
         refused = not answers or answers[0].error
         if not managed.pid or (refused and fault.kind not in SIGNALS):
             why = "takes no such fault" if answers else "has not answered"
-            done(FaultInjected(fault.component, run, missed=f"{fault.component} {why}"))
+            self._finish(
+                fault, FaultInjected(fault.component, run, certain=bool(answers), missed=f"{fault.component} {why}")
+            )
             return
         self._host.report_fault(fault)
         if not fault.kind.ends_the_run:
-            done(FaultInjected(fault.component, run))
+            self._finish(fault, FaultInjected(fault.component, run))
             return
         managed.held_until = fault.until if wanted.held else None
-        self._endings[managed.run] = _Ending(managed, done)
+        self._begun[fault].run = managed.run
         if fault.kind in SIGNALS:
             self._host.signal(managed, SIGNALS[fault.kind])
 
+    def _finish(self, fault: ScheduledFault, result: FaultInjected) -> None:
+        injection = self._begun[fault]
+        injection.run, injection.result = "", result
+        waiting, injection.waiting = injection.waiting, []
+        for done in waiting:
+            done(result)
+
     def ended(self, managed: ManagedProcess) -> None:
         """Note that a run has ended, and how."""
-        ending = self._endings.pop(managed.run, None)
-        if ending is not None:
-            name, run = managed.spec.name, managed.incarnation
+        fault = next((fault for fault, injection in self._begun.items() if injection.run == managed.run), None)
+        if fault is not None:
             stopped = managed.state is ProcessState.QUARANTINED
-            ending.done(FaultInjected(name, run, managed.exit_reason, managed.is_held, stopped))
+            name, run = managed.spec.name, managed.incarnation
+            self._finish(fault, FaultInjected(name, run, managed.exit_reason, managed.is_held, stopped))
 
     def bring_back(self, payload: bytes) -> FaultInjected:
         """Restart a component that is held back; raises BadMessage, UnknownComponent."""
@@ -102,9 +132,8 @@ class FaultInjector:
         managed = self._host.processes.get(name)
         if managed is None or managed.removed:
             raise UnknownComponent(f"there is no component {name!r} on host {self._host.plan.name!r}")
-        comes_back = managed.is_held
         managed.release(time.monotonic())
-        return FaultInjected(name, managed.incarnation, comes_back=comes_back)
+        return FaultInjected(name, managed.incarnation, comes_back=managed.has_process or managed.start_at is not None)
 
     # --- under the real clock ---
 

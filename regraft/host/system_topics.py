@@ -1,4 +1,4 @@
-"""What a system says of itself, published by its first host under the real clock, where somebody reads it."""
+"""The topics ``system/...`` under the real clock: the first host publishes them where somebody reads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.system import ComponentState, SystemFault, SystemFaultKind
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.system_topics import SYSTEM_TOPICS
+from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES, SYSTEM_TOPICS
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.system_view import ENDS, SystemView
 from regraft.runtime.data.writers import Identity, Writers
@@ -51,7 +51,7 @@ class HostSystemTopics:
         self._view = SystemView()
         self._readers: dict[str, set[str]] = {}
         self._known: Architecture | None = None
-        self._declared: list[Closable] = []
+        self._declared: dict[str, Closable] = {}
         self._hung: set[str] = set()
         self._log = logging.getLogger("host")
 
@@ -63,16 +63,21 @@ class HostSystemTopics:
         before, self._readers = self._readers, _readers(architecture)
         for name, topics in self._readers.items():
             self._view.changed |= topics - before.get(name, set())
-        if self._readers and not self._declared:
-            keys = self._keys
-            takers: dict[str, Callable[[Sample], None]] = {
-                keys.status("*"): self._take_status,
-                keys.event: self._take_event,
-                keys.diagnostics: lambda s: self._view.take_diagnostic(codec.decode(s.payload, Diagnostic)),
-                keys.quality("**"): lambda s: self._view.take_quality(codec.decode(s.payload, Quality)),
-                keys.host(self._host, "status"): self._take_hosts,
-            }
-            self._declared = [self._bus.subscribe(key, self._sink(take)) for key, take in takers.items()]
+        read = set[str]().union(*self._readers.values())
+        for key, (topics, take) in self._sources().items():
+            if read & topics and key not in self._declared:
+                self._declared[key] = self._bus.subscribe(key, self._sink(take))
+
+    def _sources(self) -> dict[str, tuple[set[str], Callable[[Sample], None]]]:
+        """Return the topics for which a key is listened to, and what takes its samples."""
+        keys, view = self._keys, self._view
+        return {
+            keys.status("*"): ({*SYSTEM_TOPICS}, self._take_status),
+            keys.event: ({FAULTS, STATES}, self._take_event),
+            keys.diagnostics: ({DIAGNOSTICS}, lambda s: view.take_diagnostic(codec.decode(s.payload, Diagnostic))),
+            keys.quality("**"): ({QUALITIES}, lambda s: view.take_quality(codec.decode(s.payload, Quality))),
+            keys.host(self._host, "status"): ({HOSTS}, self._take_hosts),
+        }
 
     def publish(self) -> None:
         """Publish what is new on the topics that are read, in the order of their names."""
@@ -92,7 +97,7 @@ class HostSystemTopics:
 
     def close(self) -> None:
         """Stop listening and publishing."""
-        for closable in self._declared:
+        for closable in self._declared.values():
             closable.close()
         self._writers.close_all()
 

@@ -13,10 +13,8 @@ from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
-from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
@@ -27,6 +25,7 @@ from regraft.lockstep.liveness import Run
 from regraft.lockstep.member import NOT_COME
 from regraft.lockstep.membership import Membership, MemberState, Pair
 from regraft.lockstep.run_report import RunReport
+from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.lockstep.source_inbox import SourceInbox
 from regraft.lockstep.step_dispatch import STEP_BOUND, Moment, StepDispatcher
 from regraft.lockstep.system_relay import SystemRelay
@@ -63,7 +62,8 @@ class Coordinator:
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
         self._system = SystemRelay(runtime, self.membership, self.moment)
-        self.faults = FaultSchedule(runtime, self, self._inbox.pump)
+        scheduled = ScheduledMembers(runtime, self.membership, self._joins, self._system, self._forget)
+        self.faults = FaultSchedule(runtime, scheduled, self._inbox.pump, lambda why: self._fault("schedule", why))
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
 
     def declare(self) -> None:
@@ -113,9 +113,7 @@ class Coordinator:
             member.outside |= self._strangers(request.outside)
 
     def _strangers(self, sources: tuple[str, ...]) -> set[str]:
-        return {
-            source for source in sources if source not in self.membership.members and source not in self._joins.pending
-        }
+        return set(sources) - self.membership.members.keys() - self._joins.pending.keys()
 
     def _presence(self, presence: Presence) -> None:
         name, _, number = presence.key.split("/")[-3:]
@@ -145,31 +143,6 @@ class Coordinator:
         self.report.reproducible = False
         self.report.dropped.append(name)
         self._runtime.reporter.event("clock.dropped", f"{name} left the clock: {why}; this run is not reproducible")
-
-    # --- faults on a schedule ---
-
-    def lives(self, name: str) -> int | None:
-        """Return the incarnation of a member, None if it is none."""
-        member = self.membership.members.get(name)
-        return None if member is None else member.incarnation
-
-    def has_asked(self, name: str, above: int) -> bool:
-        """Return whether a run later than ``above`` has asked to join, or has joined."""
-        join = self._joins.pending.get(name)
-        return (join.incarnation if join else self.lives(name) or 0) > above
-
-    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
-        """Let a member go whose run has ended as scheduled: in every run it goes between the same two ticks."""
-        name = injected.component
-        if self.lives(name) is not None:
-            self.membership.remove(name)
-            self._forget(name)
-            self._system.ended(name, injected.incarnation, _ended_by(injected, fault), injected.ended)
-        self._runtime.reporter.event("clock.left", f"{name} left the clock as scheduled: {injected.ended}")
-
-    def fail(self, problem: str) -> None:
-        """Report that the schedule was not kept."""
-        self._fault("schedule", problem)
 
     def _forget(self, name: str) -> None:
         self._dispatcher.forget(name)
@@ -279,9 +252,8 @@ class Coordinator:
             self._collect(others)
             self._take_local_output()
             self.wire()
-        self._runtime.reporter.event(
-            "clock.unquiet", f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
-        )
+        text = f"tick {self.moment.tick} was not quiet after {MAX_ROUNDS} rounds"
+        self._runtime.reporter.event("clock.unquiet", text)
 
     def _flush(self) -> None:
         """Put what the source's own advance promised; the others have begun their steps."""
@@ -426,12 +398,5 @@ class Coordinator:
 
     def tell_time(self, waiting: tuple[str, ...] = (), *, finished: bool = False) -> None:
         """Put the time for onlookers, now and then, and once more at the end."""
-        self.report.tell(
-            self.moment.tick, self.moment.time, sorted(self.membership.members), waiting, finished=finished
-        )
-
-
-def _ended_by(injected: FaultInjected, fault: ScheduledFault) -> SystemFaultKind:
-    if injected.quarantined:
-        return SystemFaultKind.QUARANTINED
-    return SystemFaultKind.DIED if fault.kind is FaultKind.KILL else SystemFaultKind.HUNG
+        members = sorted(self.membership.members)
+        self.report.tell(self.moment.tick, self.moment.time, members, waiting, finished=finished)

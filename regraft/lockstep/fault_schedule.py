@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from regraft.bus.interface import Answer, BusError
 from regraft.bus_schema.encoding import codec
@@ -14,29 +13,16 @@ from regraft.bus_schema.model.hosts import LOCAL
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.lockstep.liveness import Run
+from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
 ENDED_TIMEOUT = 60.0
 """Seconds in which the host ends a run: one that hangs has as long as its class says, and longer on a busy machine."""
+ASK_INTERVAL = 5.0
+"""Seconds after which the host is asked again: a question or its answer may be lost."""
 BACK_TIMEOUT = 30.0
 """Seconds in which a run that is brought back joins."""
-
-
-class Members(Protocol):
-    """What the schedule needs of the coordinator."""
-
-    def lives(self, name: str) -> int | None:
-        """Return the incarnation of a member, None if it is none."""
-
-    def has_asked(self, name: str, above: int) -> bool:
-        """Return whether a run later than ``above`` has asked to join, or has joined."""
-
-    def end(self, injected: FaultInjected, fault: ScheduledFault) -> None:
-        """Let a member go whose run has ended as scheduled."""
-
-    def fail(self, problem: str) -> None:
-        """Report that the schedule was not kept: the run is not reproducible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +38,12 @@ class _Return:
 class FaultSchedule:
     """The faults of one run. While one is carried out, no time passes."""
 
-    def __init__(self, runtime: Runtime, members: Members, pump: Callable[[], object]) -> None:
+    def __init__(
+        self, runtime: Runtime, members: ScheduledMembers, pump: Callable[[], object], fail: Callable[[str], None]
+    ) -> None:
+        """Call ``pump`` while time stands still, and ``fail`` where the schedule is not kept."""
         self._runtime = runtime
+        self._fail = fail
         self._members = members
         self._pump = pump
         self._faults: list[ScheduledFault] = []
@@ -90,10 +80,12 @@ class FaultSchedule:
         member = self._members.lives(name)
         if member is not None:
             self._expected.add((name, member))
-        done = self._ask("inject", InjectFault(fault, held=True), ENDED_TIMEOUT)
+        done = self._ask("inject", InjectFault(fault, held=True))
         self._expected.clear()
         if done is None:
-            self._members.fail(f"'{fault}' was not confirmed by the host")
+            self._fail(f"'{fault}' was not confirmed by the host")
+        elif not done.certain:
+            self._fail(f"'{fault}': {done.missed}")
         elif done.missed:
             self._runtime.reporter.event("fault.missed", f"'{fault}': {done.missed}")
         elif fault.kind.ends_the_run:
@@ -103,7 +95,7 @@ class FaultSchedule:
                 self._returns.append(back)
 
     def _bring_back(self, back: _Return) -> None:
-        done = self._ask("bring_back", BringBack(back.component), ENDED_TIMEOUT)
+        done = self._ask("bring_back", BringBack(back.component))
         if done is None or not (done.comes_back and back.waits):
             return  # somebody has removed it meanwhile, or has started it
         within = Patience(BACK_TIMEOUT)
@@ -111,30 +103,41 @@ class FaultSchedule:
             if self._runtime.state is State.FINALIZED:
                 return
             if within.is_over():
-                self._members.fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
+                self._fail(f"{back.component} has not come back within {BACK_TIMEOUT:g} s")
                 return
             self._pump()
 
-    def _ask(self, verb: str, question: object, timeout: float) -> FaultInjected | None:
-        """Ask the first host and wait, with time standing still; None if it has not done it."""
+    def _ask(self, verb: str, question: object) -> FaultInjected | None:
+        """Ask the first host until it answers, with time standing still; None if it has not done it."""
+        within = Patience(ENDED_TIMEOUT)
+        while not within.is_over() and self._runtime.state is not State.FINALIZED:
+            answers = self._asked_once(verb, question)
+            if answers:
+                return _decoded(answers[0])
+        return None
+
+    def _asked_once(self, verb: str, question: object) -> list[Answer]:
         runtime = self._runtime
         answered: list[list[Answer]] = []
-        key = runtime.keys.host(LOCAL, verb)
+
+        def done(answers: list[Answer]) -> None:
+            runtime.post(lambda: answered.append(answers))
+
         try:
-            runtime.bus.ask(
-                key, codec.encode(question), timeout, lambda answers: runtime.post(lambda: answered.append(answers))
-            )
+            runtime.bus.ask(runtime.keys.host(LOCAL, verb), codec.encode(question), ASK_INTERVAL, done)
         except BusError:
-            return None
+            self._pump()
+            return []
         while not answered and runtime.state is not State.FINALIZED:
             self._pump()
-        answers = answered[0] if answered else []
-        if not answers or answers[0].error:
-            return None
-        try:
-            return codec.decode(answers[0].payload, FaultInjected)
-        except BadMessage:
-            return None
+        return answered[0] if answered else []
+
+
+def _decoded(answer: Answer) -> FaultInjected | None:
+    try:
+        return None if answer.error else codec.decode(answer.payload, FaultInjected)
+    except BadMessage:
+        return None
 
 
 def _order(back: _Return) -> tuple[int, str]:

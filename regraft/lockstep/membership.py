@@ -72,7 +72,7 @@ class MemberState:
 class Membership:
     """All members, who is connected to whom, and how far every key has come.
 
-    ``relayed`` are the topics to which all members contribute in their acknowledgements.
+    ``relayed`` are the keys that are read and to which all members contribute in their acknowledgements.
     """
 
     def __init__(self) -> None:
@@ -184,5 +184,6 @@ class Membership:
                     reader.due = reader.due or wakes or reader.backlog >= MAX_BACKLOG
 
     def wanted(self, member: MemberState) -> tuple[str, ...]:
-        """Return the keys of a member's outputs that other members read, and of the relayed topics that are read."""
-        return tuple(sorted(key for key in {*member.outputs, *self.relayed} if self.readers(key)))
+        """Return the keys of a member's outputs that other members read, and those of the relayed topics."""
+        read = [key for key in member.outputs if self.readers(key)]
+        return tuple(sorted({*read, *self.relayed} if self.relayed else read))

@@ -1,4 +1,4 @@
-"""What the members say of themselves, published by the source of time: so it has its place among all messages.
+"""The source of time publishes what members say of themselves: so it has its place among all messages.
 
 Members say it in their acknowledgements, which come in every run alike. Nothing is published where nobody reads.
 """
@@ -32,7 +32,6 @@ class SystemRelay:
         self._topics = {runtime.keys.topic(topic): topic for topic in SYSTEM_TOPICS}
         self._hosts: Closable | None = None
         self._read: tuple[str, ...] = ()
-        membership.relayed = tuple(sorted(self._topics))
 
     @property
     def _now(self) -> float:
@@ -61,7 +60,7 @@ class SystemRelay:
         read = tuple(key for key in self._topics if self._membership.readers(key))
         if read == self._read:
             return
-        self._read = read
+        self._read = self._membership.relayed = read
         for member in self._membership.members.values():
             member.due = True
         for key, topic in self._topics.items():

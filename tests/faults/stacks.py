@@ -21,7 +21,9 @@ components:
   spare: {class: 'tests.faults.parts:Driver', state: inactive}
   decider: {class: 'tests.faults.parts:Decider'}
   summary: {class: 'tests.faults.parts:Summary'}
-  adaptation_manager: {class: 'regraft.adaptation_manager.manager:AdaptationManager'}
+  adaptation_manager:
+    class: regraft.adaptation_manager.manager:AdaptationManager
+    parameters: {journal: $RUN/journal.sqlite}
 """
 UNDER_THE_REAL_CLOCK = STACK.replace("clock: simulated\nspeed: max\n", "clock: real\n").replace(
     "  world: {class: 'tests.faults.parts:World'}\n", "  world: {class: 'tests.faults.parts:Beacon'}\n"

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from regraft import CallFailed
+from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.system import SystemFaultKind, SystemFaults, SystemStates
+from regraft.bus_schema.model.adaptation import JOURNAL
 from regraft.bus_schema.model.lifecycle import State
 from tests.faults.parts import Sample
 from tests.faults.stacks import UNDER_THE_REAL_CLOCK, write
+from tests.support.commands import in_home, run
 from tests.support.systems import System
-from tests.support.waiting import wait_until
+from tests.support.waiting import PATIENCE, wait_until
 
 KILL = "  - {at: 2.0, component: driver, kind: kill}\n"
 
@@ -39,6 +45,35 @@ def test_a_scheduled_kill_is_decided_upon_as_in_simulated_time(system: System) -
     assert [(sample.source, sample.value > 0) for sample in decided] == [("died", True), ("recovered", True)]
     wait_until(lambda: states[-1].state_of("spare") is State.INACTIVE, "the spare one to rest again")
     assert states[-1].state_of("driver") is State.ACTIVE
+
+
+def test_the_journal_has_lines_of_a_failure_and_its_end(system: System, tmp_path: Path) -> None:
+    def lines() -> list[SystemFaultKind]:
+        page = system.client.call(JOURNAL, JournalRequest(), JournalPage, PATIENCE)
+        return [fault.kind for fault in page.faults if fault.component == "driver"]
+
+    wait_until(lambda: len(lines()) == 2, "two lines")
+    assert lines() == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED]
+    wait_until(lambda: "recovered" in _listed(tmp_path), "the lines to be listed")
+    assert "driver ended: killed by SIGKILL" in _listed(tmp_path)
+
+
+def test_the_journal_keeps_its_lines_when_the_manager_is_killed(system: System) -> None:
+    def kinds() -> list[SystemFaultKind]:
+        try:
+            page = system.client.call(JOURNAL, JournalRequest(), JournalPage, 1.0)
+        except CallFailed:
+            return []
+        return [fault.kind for fault in page.faults]
+
+    wait_until(lambda: len(kinds()) == 2, "two lines")
+    os.kill(system.wait_running("adaptation_manager").pid, signal.SIGKILL)
+    system.wait_running("adaptation_manager", 2)
+    wait_until(lambda: kinds()[-2:] == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED], "the same lines again")
+
+
+def _listed(folder: Path) -> str:
+    return run("journal", environment=in_home(folder / "home")).stdout
 
 
 def _kinds(told: list[SystemFaults]) -> list[SystemFaultKind]:

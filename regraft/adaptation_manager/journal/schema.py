@@ -45,6 +45,17 @@ CREATE TABLE damaged (
 );
 """
 
+FAULTS = """
+CREATE TABLE IF NOT EXISTS faults (
+    run TEXT NOT NULL,
+    stamp REAL NOT NULL,
+    fault BLOB NOT NULL,
+    seal BLOB NOT NULL,
+    UNIQUE (run, fault)
+)
+"""
+"""Also created in a journal that had begun without it."""
+
 CREATE_INDEXES = (
     "CREATE INDEX adaptations_by_key ON adaptations (run, key) WHERE key != ''",
     "CREATE INDEX adaptations_open ON adaptations (run) WHERE outcome = 'pending'",

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from regraft.bus_schema.annotations import Bounds, Count, Text
 from regraft.bus_schema.encoding.registry import message
+from regraft.bus_schema.messages.system import SystemFault
 from regraft.bus_schema.model.adaptation import AdaptationReport
 
 
@@ -50,10 +51,14 @@ class JournalRequest:
 @message("regraft/JournalPage")
 @dataclass(frozen=True, slots=True)
 class JournalPage:
-    """Lines of the journal, newest first; ``more`` if there are older ones."""
+    """Lines of the journal, newest first; ``more`` if there are older ones.
+
+    ``faults`` are the failures and recoveries of components in the time of these lines, newest first.
+    """
 
     entries: tuple[AdaptationReport, ...]
     more: bool = False
+    faults: tuple[SystemFault, ...] = ()
 
 
 @message("regraft/ArchitectureRequest")

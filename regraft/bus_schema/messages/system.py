@@ -1,4 +1,4 @@
-"""What a system says of itself, for components that decide by it: the messages of the topics ``system/...``.
+"""The system as it speaks of itself, for components that decide by it: the messages of the topics ``system/...``.
 
 Each has all that is so at its time. A reader needs the latest only.
 """
@@ -41,10 +41,9 @@ class SystemStates:
 
 
 class SystemFaultKind(Enum):
-    """What has happened to a component.
+    """The kind of a fault: a component leaves its state by itself, a handler raises, a process ends.
 
-    It has left its state by itself, a handler has raised, its process has ended, its loop hung, it has ended too often,
-    or the fault is over.
+    A process may end because its loop hung, or too often. ``recovered`` is the end of a fault.
     """
 
     FAILED = "failed"
@@ -118,7 +117,7 @@ class SystemHosts:
 @message("regraft/SystemNews")
 @dataclass(frozen=True, slots=True)
 class SystemNews:
-    """What a member has to say of itself since its last acknowledgement; ``state`` if it is another."""
+    """A member's news of itself since its last acknowledgement; ``state`` if it is another."""
 
     state: ComponentState | None = None
     faults: tuple[SystemFault, ...] = ()

@@ -10,6 +10,7 @@ import typer
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.system import SystemFault
 from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo
@@ -45,7 +46,7 @@ def list_lines(
         return
     show_table(
         ("id", "time", "outcome", "revision", "took", "actor", "reason"),
-        [_row(entry, simulated=there.info.simulated) for entry in page.entries],
+        _rows(page, simulated=there.info.simulated),
         empty="no adaptations",
     )
 
@@ -125,11 +126,26 @@ def _short(value: object) -> str:
     return text if len(text) <= 100 else f"{text[:97]}..."
 
 
+def _rows(page: JournalPage, *, simulated: bool) -> list[tuple[object, ...]]:
+    """Return adaptations and faults, newest first."""
+    rows = [(entry.started, _row(entry, simulated=simulated)) for entry in page.entries]
+    rows += [(fault.stamp, _fault_row(fault, simulated=simulated)) for fault in page.faults]
+    return [row for _, row in sorted(rows, key=lambda one: one[0], reverse=True)]
+
+
+def _fault_row(fault: SystemFault, *, simulated: bool) -> tuple[object, ...]:
+    text = " ".join(fault.text.split())
+    return ("", _shown_time(fault.stamp, simulated=simulated), fault.kind.value, "", "", fault.component, text)
+
+
+def _shown_time(stamp: float, *, simulated: bool) -> str:
+    return f"{stamp:.2f} s" if simulated else time.strftime("%H:%M:%S", time.localtime(stamp))
+
+
 def _row(report: AdaptationReport, *, simulated: bool) -> tuple[object, ...]:
-    clock_time = time.strftime("%H:%M:%S", time.localtime(report.started))
     return (
         report.id,
-        f"{report.started:.2f} s" if simulated else clock_time,
+        _shown_time(report.started, simulated=simulated),
         report.outcome.value,
         report.revision_after,
         seconds(report.duration),

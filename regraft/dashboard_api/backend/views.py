@@ -10,6 +10,7 @@ from regraft.bus_schema.messages.health import ComponentStatus
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.messages.protocol.host import HostStatus, ProcessStatus
+from regraft.bus_schema.messages.system import SystemFault
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.host_state import HostState
@@ -132,7 +133,11 @@ class HostList:
 
 @dataclass(frozen=True, slots=True)
 class JournalView:
-    """Lines of the journal, newest first; ``next`` is the cursor (``before``) of the next page, null on the last."""
+    """Lines of the journal, newest first; ``next`` is the cursor (``before``) of the next page, null on the last.
+
+    ``faults`` are the failures and recoveries of components in the time of these lines, newest first.
+    """
 
     entries: tuple[AdaptationReport, ...]
     next: str | None
+    faults: tuple[SystemFault, ...] = ()

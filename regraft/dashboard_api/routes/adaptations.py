@@ -32,7 +32,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     ) -> Shown[JournalView]:
         """The journal, newest first."""
         page = manager.journal(JournalRequest(before=before, limit=limit))
-        return JournalView(page.entries, page.entries[-1].id if page.more and page.entries else None)
+        return JournalView(page.entries, page.entries[-1].id if page.more and page.entries else None, page.faults)
 
     @router.get("/adaptations/{id}", response_description="The adaptation", responses=declared(404, 422, 503))
     def show_adaptation(adaptation: Id) -> Shown[AdaptationReport]:

@@ -1,4 +1,4 @@
-"""What a member of simulated time has to say of itself, until its next acknowledgement."""
+"""The news of a member of simulated time about itself, until its next acknowledgement."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Stream:
     ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
     that is known of, if it continues with the numbering of another.
 
-    What comes of a run that is ``gone`` is dropped, until a marker shows that it is back, or another run is there.
+    Samples of a run that is ``gone`` are dropped. A marker shows that it is back; another run is taken, too.
 
     One sample can be false: ``leap`` and ``former`` say where the stream stood before it was believed.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
+from collections import deque
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
@@ -12,6 +13,9 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from regraft.runtime.parts import Parts
+
+MAX_REMEMBERED = 1000
+"""Faults that are known to have begun, should their host ask again."""
 
 
 class InjectedFault(Exception):
@@ -26,10 +30,18 @@ class OwnFaults:
         self._wrapped = False
         self._delay = 0.0
         self._to_raise = 0
+        self._begun: deque[ScheduledFault] = deque(maxlen=MAX_REMEMBERED)
 
     def inject(self, payload: bytes) -> FaultInjected:
-        """Begin with a fault; one that ends the run by a signal is the host's matter."""
+        """Begin with a fault, once; one that ends the run by a signal is the host's matter."""
         fault = codec.decode(payload, ScheduledFault)
+        if fault not in self._begun:
+            self._begun.append(fault)
+            self._begin(fault)
+        assignment = self._parts.assignment
+        return FaultInjected(assignment.name, assignment.incarnation)
+
+    def _begin(self, fault: ScheduledFault) -> None:
         if fault.kind is FaultKind.HANG:
             self._parts.post(_hang)
         elif fault.kind is FaultKind.EXCEPTION:
@@ -38,8 +50,6 @@ class OwnFaults:
         elif fault.kind is FaultKind.SLOW:
             self._delay = fault.delay
             self._wrap()
-        assignment = self._parts.assignment
-        return FaultInjected(assignment.name, assignment.incarnation)
 
     def _wrap(self) -> None:
         if self._wrapped:

@@ -31,10 +31,11 @@ class BringBack:
 @message("regraft/FaultInjected")
 @dataclass(frozen=True, slots=True)
 class FaultInjected:
-    """What has become of a component: the run concerned, why it ended, and whether there will be another;
+    """The outcome of a fault: the run concerned, why it ended, and whether there will be another;
     ``quarantined``: it had ended too often.
 
     ``ended`` is empty if the run continues. ``missed`` is why nothing has happened, empty if it has.
+    ``certain`` is false if the component has not answered: it may be otherwise in another run.
     """
 
     component: str
@@ -43,3 +44,4 @@ class FaultInjected:
     comes_back: bool = False
     quarantined: bool = False
     missed: Told = ""
+    certain: bool = True
