@@ -22,8 +22,9 @@ from regraft.lockstep.fault_schedule import FaultSchedule
 from regraft.lockstep.gathering import wait_for_members
 from regraft.lockstep.join_requests import JoinRequests
 from regraft.lockstep.liveness import Run
+from regraft.lockstep.markers import Markers
 from regraft.lockstep.member import NOT_COME
-from regraft.lockstep.membership import Membership, MemberState, Pair
+from regraft.lockstep.membership import Membership, MemberState
 from regraft.lockstep.run_report import RunReport
 from regraft.lockstep.scheduled_members import ScheduledMembers
 from regraft.lockstep.source_inbox import SourceInbox
@@ -33,8 +34,6 @@ from regraft.lockstep.wiring import ReportedWiring
 from regraft.patience import Patience
 from regraft.runtime.runtime import Runtime
 
-MARK_INTERVAL = 0.1
-WIRED_TIMEOUT = 5.0
 MAX_ROUNDS = 32
 RUN_ENDED = "its run has ended"
 
@@ -58,10 +57,10 @@ class Coordinator:
         self._admission = Admission(runtime, self._admit, self._release, self._succeed)
         self._joins = JoinRequests(self.membership, self._admission.may_join)
         self._ended_in_slot: set[Run] = set()
-        self._marked: set[Pair] = set()
         self._declared: list[Closable] = []
         self._wiring = ReportedWiring(runtime)
         self._system = SystemRelay(runtime, self.membership, self.moment)
+        self._markers = Markers(runtime, self.membership, self._inbox, self._have_marked, self._system.connected)
         scheduled = ScheduledMembers(runtime, self.membership, self._joins, self._system, self._forget)
         self.faults = FaultSchedule(runtime, scheduled, self._inbox.pump, lambda why: self._fault("schedule", why))
         self.local = self.membership.add(self._name, runtime.assignment.incarnation, self._wiring.all(), None)
@@ -72,11 +71,11 @@ class Coordinator:
         takers: dict[str, Callable[[Sample], None]] = {
             "join": self._typed(Join, self._joins.take),
             "ack": self._typed(Ack, self._dispatcher.take_ack),
-            "marker_ack": self._typed(MarkerAck, self._take_marker_ack),
+            "marker_ack": self._typed(MarkerAck, self._markers.take_ack),
             "slot_request": self._typed(SlotRequest, self._take_slot_request),
         }
         runtime.direct.update({self._keys.clock(part): take for part, take in takers.items()})
-        runtime.marker_listeners.append(self._saw_marker)
+        runtime.marker_listeners.append(self._markers.saw)
         self._declared = [
             *self._admission.declare(),
             *(runtime.bus.subscribe(self._keys.clock(part), runtime.inbox.put) for part in takers),
@@ -94,18 +93,6 @@ class Coordinator:
         return open_and_take
 
     # --- what members say ---
-
-    def _take_marker_ack(self, ack: MarkerAck) -> None:
-        reader = self.membership.members.get(ack.member)
-        pair = (ack.key, ack.source, ack.member)
-        if reader is not None and reader.incarnation == ack.incarnation and pair in self._marked:
-            self._marked.discard(pair)
-            self.membership.confirm(pair, ack.sequence)
-            self._system.connected(ack.key)
-
-    def _saw_marker(self, key: str, source: str, stream: object) -> None:
-        handled = getattr(stream, "handled", 0) or 0
-        self._take_marker_ack(MarkerAck(self._name, self.local.incarnation, key, source, handled))
 
     def _take_slot_request(self, request: SlotRequest) -> None:
         member = self.membership.members.get(request.member)
@@ -146,7 +133,7 @@ class Coordinator:
 
     def _forget(self, name: str) -> None:
         self._dispatcher.forget(name)
-        self._marked = {pair for pair in self._marked if name not in pair[1:]}
+        self._markers.forget(name)
 
     # --- joining and wiring ---
 
@@ -194,27 +181,13 @@ class Coordinator:
         self._exchange({name: StepKind.WELCOME})
 
     def wire(self) -> None:
-        """Have markers put until every connection is confirmed: a declaration alone is no barrier."""
+        """Have every connection confirmed."""
         self._refresh_local()
-        within = Patience(WIRED_TIMEOUT)
-        while unwired := self.membership.unwired():
-            if within.is_over():
-                self._give_up_wiring(unwired)
-                return
-            self._marked = unwired
-            by_writer: dict[str, set[str]] = {}
-            for key, writer, _ in unwired:
-                by_writer.setdefault(writer, set()).add(key)
-            for key in by_writer.pop(self._name, ()):
-                self._runtime.writers.open_keys[key].mark()
-            self._exchange(dict.fromkeys(by_writer, StepKind.MARK), by_writer)
-            self._inbox.pump_until(lambda: not self._marked, time.monotonic() + MARK_INTERVAL)
+        if not self._markers.confirm_all():
+            self.report.reproducible = False
 
-    def _give_up_wiring(self, unwired: set[Pair]) -> None:
-        for key, writer, reader in sorted(unwired):
-            self._runtime.reporter.event("clock.unwired", f"{reader} never saw a marker of {writer} on {key}")
-            self.membership.wired.add((key, writer, reader))
-        self.report.reproducible = False
+    def _have_marked(self, keys: dict[str, set[str]]) -> None:
+        self._exchange(dict.fromkeys(keys, StepKind.MARK), keys)
 
     def _refresh_local(self) -> None:
         self._system.open()

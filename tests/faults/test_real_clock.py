@@ -10,10 +10,14 @@ from pathlib import Path
 import pytest
 
 from regraft import CallFailed
+from regraft.bus.zenoh_bus import open_bus
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.system import SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import JOURNAL
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
 from tests.faults.parts import Sample
 from tests.faults.stacks import UNDER_THE_REAL_CLOCK, write
 from tests.support.commands import in_home, run
@@ -70,6 +74,19 @@ def test_the_journal_keeps_its_lines_when_the_manager_is_killed(system: System) 
     os.kill(system.wait_running("adaptation_manager").pid, signal.SIGKILL)
     system.wait_running("adaptation_manager", 2)
     wait_until(lambda: kinds()[-2:] == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED], "the same lines again")
+
+
+def test_a_component_has_no_fault_that_is_not_on_the_schedule(system: System) -> None:
+    wait_until(lambda: system.said("component.transition", "spare"), "the spare one")
+    bus = open_bus(system.info.hub)
+    try:
+        hang = codec.encode(ScheduledFault(3.0, "spare", FaultKind.HANG))
+        (answer,) = bus.query(system.client.keys.control("spare", 1, "fault"), hang, PATIENCE)
+    finally:
+        bus.close()
+    assert answer.error
+    assert codec.decode(answer.payload, ControlError).code is ControlCode.REFUSED
+    assert system.client.view("spare").component == "spare"
 
 
 def _listed(folder: Path) -> str:

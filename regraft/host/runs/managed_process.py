@@ -131,7 +131,7 @@ class ManagedProcess:
             connect_endpoints=connect,
             members=plan.members() if is_source else (),
             duration=plan.duration if is_source else None,
-            faults=plan.faults if is_source else (),
+            faults=tuple(fault for fault in plan.faults if is_source or fault.component == self.spec.name),
             succeeds=self.succeeds,
             secret=plan.secret,
             handler_timeout=plan.limits(self.spec).handler_timeout,

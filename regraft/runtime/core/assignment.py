@@ -30,8 +30,8 @@ class Assignment:
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file that says until when it may act; empty for whoever always may.
     ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names
-    the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` (time sources only)
-    are on the schedule of the run.
+    the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the
+    component's own on the schedule of the run, for time sources all of them.
     """
 
     system: str

@@ -10,8 +10,10 @@ from functools import wraps
 from typing import Any
 
 from regraft.bus_schema.encoding import codec
+from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.faults import FaultInjected
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
+from regraft.runtime.core.refusal import ControlRefused
 from regraft.runtime.parts import Parts
 
 MAX_REMEMBERED = 1000
@@ -33,8 +35,14 @@ class OwnFaults:
         self._begun: deque[ScheduledFault] = deque(maxlen=MAX_REMEMBERED)
 
     def inject(self, payload: bytes) -> FaultInjected:
-        """Begin with a fault, once; one that ends the run by a signal is the host's matter."""
+        """Begin with a fault, once; one that ends the run by a signal is the host's matter.
+
+        Raises:
+            ControlRefused: the fault is not on the schedule of the run.
+        """
         fault = codec.decode(payload, ScheduledFault)
+        if fault not in self._parts.assignment.faults:
+            raise ControlRefused(ControlCode.REFUSED, f"'{fault}' is not on the schedule of this run")
         if fault not in self._begun:
             self._begun.append(fault)
             self._begin(fault)
