@@ -18,6 +18,7 @@ from regraft.adaptation_manager.planners.decisions.showing import choice_lines, 
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.cli.outcomes import BadInput
+from regraft.cli.terminal.numbers import seconds
 from regraft.cli.terminal.options import JsonOption, RobotOption
 from regraft.cli.terminal.output import say, show_json
 from regraft.stack import StackError, load
@@ -33,7 +34,9 @@ ContextOption = Annotated[
     list[str] | None, typer.Option("--context", metavar="NAME=VALUE", help="What is known of the world.")
 ]
 SolverOption = Annotated[str, typer.Option("--solver", help="branch_and_bound, cp_sat or exhaustive.")]
-DeadlineOption = Annotated[float | None, typer.Option("--deadline", min=0.001, help="Seconds to search at most.")]
+DeadlineOption = Annotated[
+    float | None, typer.Option("--deadline", parser=seconds(0.001), help="Seconds to search at most.")
+]
 
 
 @decision.command("check")
