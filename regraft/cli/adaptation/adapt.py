@@ -23,10 +23,19 @@ from regraft.bus_schema.model.adaptation import (
     Outcome,
 )
 from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.watched import Confirmation, conditions
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.terminal.numbers import seconds, whole
-from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
+from regraft.cli.terminal.numbers import whole
+from regraft.cli.terminal.options import (
+    ConfirmOption,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    SystemOption,
+    TimeoutOption,
+    WatchOption,
+)
 from regraft.cli.terminal.values import read_document
 
 
@@ -42,18 +51,8 @@ def adapt(
         int | None,
         typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
     ] = None,
-    confirm: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            parser=seconds(0.0, 86_400.0),
-            help="Watch it for this time before it is final; undo it if it fails.",
-        ),
-    ] = None,
-    watch: Annotated[
-        list[str] | None,
-        typer.Option(metavar="REQUIREMENT", help="A quality requirement that must hold meanwhile; may be repeated."),
-    ] = None,
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
     system: SystemOption = None,
     as_json: JsonOption = False,
@@ -67,7 +66,7 @@ def adapt(
         actor=request.actor or user(),
         revision=revision if revision is not None else request.revision,
         confirm=confirm if confirm is not None else request.confirm,
-        watch=(*request.watch, *(watch or ())),
+        watch=(*request.watch, *conditions(watch or ())),
     )
     with reached(ctx, system) as there:
         managing.show_report(managing.adapt(there, request, timeout), as_json=as_json)
@@ -86,13 +85,16 @@ def undo(
     adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Undo an applied adaptation by a new one."""
+    wanted = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
-        request = UndoAdaptation(adaptation, user(), reason, dry_run)
-        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        request = UndoAdaptation(adaptation, user(), reason, dry_run, wanted.confirm, wanted.watch)
+        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT + request.confirm)
         managing.show_report(report, as_json=as_json)
 
 

@@ -20,6 +20,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
+from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
 from regraft.cli.terminal.output import complain, say, seconds, show_json
@@ -27,6 +28,7 @@ from regraft.cli.terminal.output import complain, say, seconds, show_json
 A = TypeVar("A")
 
 ADAPTATION_TIMEOUT = 60.0
+UNWATCHED = Confirmation()
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
@@ -57,9 +59,19 @@ def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATIO
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
-def change(there: Reached, *changes: Change, reason: str, dry_run: bool, as_json: bool) -> None:
+def change(
+    there: Reached,
+    *changes: Change,
+    reason: str,
+    dry_run: bool,
+    as_json: bool,
+    confirmation: Confirmation = UNWATCHED,
+) -> None:
     """Have changes carried out, or only tried, and show what became of them; raises as ``adapt`` does."""
-    show_report(adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run)), as_json=as_json)
+    request = AdaptationRequest(
+        changes, reason, user(), dry_run=dry_run, confirm=confirmation.confirm, watch=confirmation.watch
+    )
+    show_report(adapt(there, request), as_json=as_json)
 
 
 def refuse_dry_run(component: str, dry_run: bool) -> None:
