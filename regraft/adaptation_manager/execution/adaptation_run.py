@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.execution.conclusion import conclude
 from regraft.adaptation_manager.execution.confirmation import NEARLY, Watch
+from regraft.adaptation_manager.execution.measured import LOOK_INTERVAL
 from regraft.adaptation_manager.execution.transaction import Transaction
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.planning.plan import Plan
@@ -23,9 +24,6 @@ from regraft.bus_schema.model.adaptation import (
     Violation,
 )
 from regraft.bus_schema.model.watched import Breach, BreachCode
-
-LOOK_INTERVAL = 0.1
-"""Seconds of the component's clock between two looks at an adaptation that is being confirmed."""
 
 
 @dataclass(slots=True)

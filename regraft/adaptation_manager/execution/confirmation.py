@@ -116,7 +116,7 @@ class Watch:
             if condition.requirement:
                 return ""
             since = self.unknown.setdefault(index, now)
-            never = last and index not in self.known
+            never = last and (index not in self.known or index in self.owed)
             over = now - since >= condition.patience - NEARLY
             after = f", after {now - since:g} s" if now > since else ""
             return f"{verdict.text}{after}" if over or never else ""

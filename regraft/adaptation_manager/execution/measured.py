@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from regraft.bus_schema.messages.qualities import LATE_PERIODS, MeasuredQualities
 from regraft.bus_schema.model.expressions import Unknown
 
+LOOK_INTERVAL = 0.1
+"""Seconds of the component's clock between two looks at an adaptation that is being confirmed."""
+
 
 @dataclass(slots=True)
 class _Latest:
@@ -41,7 +44,7 @@ class MeasuredSince:
             raise Unknown(f"{name} is unknown: {self._failures[component]}")
         if latest is None or latest.old:
             raise Unknown(f"{name} is unknown: not measured since")
-        if now - latest.seen > LATE_PERIODS * latest.qualities.period:
+        if now - latest.seen > LATE_PERIODS * latest.qualities.period + LOOK_INTERVAL:
             raise Unknown(f"{name} is unknown: late")
         found = latest.qualities.values.get(quality)
         if found is None:
