@@ -36,7 +36,8 @@ from regraft.cli.terminal.options import (
     TimeoutOption,
     WatchOption,
 )
-from regraft.cli.terminal.values import read_document
+from regraft.cli.terminal.values import line_of, read_located
+from regraft.stack.yaml.nodes import Location, locations_of, plain
 
 
 def adapt(
@@ -58,7 +59,7 @@ def adapt(
     as_json: JsonOption = False,
 ) -> None:
     """Carry out an adaptation: all of its changes, or none."""
-    request = request_of(file)
+    request, locations = request_of(file)
     request = replace(
         request,
         dry_run=dry_run or request.dry_run,
@@ -69,15 +70,17 @@ def adapt(
         watch=(*request.watch, *conditions(watch or ())),
     )
     with reached(ctx, system) as there:
-        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json)
+        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json, locations=locations)
 
 
-def request_of(file: str) -> AdaptationRequest:
-    """Return the adaptation request in a file; raises BadInput."""
+def request_of(file: str) -> tuple[AdaptationRequest, dict[str, Location]]:
+    """Return the adaptation request in a file, and where each of its fields is; raises BadInput."""
+    node = read_located(file)
+    locations = locations_of(node)
     try:
-        return codec.from_plain(read_document(file), AdaptationRequest)
+        return codec.from_plain(plain(node), AdaptationRequest), locations
     except BadMessage as error:
-        raise BadInput(f"{file}: {error}") from None
+        raise BadInput(f"{line_of(error.where, locations) or file}: {error}") from None
 
 
 def undo(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 import typer
@@ -24,11 +25,14 @@ from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
 from regraft.cli.terminal.output import complain, say, seconds, show_json
+from regraft.cli.terminal.values import line_of
+from regraft.stack.yaml.nodes import Location
 
 A = TypeVar("A")
 
 ADAPTATION_TIMEOUT = 60.0
 UNWATCHED = Confirmation()
+NO_FILE: Mapping[str, Location] = MappingProxyType({})
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
@@ -80,14 +84,24 @@ def refuse_dry_run(component: str, dry_run: bool) -> None:
         raise BadInput(f"{component} takes changes directly: only an adaptation manager can try them by --dry-run")
 
 
-def show_report(report: AdaptationReport, *, as_json: bool, good: Collection[Outcome] = GOOD) -> None:
-    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``."""
+def show_report(
+    report: AdaptationReport,
+    *,
+    as_json: bool,
+    good: Collection[Outcome] = GOOD,
+    locations: Mapping[str, Location] = NO_FILE,
+) -> None:
+    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``.
+
+    ``locations`` are those of the request's fields in its file.
+    """
     if as_json:
         show_json(report)
     else:
         say(headline(report))
         for violation in report.violations:
-            complain(violation_line(violation))
+            place = line_of(violation.field.split("."), locations) if violation.field.startswith("watch.") else ""
+            complain(": ".join(filter(None, (place, violation_line(violation)))))
         if report.request.dry_run or report.outcome not in good:
             for step in report.steps:
                 say(f"  {step_line(step)}")
