@@ -39,7 +39,7 @@ def parts_of(condition: Condition) -> list[tuple[str, str]]:
 
 @dataclass(slots=True)
 class Readings:
-    """What the components of some conditions answered at one look."""
+    """The answers of the components of some conditions at one look."""
 
     context: ExecutionContext
     measured: MeasuredSince = field(default_factory=MeasuredSince)

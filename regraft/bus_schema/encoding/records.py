@@ -159,7 +159,7 @@ class ShorthandShape:
     text: Shape
 
     def pack(self, value: Any) -> Any:
-        """Return the text where it is all that the record has, else a map of what is not as by default."""
+        """Return the text if the record has nothing else, else a map without the fields that are at their defaults."""
         plain = self.record.pack(value)
         defaults = {spec.name: spec.default for spec in dataclasses.fields(self.record.cls)}
         given = {

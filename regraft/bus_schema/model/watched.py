@@ -1,4 +1,4 @@
-"""What must hold while an adaptation is being confirmed, and what did not."""
+"""Conditions that must hold while an adaptation is being confirmed, and their breaches."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Condition:
 
     @property
     def wanted(self) -> str:
-        """What must be so, in a few words."""
+        """The value or state that it demands, in a few words."""
         if self.require:
             return self.require
         if self.state is not None:
@@ -121,7 +121,7 @@ class Condition:
 
 
 class BreachCode(Enum):
-    """What did not hold while an adaptation was being confirmed."""
+    """The kinds of breaches while an adaptation is being confirmed."""
 
     ENDED = "ended"
     RESTARTED = "restarted"
