@@ -128,8 +128,12 @@ class Readings:
             holds = bool(Expression(condition.require).value(names))
         except Unknown as error:
             return Verdict(None, BreachCode.EXPRESSION_UNKNOWN, f"{condition.require!r}: {error}")
-        now = ", ".join(f"{name} is {value!r}" for name, value in names.items())
+        now = ", ".join(f"{name} is {_shown(value)}" for name, value in names.items())
         return Verdict(holds, BreachCode.EXPRESSION_FALSE, f"{condition.require!r} must be true, but {now}")
+
+
+def _shown(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
 class _Names(dict[str, Any]):

@@ -13,7 +13,7 @@ LOOK_INTERVAL = 0.1
 
 @dataclass(slots=True)
 class _Latest:
-    """The latest measurement of a component, and when that was first seen; ``old`` if it was measured before the moment."""
+    """The latest measurement of a component, and when that was first seen; ``old`` if it is from before the moment."""
 
     qualities: MeasuredQualities
     seen: float
