@@ -126,7 +126,15 @@ class AdaptationManager(Component):
         if not undone.request.changes:
             raise RequestRefused(f"adaptation {wanted.id!r} changed nothing that could be undone", RefusalCode.CONFLICT)
         reason = wanted.reason or f"undo {undone.id}"
-        request = AdaptationRequest((), reason, wanted.actor, dry_run=wanted.dry_run, undoes=undone.id)
+        request = AdaptationRequest(
+            (),
+            reason,
+            wanted.actor,
+            dry_run=wanted.dry_run,
+            undoes=undone.id,
+            confirm=wanted.confirm,
+            watch=wanted.watch,
+        )
         return await self._enqueue(request, lambda r: undo_of(undone, r, self._store.ready(), self._current())).ended()
 
     @service(CANCEL)

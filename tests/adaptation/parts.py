@@ -12,6 +12,7 @@ from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LaserScan
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Add, Connect, Remove
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.watched import Condition
 from regraft.component import quality
 from regraft.lockstep.source import TimeSource
 from tests.support.waiting import PATIENCE
@@ -252,7 +253,7 @@ class Confirmer(Component):
         for topic, other in (("echo", "count"), ("count", "echo")) * 2:
             await self.kit.sleep(0.4)
             changes = (Connect("keeper", "quiet", topic), Connect("collector", "loud", other))
-            request = AdaptationRequest(changes, actor="confirmer", confirm=0.5, watch=("Steady",))
+            request = AdaptationRequest(changes, actor="confirmer", confirm=0.5, watch=(Condition("Steady"),))
             self.reports.append(await self.kit.call(ADAPT, request, AdaptationReport, timeout=PATIENCE))
 
 

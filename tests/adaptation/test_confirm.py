@@ -26,6 +26,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
+from regraft.bus_schema.model.watched import Breach
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import System
 from tests.support.waiting import PATIENCE, wait_until
@@ -230,7 +231,7 @@ def test_a_requirement_that_was_broken_before_and_met_since_must_not_break_again
     looks: list[bool] = []
     real = Watch.look
 
-    async def look(self: Watch, last: bool) -> str:
+    async def look(self: Watch, last: bool) -> list[Breach]:
         found = await real(self, last)
         looks.append(last)
         return found

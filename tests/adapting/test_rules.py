@@ -183,6 +183,13 @@ def test_the_tree_may_rewrite_rules_locations_and_bounds() -> None:
             "port 'timeout': 'soon' is no duration; write seconds",
         ),
         ('rules="n.b := 1" on_rejected="panic"', "port 'on_rejected': 'panic' is no policy; write ignore, fail, retry"),
+        ('rules="n.b := 1" watch="MoveSafely"', "port 'watch' needs the port confirm as well"),
+        ('rules="n.b := 1" confirm="soon"', "port 'confirm': 'soon' is no duration"),
+        (
+            """rules="n.b := 1" confirm="1s" watch='json:[{"quality": "a.b"}]'""",
+            "port 'watch': 0: must have bounds: at_least, at_most, within",
+        ),
+        ('decision="pace" confirm="1s"', "port 'confirm' is for rules and plans"),
         ('rules="n.b := 1" subject_location="a" adaptation_location="a"', "which mean the same; give one of them"),
     ],
 )

@@ -106,6 +106,19 @@ def test_a_rejection_a_rollback_and_silence_are_what_the_author_says(
     assert (silent.state, silent.blackboard["o"]) == (MissionState.FAILED, "no_answer")
 
 
+def test_a_rule_is_confirmed_by_conditions_and_the_tree_learns_what_broke(
+    system: System,
+    run: Callable[..., MissionStatus],
+) -> None:
+    quiet = """confirm="300ms" watch='json:[{"require": "listener.gain &lt; 0.8"}]'"""
+    loud = run(adapting("AdaptOnStart", f'rules="listener.gain := 0.9" {quiet}'))
+    assert (loud.state, loud.blackboard["o"]) == (MissionState.SUCCEEDED, "rolled_back")
+    assert "must be true, but listener.gain is 0.9" in loud.blackboard["r"]
+    assert system.view("listener").parameters["gain"] == 0.5
+    assert run(adapting("AdaptOnStart", f'rules="listener.gain := 0.7" {quiet}')).blackboard["o"] == "applied"
+    assert system.view("listener").parameters["gain"] == 0.7
+
+
 def test_a_manager_that_comes_back_is_asked_again(
     system: System,
     run: Callable[..., MissionStatus],

@@ -8,6 +8,7 @@ import pytest
 
 from regraft import RefusalCode, RequestRefused
 from regraft.bus_schema.model.adaptation import Outcome, Swap
+from regraft.bus_schema.model.watched import Condition
 from regraft.dashboard_api.http.callers import user_name
 from tests.gateway.conftest import Running
 from tests.support.waiting import PATIENCE, wait_until
@@ -301,7 +302,7 @@ def test_an_adaptation_can_be_watched_before_it_is_final(running: Running) -> No
     response = running.post("/adaptations", adaptation(confirm=5, watch=["MoveSafely"]))
     assert response.status_code == 200
     (request,) = running.manager.requests
-    assert (request.confirm, request.watch) == (5.0, ("MoveSafely",))
+    assert (request.confirm, request.watch) == (5.0, (Condition("MoveSafely"),))
 
 
 @pytest.mark.parametrize(("field", "value"), [("confirm", -1), ("confirm", "soon"), ("watch", "MoveSafely")])

@@ -11,7 +11,7 @@ import msgpack
 import numpy as np
 
 from regraft.bus_schema.encoding.arrays import ArrayShape
-from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.records import RecordShape, ShorthandShape, UnionShape
 from regraft.bus_schema.encoding.shapes import (
     BoolShape,
     BytesShape,
@@ -101,6 +101,7 @@ BUILDERS: dict[type, Callable[[Any], list[Any]]] = {
     PlainShape: _not_plain,
     ArrayShape: _not_arrays,
     RecordShape: lambda _: [None, [], 1, "record", {"no such field": 1}],
+    ShorthandShape: lambda _: [None, [], 1, {}, {"no such field": 1}],
     UnionShape: _not_unions,
 }
 

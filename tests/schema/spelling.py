@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from regraft.bus_schema.encoding.arrays import ArrayShape
-from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.records import RecordShape, ShorthandShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, known_types
 from regraft.bus_schema.encoding.shapes import (
     BoolShape,
@@ -62,5 +62,6 @@ WORDS: dict[type, Callable[[Any], str]] = {
     PlainShape: lambda _: "any",
     ArrayShape: lambda shape: f"array of {shape.layout.dtype} {list(shape.layout.shape)}",
     RecordShape: _record,
+    ShorthandShape: lambda shape: f"{_record(shape.record)}, or text",
     UnionShape: lambda shape: "one of " + ", ".join(shape.members),
 }

@@ -15,7 +15,7 @@ import regraft.bus_schema.messages
 import regraft.runtime.core.assignment
 from regraft import bus_schema
 from regraft.bus_schema.encoding.arrays import ArrayShape
-from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.records import RecordShape, ShorthandShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, known_types
 from regraft.bus_schema.encoding.shapes import (
     BoolShape,
@@ -32,6 +32,8 @@ from regraft.bus_schema.encoding.shapes import (
 )
 from regraft.bus_schema.messages.protocol.requests import Request
 from regraft.bus_schema.messages.sensors import DepthImage, Image
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.watched import Condition
 
 Values = SearchStrategy[Any]
 
@@ -40,6 +42,14 @@ MAX_LIST_LENGTH = 2
 
 _built: dict[int, tuple[Shape, Values]] = {}
 
+CONDITIONS = (
+    Condition("MoveSafely"),
+    Condition(quality="camera.rate", at_least=1.0, unknown_for=2.0),
+    Condition(quality="camera.rate", within=(0.5, 1.5)),
+    Condition(component="camera", state=State.ACTIVE),
+    Condition(require="camera.rate < 3.0 or not lamp.active"),
+)
+"""Conditions of every kind: most combinations of their fields are refused."""
 FIELDS: dict[tuple[type, str], Values] = {
     (Request, "client"): st.from_regex(r"[A-Za-z0-9_.-]{1,30}", fullmatch=True),
     (Image, "horizontal_field_of_view"): st.floats(0.001, 3.09),
@@ -139,5 +149,6 @@ BUILDERS: dict[type, Callable[[Any], Values]] = {
     PlainShape: _plain,
     ArrayShape: _arrays,
     RecordShape: _records,
+    ShorthandShape: lambda _: st.sampled_from(CONDITIONS),
     UnionShape: _unions,
 }

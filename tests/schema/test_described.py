@@ -14,7 +14,7 @@ import pytest
 from regraft.bus_schema.annotations import Array, Bounds, Count, FloatArray, MayBeInfinite
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.arrays import ArrayShape
-from regraft.bus_schema.encoding.records import RecordShape, UnionShape
+from regraft.bus_schema.encoding.records import RecordShape, ShorthandShape, UnionShape
 from regraft.bus_schema.encoding.registry import MessageType, message, type_of
 from regraft.bus_schema.encoding.shapes import (
     BytesShape,
@@ -72,6 +72,8 @@ def typed(value: Any, shape: Shape) -> Any:
         attributes = zip(shape.fields, shape.attributes, strict=True)
         fields = {name: typed(getattr(value, attribute), inner) for (name, inner), attribute in attributes}
         return {shape.tag[0]: shape.tag[1], **fields} if shape.tag else fields
+    if isinstance(shape, ShorthandShape):
+        return shape.pack(value)
     if isinstance(shape, UnionShape):
         return typed(value, shape.members[getattr(type(value), shape.key)])
     if isinstance(shape, OptionalShape):

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from regraft.adaptation_manager.execution.conclusion import conclude
-from regraft.adaptation_manager.execution.confirmation import Watch
+from regraft.adaptation_manager.execution.confirmation import NEARLY, Watch
+from regraft.adaptation_manager.execution.measured import LOOK_INTERVAL
 from regraft.adaptation_manager.execution.transaction import Transaction
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.queue.adaptation_queue import Entry
+from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
@@ -21,10 +23,7 @@ from regraft.bus_schema.model.adaptation import (
     StepState,
     Violation,
 )
-
-LOOK_INTERVAL = 0.1
-"""Seconds of the component's clock between two looks at an adaptation that is being confirmed."""
-NEARLY = 1e-6
+from regraft.bus_schema.model.watched import Breach, BreachCode
 
 
 @dataclass(slots=True)
@@ -95,7 +94,7 @@ class AdaptationRun:
         if outcome is Outcome.CONFIRMING:
             self.entry.phases.enter(Phase.CONFIRM)
             if self.watch is not None:
-                self.watch.start()
+                await self.watch.start()
             self._tell_confirming()
             return self.report
         if outcome is self.context.outcome:
@@ -117,16 +116,25 @@ class AdaptationRun:
         assert self.watch is not None
         if self.entry.confirmed and not self.entry.cancelled:
             return await self._settle()
-        try:
-            wrong = "" if self.entry.cancelled else await self.watch.look(last)
-        except Exception as error:
-            self.context.kit.log.exception("an adaptation could not be watched")
-            wrong = f"it could not be watched: {type(error).__name__}: {error}"
+        broken = [] if self.entry.cancelled else await self._broken(self.watch, last)
         if self.entry.cancelled:
             return await self._withdraw(Outcome.CANCELLED, "cancelled before it was confirmed")
-        if wrong:
+        if broken:
+            self.report = replace(self.report, broken=tuple(broken))
+            wrong = "; ".join(breach.text for breach in broken)
             return await self._withdraw(Outcome.ROLLED_BACK, f"not confirmed: {wrong}")
         return await self._settle() if last else None
+
+    async def _broken(self, watch: Watch, last: bool) -> list[Breach]:
+        """Return what is not well; that it cannot be watched is nothing well either."""
+        try:
+            return await watch.look(last)
+        except ControlFailed as error:
+            text = str(error)
+        except Exception as error:
+            self.context.kit.log.exception("an adaptation could not be watched")
+            text = f"it could not be watched: {type(error).__name__}: {error}"
+        return [Breach(BreachCode.NO_ANSWER, text, at=self.context.kit.now())]
 
     async def _settle(self) -> AdaptationReport:
         self._leave()

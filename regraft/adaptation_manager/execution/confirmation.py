@@ -1,4 +1,4 @@
-"""Watches an adaptation that is to be confirmed: the components that it touches, and named quality requirements.
+"""Watches an adaptation that is to be confirmed: the components that it touches, and the conditions that it names.
 
 All of it is asked for at moments that the manager chooses: under simulated time it is the same in every run.
 """
@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from regraft import Future
+from regraft.adaptation_manager.execution.conditions import Readings, Verdict
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.targets.component_client import ControlFailed, NoAnswer
 from regraft.adaptation_manager.targets.context import ExecutionContext
@@ -20,8 +21,11 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.lifecycle import State, is_lower
+from regraft.bus_schema.model.watched import Breach, BreachCode, Condition
 from regraft.patience import stretched
 
+NEARLY = 1e-6
+"""Seconds by which times may differ that are meant to be equal."""
 REQUIREMENT_NAME = re.compile(r"[A-Za-z0-9_.-]{1,200}")
 
 
@@ -30,19 +34,26 @@ class Watch:
     """Reports whether all is still well.
 
     ``named`` are the components that the request names, whether there is anything to do to them or not. ``runs`` are
-    the incarnations of those that are watched, ``faults`` how many errors each had reported before. ``owed`` are the
-    requirements that were broken before and have not been met since: they have until the end. ``failed`` are the
-    components that had failed before.
+    the incarnations of those that are watched, ``faults`` how many errors each had reported before. ``failed`` are the
+    components that had failed before. Of the ``conditions``, ``owed`` are those that were broken before and have not
+    been met since: they have until the end. ``unknown`` has since when others are unknown, ``known`` are those that
+    have been known since the beginning.
     """
 
     context: ExecutionContext
     plan: Plan
-    requirements: tuple[str, ...]
+    conditions: tuple[Condition, ...]
     named: frozenset[str] = frozenset()
     runs: dict[str, int] = field(default_factory=dict)
     faults: dict[tuple[str, int], int] = field(default_factory=dict)
-    owed: set[str] = field(default_factory=set)
     failed: set[str] = field(default_factory=set)
+    owed: set[int] = field(default_factory=set)
+    unknown: dict[int, float] = field(default_factory=dict)
+    known: set[int] = field(default_factory=set)
+    readings: Readings = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.readings = Readings(self.context)
 
     @property
     def components(self) -> list[str]:
@@ -53,19 +64,21 @@ class Watch:
         return sorted(changed | ((self.named | touched) & after.keys()))
 
     async def begin(self) -> list[Violation]:
-        """Note how things are before anything is done; returns the requirements that nobody tells of."""
-        if self.requirements:
+        """Note how things are before anything is done; returns the requirements that nobody reports."""
+        if self.conditions:
             await self.context.refresh()
+            await self.readings.read(self.conditions)
         found = []
-        for index, (name, quality) in enumerate(await self._qualities()):
-            if quality is None:
+        for index, verdict in enumerate(await self._verdicts()):
+            if verdict.code is BreachCode.REQUIREMENT_NOT_REPORTED:
+                name = self.conditions[index].requirement
                 problem = (
                     f"no report of a quality requirement {name!r}: it is known from when its task is first run; "
                     "'regraft mission show' lists those of the mission"
                 )
                 found.append(Violation(None, "", f"watch.{index}", problem))
-            elif _is_broken(quality):
-                self.owed.add(name)
+            elif verdict.holds is False:
+                self.owed.add(index)
         for name in self.components:
             spec = self.plan.before.components.get(name)
             if spec is None or not spec.managed or self.context.controls.living(name) is None:
@@ -79,53 +92,87 @@ class Watch:
                 self.failed.add(name)
         return found
 
-    def start(self) -> None:
-        """Watch the runs that were found when the adaptation was verified."""
+    async def start(self) -> None:
+        """Watch the runs that were found when the adaptation was verified; only what they measure later counts."""
         living = {name: self.context.controls.living(name) for name in self.components}
         self.runs = {name: process.incarnation for name, process in living.items() if process is not None}
+        await self.readings.read(self.conditions, old=True)
 
-    async def look(self, last: bool) -> str:
-        """Return what is not well any more, empty if all is; ``last`` if it will not be looked at again."""
-        try:
-            await self.context.refresh()
-        except ControlFailed as error:
-            return str(error)
-        problems = [await self._problem(name) for name in self.components]
-        problems += [self._missed(name, quality, last) for name, quality in await self._qualities()]
-        return "; ".join(filter(None, problems))
+    async def look(self, last: bool) -> list[Breach]:
+        """Return what is not well any more; ``last`` if it will not be looked at again. Raises ControlFailed."""
+        await self.context.refresh()
+        broken = [found for name in self.components if (found := await self._problem(name))]
+        await self.readings.read(self.conditions)
+        for index, verdict in enumerate(await self._verdicts()):
+            text = self._broken(index, verdict, last)
+            if text:
+                broken.append(self._breach(verdict, text, index))
+        return [replace(each, at=self.context.kit.now()) for each in broken]
 
-    async def _problem(self, name: str) -> str:
+    def _broken(self, index: int, verdict: Verdict, last: bool) -> str:
+        """Return why a condition counts as broken now, empty if it does not."""
+        condition, now = self.conditions[index], self.context.kit.now()
+        if verdict.holds is None:
+            if condition.requirement:
+                return ""
+            since = self.unknown.setdefault(index, now)
+            never = last and (index not in self.known or index in self.owed)
+            over = now - since >= condition.patience - NEARLY
+            after = f", after {now - since:g} s" if now > since else ""
+            return f"{verdict.text}{after}" if over or never else ""
+        self.unknown.pop(index, None)
+        self.known.add(index)
+        if verdict.holds:
+            self.owed.discard(index)
+            return ""
+        if index not in self.owed:
+            return verdict.text
+        what = f"the quality requirement {condition.requirement}" if condition.requirement else verdict.text
+        return f"{what}{'' if condition.requirement else ';'} was broken before, and still is" if last else ""
+
+    def _breach(self, verdict: Verdict, text: str, index: int) -> Breach:
+        condition = self.conditions[index]
+        subject = condition.requirement or condition.quality or condition.require
+        return Breach(verdict.code, text, verdict.component, index, subject, verdict.value, condition.wanted)
+
+    async def _problem(self, name: str) -> Breach | None:
         spec = self.plan.after.components[name]
         if spec.state is not State.ACTIVE and self._is_left_alone(name):
-            return ""
+            return None
         process = self.context.controls.processes.get(name)
         if self.context.controls.living(name) is None or process is None:
-            return f"{name} has ended: {process.exit_reason if process else 'it has no process'}"
+            why = process.exit_reason if process else "it has no process"
+            return Breach(BreachCode.ENDED, f"{name} has ended: {why}", name)
         run = process.incarnation
         if self.runs.get(name) != run:
-            return f"{name} was restarted: {process.exit_reason or 'nobody knows why'}"
+            why = process.exit_reason or "nobody knows why"
+            return Breach(BreachCode.RESTARTED, f"{name} was restarted: {why}", name)
         if not spec.managed:
-            return ""
+            return None
         try:
             view = await self.context.controls.read(name).view()
-        except NoAnswer as error:
-            return f"{name} is gone" if error.gone else str(error)
         except ControlFailed as error:
-            return str(error)
+            gone = isinstance(error, NoAnswer) and error.gone
+            return Breach(BreachCode.NO_ANSWER, f"{name} is gone" if gone else str(error), name)
         if view.state is not spec.state:
-            return f"{name} is {view.state.value}, should be {spec.state.value}"
+            text = f"{name} is {view.state.value}, should be {spec.state.value}"
+            return Breach(BreachCode.WRONG_STATE, text, name, wanted=spec.state.value)
         if view.faults > self.faults.get((name, run), 0):
-            return f"{name} reported an error: {view.error}"
-        return ""
+            return Breach(BreachCode.ERROR_REPORTED, f"{name} reported an error: {view.error}", name)
+        return None
 
     def _is_left_alone(self, name: str) -> bool:
         """Return whether a component had failed before, or failed as it was to do less."""
         return name in self.failed or name in self.context.tolerated or name not in self.runs
 
-    async def _qualities(self) -> list[tuple[str, Quality | None]]:
-        """Return the latest of every requirement, None for one that nobody tells of."""
-        asked = [(name, self._ask(name)) for name in self.requirements]
-        return [(name, _quality(await waiting) if waiting is not None else None) for name, waiting in asked]
+    async def _verdicts(self) -> list[Verdict]:
+        """Return how each condition is met."""
+        asked = {each.requirement: self._ask(each.requirement) for each in self.conditions if each.requirement}
+        told = {name: None if waiting is None else _quality(await waiting) for name, waiting in asked.items()}
+        return [
+            _of_requirement(each.requirement, told[each.requirement]) if each.requirement else self.readings.judge(each)
+            for each in self.conditions
+        ]
 
     def _ask(self, requirement: str) -> Future[list[Answer]] | None:
         if not REQUIREMENT_NAME.fullmatch(requirement):
@@ -136,21 +183,16 @@ class Watch:
         except BusError:
             return None
 
-    def _missed(self, name: str, quality: Quality | None, last: bool) -> str:
-        if quality is None:
-            return f"the quality requirement {name} is not reported any more"
-        if not _is_broken(quality):
-            self.owed.discard(name)
-            return ""
-        if name in self.owed:
-            return f"the quality requirement {name} was broken before, and still is" if last else ""
-        metric = "" if quality.metric is None else f": its metric is {quality.metric:g}"
-        return f"the quality requirement {name} broke{metric}"
 
-
-def _is_broken(quality: Quality) -> bool:
-    """Return whether a requirement is known not to be met; what was measured when its task last ran is no news."""
-    return quality.active and quality.satisfied is False
+def _of_requirement(name: str, quality: Quality | None) -> Verdict:
+    """Return whether a requirement is met; what was measured when its task last ran is no news."""
+    if quality is None:
+        text = f"the quality requirement {name} is not reported any more"
+        return Verdict(False, BreachCode.REQUIREMENT_NOT_REPORTED, text)
+    metric = "" if quality.metric is None else f": its metric is {quality.metric:g}"
+    text = f"the quality requirement {name} broke{metric}"
+    holds = True if not quality.active else quality.satisfied
+    return Verdict(holds, BreachCode.REQUIREMENT_BROKEN, text, value=quality.metric)
 
 
 def _quality(answers: Sequence[Answer]) -> Quality | None:

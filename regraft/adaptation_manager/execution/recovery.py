@@ -12,6 +12,7 @@ from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, StepState
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.watched import Breach, BreachCode
 
 INTERRUPTED = "interrupted: the manager was restarted"
 DAMAGED = "the journal has lost how"
@@ -51,4 +52,5 @@ async def _undone(
         revision_after=line.report.revision_before,
         steps=tuple(undone.get(step.number, step) for step in reports),
         error=error,
+        broken=(Breach(BreachCode.INTERRUPTED, INTERRUPTED),) if line.report.outcome is Outcome.CONFIRMING else (),
     )

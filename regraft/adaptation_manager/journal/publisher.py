@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from regraft.adaptation_manager.journal.reports import EVENTS, summary
+from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.model.adaptation import AdaptationReport, Phase
 from regraft.bus_schema.model.architecture import Architecture
 
@@ -56,6 +57,8 @@ class JournalPublisher:
         if self._adaptations.wanted:
             self._adaptations.publish(report)
         phases = {phase.phase.value: phase.duration for phase in report.phases}
-        details = {"id": report.id, "revision": report.revision_after, "phases": phases}
+        details: dict[str, object] = {"id": report.id, "revision": report.revision_after, "phases": phases}
+        if report.broken:
+            details["broken"] = [codec.to_plain(breach) for breach in report.broken]
         self._kit.event(EVENTS[report.outcome], summary(report), **details)
         self._kit.set_status_text(f"revision {self._current().revision}; last: {summary(report)}")

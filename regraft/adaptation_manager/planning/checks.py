@@ -35,6 +35,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import value_violations, violations
+from regraft.bus_schema.model.watch_checks import watch_violations
 from regraft.bus_schema.suggestions import instead_of
 
 
@@ -54,6 +55,8 @@ async def check(
     request = replace(request, changes=tuple(change for _, change in changes))
     of_changes, plan = await _check_changes(request, architecture, controls, hosts, manager, read)
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
+    if request.confirm:
+        found += watch_violations(request.watch, request.confirm, plan.after)
     return tuple(found), plan
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from regraft import Future
 from regraft.adaptation_manager.targets.view_cache import ViewCache
@@ -23,11 +23,14 @@ from regraft.bus_schema.messages.protocol.control import (
 )
 from regraft.bus_schema.messages.protocol.handover import Handover
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
+from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.patience import stretched
 
 if TYPE_CHECKING:
     from regraft import Kit
+
+M = TypeVar("M")
 
 LIVING = (ProcessState.STARTING, ProcessState.RUNNING)
 
@@ -91,7 +94,14 @@ class PendingQuery:
             self.remembered.note(view)
         return view
 
+    async def qualities(self) -> MeasuredQualities:
+        """Return what the component has measured last; raises ControlFailed, NoAnswer."""
+        return await self._decoded(MeasuredQualities)
+
     async def _answer(self) -> ComponentView:
+        return await self._decoded(ComponentView)
+
+    async def _decoded(self, kind: type[M]) -> M:
         if self.waiting is None:
             raise NoAnswer(f"{self.component}: {self.what}: {self.failure}", gone=True)
         answers = await self.waiting
@@ -101,7 +111,7 @@ class PendingQuery:
         if good is None:
             raise self._silence()
         try:
-            return codec.decode(good.payload, ComponentView)
+            return codec.decode(good.payload, kind)
         except BadMessage as error:
             raise ControlFailed(f"{self.component}: {self.what}: a reply that cannot be read: {error}") from None
 
@@ -154,8 +164,9 @@ class ComponentClient:
     def _ask(self, component: str, run: int, verb: str, what: str, message: object, within: float) -> PendingQuery:
         waits, sent = stretched(within), time.monotonic()
         key = self._keys.control(component.removesuffix(BESIDE), run, verb)
+        payload = b"" if message is None else codec.encode(message)
         try:
-            waiting = self._kit.ask(key, codec.encode(message), waits)
+            waiting = self._kit.ask(key, payload, waits)
         except BusError as error:
             return PendingQuery(self.remembered, component, run, what, within, waits, sent, None, str(error))
         return PendingQuery(self.remembered, component, run, what, within, waits, sent, waiting)
@@ -171,6 +182,10 @@ class ComponentClient:
     def read(self, component: str, within: float | None = None) -> PendingQuery:
         """Ask how a component is."""
         return self._begin(component, "connections", "reading it", Rewire(RewireStep.READ), within)
+
+    def read_qualities(self, component: str) -> PendingQuery:
+        """Ask what a component has measured last."""
+        return self._begin(component, "qualities", "reading its qualities", None, None)
 
     def set_parameters(self, component: str, values: dict[str, object], revision: int) -> PendingQuery:
         """Ask a component to set several parameters."""

@@ -16,6 +16,7 @@ from regraft.bus_schema.encoding import shapes
 from regraft.bus_schema.encoding.arrays import ArrayShape
 from regraft.bus_schema.encoding.shapes import JsonSchema, Shape
 from regraft.bus_schema.errors import BadMessage, BadType
+from regraft.bus_schema.suggestions import near
 
 FORMER_NAMES = {
     "cls": "class",
@@ -31,6 +32,9 @@ FORMER_NAMES = {
     "highest": "max_incarnation",
 }
 """Names of fields in version 1 of the protocol, and what they are called since."""
+
+SHORTHAND = "shorthand"
+"""The ClassVar of a dataclass that names the field for which a text alone stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +98,9 @@ class RecordShape:
         unknown = sorted(str(key) for key in plain if key not in self.names)
         if unknown:
             known = ", ".join(sorted(self.names))
-            raise BadMessage(f"has no field {', '.join(map(repr, unknown))}; {self.cls.__name__} has: {known}")
+            meant = near(unknown[0], self.names)
+            hint = "" if meant is None else f"did you mean {meant!r}? "
+            raise BadMessage(f"has no field {', '.join(map(repr, unknown))}; {hint}{self.cls.__name__} has: {known}")
 
     def json_schema(self) -> JsonSchema:
         """Return an ``object`` with the docstring as its description."""
@@ -142,6 +148,34 @@ class UnionShape:
     def json_schema(self) -> JsonSchema:
         """Return ``oneOf`` the members."""
         return {"oneOf": [member.json_schema() for member in self.members.values()]}
+
+
+@dataclass(frozen=True, slots=True)
+class ShorthandShape:
+    """A record for which a text may stand: the value of its field ``field``."""
+
+    record: RecordShape
+    field: str
+    text: Shape
+
+    def pack(self, value: Any) -> Any:
+        """Return the text if the record has nothing else, else a map without the fields that are at their defaults."""
+        plain = self.record.pack(value)
+        defaults = {spec.name: spec.default for spec in dataclasses.fields(self.record.cls)}
+        given = {
+            name: plain[name]
+            for (name, _), attribute in zip(self.record.fields, self.record.attributes, strict=True)
+            if getattr(value, attribute) != defaults[attribute]
+        }
+        return given[self.field] if given.keys() == {self.field} else given
+
+    def unpack(self, plain: Any) -> Any:
+        """Return an instance of the dataclass."""
+        return self.record.unpack({self.field: plain} if isinstance(plain, str) else plain)
+
+    def json_schema(self) -> JsonSchema:
+        """Return ``anyOf`` the text and the record."""
+        return {"anyOf": [self.text.json_schema(), self.record.json_schema()]}
 
 
 @cache
@@ -244,8 +278,13 @@ def _scalar(hint: Any, notes: tuple[Any, ...]) -> Shape:
     if isinstance(hint, type) and issubclass(hint, Enum):
         return shapes.EnumShape(hint)
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        return record_shape(hint)
+        return _with_shorthand(record_shape(hint))
     raise BadType(f"{hint!r} cannot travel in a message")
+
+
+def _with_shorthand(shape: RecordShape) -> Shape:
+    field = getattr(shape.cls, SHORTHAND, None)
+    return shape if field is None else ShorthandShape(shape, field, dict(shape.fields)[field])
 
 
 def _optional(arguments: tuple[Any, ...], notes: tuple[Any, ...]) -> Shape:

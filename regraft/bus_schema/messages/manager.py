@@ -5,21 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from regraft.bus_schema.annotations import Bounds, Count, Text
+from regraft.bus_schema.annotations import Bounds, Count, Seconds, Text
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.system import SystemFault
 from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.bus_schema.model.watched import Condition
 
 
 @message("regraft/UndoAdaptation")
 @dataclass(frozen=True, slots=True)
 class UndoAdaptation:
-    """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing."""
+    """Undo an applied adaptation by a new one; a dry run gives that one's plan, and touches nothing.
+
+    ``confirm`` and ``watch`` are those of the new one.
+    """
 
     id: str
     actor: Annotated[str, Text(200)] = ""
     reason: Annotated[str, Text(1000)] = ""
     dry_run: bool = False
+    confirm: Annotated[Seconds, Bounds(0.0, 86_400.0)] = 0.0
+    watch: tuple[Condition, ...] = ()
 
 
 @message("regraft/CancelAdaptation")

@@ -22,6 +22,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.estimates import Estimate
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.watched import Breach, Condition
 
 ADAPT = "adaptation_manager/adapt"
 UNDO = "adaptation_manager/undo"
@@ -35,6 +36,9 @@ MAX_CONTEXT_SIZE = 16_384
 """The greatest size of a request's context, as `plain_size` measures it."""
 MAX_PARAMETERS_SIZE = 500_000
 """The greatest size of one change's parameters; those of any stack file fit, so that each change can be undone."""
+
+MAX_WATCHED = 100
+"""The most conditions that a request has watched: each is looked at ten times a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +168,7 @@ class AdaptationRequest:
     of a change may have the size 500,000.
 
     ``confirm`` seconds of the components' clock, if any, it is watched before it is final. It is undone if one of its
-    components fails, or if a quality requirement of ``watch`` does not hold.
+    components fails, or if a condition of ``watch`` does not hold; a text among these is a requirement.
     """
 
     changes: tuple[Change, ...]
@@ -177,9 +181,14 @@ class AdaptationRequest:
     undoes: str = ""
     context: dict[str, PlainValue] = field(default_factory=dict)
     confirm: Annotated[Seconds, Bounds(0.0, 86_400.0)] = 0.0
-    watch: tuple[str, ...] = ()
+    watch: tuple[Condition, ...] = ()
 
     def __post_init__(self) -> None:
+        given: tuple[Condition | str, ...] = self.watch
+        watch = tuple(Condition(each) if isinstance(each, str) else each for each in given)
+        object.__setattr__(self, "watch", watch)
+        if len(self.watch) > MAX_WATCHED:
+            raise BadMessage(f"has {len(self.watch)} conditions, must have at most {MAX_WATCHED}", ("watch",))
         _check_size(self.context, MAX_CONTEXT_SIZE, "context")
         for index, change in enumerate(self.changes):
             _check_size(_parameters(change), MAX_PARAMETERS_SIZE, "changes", str(index), "parameters")
@@ -277,7 +286,8 @@ class AdaptationReport:
     """An adaptation's line in the journal. ``tick`` is the world tick in which it was applied, None in real time.
 
     ``revision_after`` of one that is being confirmed is that of the architecture that is not final yet. A dry run has
-    the ``architecture`` that would result, and an ``estimate``.
+    the ``architecture`` that would result, and an ``estimate``. ``broken`` is what did not hold if it was not
+    confirmed.
     """
 
     id: str
@@ -294,3 +304,4 @@ class AdaptationReport:
     architecture: Architecture | None = None
     phases: tuple[PhaseReport, ...] = ()
     estimate: Estimate | None = None
+    broken: tuple[Breach, ...] = ()

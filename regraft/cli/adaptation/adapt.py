@@ -23,11 +23,21 @@ from regraft.bus_schema.model.adaptation import (
     Outcome,
 )
 from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.watched import Confirmation, conditions
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.terminal.numbers import seconds, whole
-from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, SystemOption, TimeoutOption
-from regraft.cli.terminal.values import read_document
+from regraft.cli.terminal.numbers import whole
+from regraft.cli.terminal.options import (
+    ConfirmOption,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    SystemOption,
+    TimeoutOption,
+    WatchOption,
+)
+from regraft.cli.terminal.values import line_of, read_located
+from regraft.stack.yaml.nodes import Location, locations_of, plain
 
 
 def adapt(
@@ -42,24 +52,14 @@ def adapt(
         int | None,
         typer.Option("--if-revision", metavar="N", parser=whole(0), help="Refuse if the revision is another."),
     ] = None,
-    confirm: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            parser=seconds(0.0, 86_400.0),
-            help="Watch it for this time before it is final; undo it if it fails.",
-        ),
-    ] = None,
-    watch: Annotated[
-        list[str] | None,
-        typer.Option(metavar="REQUIREMENT", help="A quality requirement that must hold meanwhile; may be repeated."),
-    ] = None,
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     timeout: TimeoutOption = managing.ADAPTATION_TIMEOUT,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Carry out an adaptation: all of its changes, or none."""
-    request = request_of(file)
+    request, locations = request_of(file)
     request = replace(
         request,
         dry_run=dry_run or request.dry_run,
@@ -67,18 +67,20 @@ def adapt(
         actor=request.actor or user(),
         revision=revision if revision is not None else request.revision,
         confirm=confirm if confirm is not None else request.confirm,
-        watch=(*request.watch, *(watch or ())),
+        watch=(*request.watch, *conditions(watch or ())),
     )
     with reached(ctx, system) as there:
-        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json)
+        managing.show_report(managing.adapt(there, request, timeout), as_json=as_json, locations=locations)
 
 
-def request_of(file: str) -> AdaptationRequest:
-    """Return the adaptation request in a file; raises BadInput."""
+def request_of(file: str) -> tuple[AdaptationRequest, dict[str, Location]]:
+    """Return the adaptation request in a file, and where each of its fields is; raises BadInput."""
+    node = read_located(file)
+    locations = locations_of(node)
     try:
-        return codec.from_plain(read_document(file), AdaptationRequest)
+        return codec.from_plain(plain(node), AdaptationRequest), locations
     except BadMessage as error:
-        raise BadInput(f"{file}: {error}") from None
+        raise BadInput(f"{line_of(error.where, locations) or file}: {error}") from None
 
 
 def undo(
@@ -86,13 +88,16 @@ def undo(
     adaptation: Annotated[str, typer.Argument(metavar="ID", help="The adaptation's id in the journal.")],
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Undo an applied adaptation by a new one."""
+    wanted = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
-        request = UndoAdaptation(adaptation, user(), reason, dry_run)
-        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT)
+        request = UndoAdaptation(adaptation, user(), reason, dry_run, wanted.confirm, wanted.watch)
+        report = managing.ask(there, UNDO, request, AdaptationReport, managing.ADAPTATION_TIMEOUT + request.confirm)
         managing.show_report(report, as_json=as_json)
 
 

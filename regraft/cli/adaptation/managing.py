@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 import typer
@@ -20,13 +21,18 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
+from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable
 from regraft.cli.running_system import Reached, user
 from regraft.cli.terminal.output import complain, say, seconds, show_json
+from regraft.cli.terminal.values import line_of
+from regraft.stack.yaml.nodes import Location
 
 A = TypeVar("A")
 
 ADAPTATION_TIMEOUT = 60.0
+UNWATCHED = Confirmation()
+NO_FILE: Mapping[str, Location] = MappingProxyType({})
 GOOD = (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST, Outcome.PENDING, Outcome.CONFIRMING)
 
 
@@ -57,9 +63,19 @@ def adapt(there: Reached, request: AdaptationRequest, timeout: float = ADAPTATIO
     return there.client.call(ADAPT, request, AdaptationReport, timeout + request.confirm, patient=True)
 
 
-def change(there: Reached, *changes: Change, reason: str, dry_run: bool, as_json: bool) -> None:
+def change(
+    there: Reached,
+    *changes: Change,
+    reason: str,
+    dry_run: bool,
+    as_json: bool,
+    confirmation: Confirmation = UNWATCHED,
+) -> None:
     """Have changes carried out, or only tried, and show what became of them; raises as ``adapt`` does."""
-    show_report(adapt(there, AdaptationRequest(changes, reason, user(), dry_run=dry_run)), as_json=as_json)
+    request = AdaptationRequest(
+        changes, reason, user(), dry_run=dry_run, confirm=confirmation.confirm, watch=confirmation.watch
+    )
+    show_report(adapt(there, request), as_json=as_json)
 
 
 def refuse_dry_run(component: str, dry_run: bool) -> None:
@@ -68,14 +84,24 @@ def refuse_dry_run(component: str, dry_run: bool) -> None:
         raise BadInput(f"{component} takes changes directly: only an adaptation manager can try them by --dry-run")
 
 
-def show_report(report: AdaptationReport, *, as_json: bool, good: Collection[Outcome] = GOOD) -> None:
-    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``."""
+def show_report(
+    report: AdaptationReport,
+    *,
+    as_json: bool,
+    good: Collection[Outcome] = GOOD,
+    locations: Mapping[str, Location] = NO_FILE,
+) -> None:
+    """Print what became of an adaptation, and exit with 1 if that is nothing ``good``.
+
+    ``locations`` are those of the request's fields in its file.
+    """
     if as_json:
         show_json(report)
     else:
         say(headline(report))
         for violation in report.violations:
-            complain(violation_line(violation))
+            place = line_of(violation.field.split("."), locations) if violation.field.startswith("watch.") else ""
+            complain(": ".join(filter(None, (place, violation_line(violation)))))
         if report.request.dry_run or report.outcome not in good:
             for step in report.steps:
                 say(f"  {step_line(step)}")

@@ -14,9 +14,18 @@ from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.modes import as_needed, is_in_force
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached, user
-from regraft.cli.terminal.options import DryRunOption, JsonOption, ReasonOption, RobotOption, SystemOption
+from regraft.cli.terminal.options import (
+    ConfirmOption,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    RobotOption,
+    SystemOption,
+    WatchOption,
+)
 from regraft.cli.terminal.output import say, show_json, show_table
 from regraft.stack.sections.system_modes import read_system_modes
 
@@ -30,14 +39,24 @@ def mode(
     robot: RobotOption = "",
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Enter a mode: all of its changes are made, or none; without a name, list the modes and which are in force."""
+    confirmation = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
         managing.require_manager(there)
         if name and file is None:
-            managing.change(there, EnterMode(name), reason=reason or f"mode {name}", dry_run=dry_run, as_json=as_json)
+            managing.change(
+                there,
+                EnterMode(name),
+                reason=reason or f"mode {name}",
+                dry_run=dry_run,
+                as_json=as_json,
+                confirmation=confirmation,
+            )
             return
         now = there.client.architecture()
         modes = now.modes if file is None else read_system_modes(file, now.components)
@@ -51,7 +70,15 @@ def mode(
         if not changes:
             _say_in_force(name, as_json=as_json)
             return
-        request = AdaptationRequest(changes, reason or f"mode {name}", user(), now.revision, dry_run=dry_run)
+        request = AdaptationRequest(
+            changes,
+            reason or f"mode {name}",
+            user(),
+            now.revision,
+            dry_run=dry_run,
+            confirm=confirmation.confirm,
+            watch=confirmation.watch,
+        )
         managing.show_report(managing.adapt(there, request), as_json=as_json)
 
 

@@ -9,9 +9,18 @@ import typer
 from regraft.bus_schema.keys import component_name
 from regraft.bus_schema.model.adaptation import Change, Move, Swap
 from regraft.cli.adaptation import managing
+from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import BadInput
 from regraft.cli.running_system import reached
-from regraft.cli.terminal.options import ComponentArgument, DryRunOption, JsonOption, ReasonOption, SystemOption
+from regraft.cli.terminal.options import (
+    ComponentArgument,
+    ConfirmOption,
+    DryRunOption,
+    JsonOption,
+    ReasonOption,
+    SystemOption,
+    WatchOption,
+)
 from regraft.cli.terminal.values import assignment
 
 Several = list[str] | None
@@ -33,6 +42,8 @@ def swap(
     without_state: Annotated[bool, typer.Option("--without-state", help="Start without the present state.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -45,8 +56,9 @@ def swap(
     changes: tuple[Change, ...] = (Swap(name, cls, values, connections, with_state=not without_state),)
     if host:
         changes += (Move(name, host),)
+    confirmation = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
-        managing.change(there, *changes, reason=reason, dry_run=dry_run, as_json=as_json)
+        managing.change(there, *changes, reason=reason, dry_run=dry_run, as_json=as_json, confirmation=confirmation)
 
 
 def move(
@@ -56,10 +68,13 @@ def move(
     without_state: Annotated[bool, typer.Option("--without-state", help="Start without the present state.")] = False,
     dry_run: DryRunOption = False,
     reason: ReasonOption = "",
+    confirm: ConfirmOption = None,
+    watch: WatchOption = None,
     system: SystemOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Have a component continue at another host, with its state; nothing is missed."""
     change = Move(component_name(component), host, with_state=not without_state)
+    confirmation = Confirmation.typed(confirm, watch)
     with reached(ctx, system) as there:
-        managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json)
+        managing.change(there, change, reason=reason, dry_run=dry_run, as_json=as_json, confirmation=confirmation)

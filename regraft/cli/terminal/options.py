@@ -66,6 +66,23 @@ PlacesOption = Annotated[
 ]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the plan, and touch nothing.")]
 ReasonOption = Annotated[str, typer.Option("--reason", metavar="TEXT", help="The reason, for the journal.")]
+ConfirmOption = Annotated[
+    float | None,
+    typer.Option(
+        "--confirm",
+        metavar="SECONDS",
+        parser=seconds(0.0, 86_400.0),
+        help="Watch it for this time before it is final; undo it if it fails.",
+    ),
+]
+WatchOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--watch",
+        metavar="CONDITION",
+        help="What must hold meanwhile: a requirement, an expression, or {quality: a.b, at_least: 1}; may be repeated.",
+    ),
+]
 TimeoutOption = Annotated[
     float, typer.Option("--timeout", metavar="SECONDS", parser=seconds(0.1), help="The time to wait.")
 ]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.cli.outcomes import BadInput
 from regraft.stack import StackError
 from regraft.stack.yaml.document import parse
-from regraft.stack.yaml.nodes import NumberTooLarge, plain, scalar
+from regraft.stack.yaml.nodes import Location, Node, NumberTooLarge, plain, scalar
 
 LARGEST = 1024 * 1024
 
@@ -43,6 +44,11 @@ def document(text: str, shown: str) -> PlainValue:
 
 def read_document(file: str) -> PlainValue:
     """Return the plain data in a YAML or JSON file, ``-`` for standard input; raises BadInput."""
+    return plain(read_located(file))
+
+
+def read_located(file: str) -> Node:
+    """Return what is in a YAML or JSON file, ``-`` for standard input, with its lines; raises BadInput."""
     shown = "standard input" if file == "-" else file
     try:
         text = _some_of(file).decode()
@@ -50,7 +56,19 @@ def read_document(file: str) -> PlainValue:
         raise BadInput(f"{shown}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise BadInput(f"{shown}: is not UTF-8 text") from None
-    return document(text, shown)
+    try:
+        return parse(text, shown)
+    except StackError as error:
+        raise BadInput(str(error)) from None
+
+
+def line_of(where: Sequence[str], locations: Mapping[str, Location]) -> str:
+    """Return ``file:line`` of a field by its path, or of what holds it; empty if nothing of it is in the file."""
+    for length in range(len(where), 0, -1):
+        location = locations.get(".".join(where[:length]))
+        if location is not None:
+            return str(location)
+    return ""
 
 
 def _some_of(file: str) -> bytes:

@@ -108,7 +108,7 @@ class Manager:
     def undo(self, request: UndoAdaptation) -> AdaptationReport:
         """Have an applied adaptation undone; raises Problem."""
         with _showing(self.entry(request.id)):
-            return self._act("adaptation_manager/undo", request)
+            return self._act("adaptation_manager/undo", request, request.confirm)
 
     def cancel(self, adaptation: str) -> AdaptationReport:
         """Have an adaptation cancelled; raises Problem."""

@@ -16,7 +16,7 @@ from regraft.dashboard_api.http.body import JsonRoute
 from regraft.dashboard_api.http.bus_types import Shown
 from regraft.dashboard_api.http.problems import CONFLICT, Problem, declared
 from regraft.dashboard_api.http.roles import require_for
-from regraft.dashboard_api.routes.bodies import AdaptationBody, NoBody, ReasonBody
+from regraft.dashboard_api.routes.bodies import AdaptationBody, NoBody, UndoBody
 
 Id = Annotated[str, Path(alias="id", description="An adaptation's id", examples=["7"])]
 
@@ -57,7 +57,7 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
     def undo(
         request: Request,
         adaptation: Id,
-        body: ReasonBody,
+        body: UndoBody,
         response: Response,
         dry_run: DryRun = False,
         x_regraft_actor: ActorHeader = "",

@@ -86,6 +86,17 @@ def example(value: Any, **more: Any) -> Any:
 
 REASON = fields_of(AdaptationRequest, "reason")
 CHANGES = conlist(checked(shape_of(Change)), min_length=1, max_length=MAX_CHANGES)
+CONFIRMATION = fields_of(
+    AdaptationRequest,
+    "confirm",
+    "watch",
+    also={
+        "confirm": {
+            "description": "Seconds for which it is watched before it is final, and undone if it does not hold"
+        },
+        "watch": {"description": "What must hold meanwhile: requirements by name, qualities, states, expressions"},
+    },
+)
 ADAPTATION = {
     "changes": BodyField("changes", CHANGES, required=True),
     **REASON,
@@ -93,22 +104,15 @@ ADAPTATION = {
     **fields_of(
         AdaptationRequest,
         "context",
-        "confirm",
-        "watch",
-        also={
-            "context": {"description": "What is so in the world, for readers of the journal"},
-            "confirm": {
-                "description": "Seconds for which it is watched before it is final, and undone if it does not hold"
-            },
-            "watch": {"description": "Quality requirements that must hold meanwhile, by name"},
-        },
+        also={"context": {"description": "What is so in the world, for readers of the journal"}},
     ),
+    **CONFIRMATION,
 }
 
 
 def of_component(cls: type) -> Fields:
     """Return the body that stands for a change of a component that the path names."""
-    return Fields(f"{cls.__name__}Body", fields_of(cls, without=["component"]) | REASON)
+    return Fields(f"{cls.__name__}Body", fields_of(cls, without=["component"]) | REASON | CONFIRMATION)
 
 
 AdaptationBody = Annotated[JsonObject, Fields("AdaptationBody", ADAPTATION), Body(openapi_examples=ADAPTATION_EXAMPLES)]
@@ -121,8 +125,10 @@ SwapBody = Annotated[
     example({"class": "regraft.services.detector.template_detector:TemplateDetector", "parameters": {"interval": 1.0}}),
 ]
 MoveBody = Annotated[JsonObject, of_component(Move), example({"host": "second", "reason": "more room to compute"})]
-ReasonBody = Annotated[
-    JsonObject, Fields("ReasonBody", REASON), example({"reason": "it was better before"}, default_factory=dict)
+UndoBody = Annotated[
+    JsonObject,
+    Fields("UndoBody", REASON | CONFIRMATION),
+    example({"reason": "it was better before"}, default_factory=dict),
 ]
 ParametersBody = Annotated[JsonObject, Values(shape_of(PlainValue)), example({"max_velocity": 0.18})]
 NoBody = Annotated[JsonObject, Fields("NoBody"), example({}, default_factory=dict)]

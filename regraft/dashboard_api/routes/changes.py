@@ -20,6 +20,8 @@ from regraft.dashboard_api.http.roles import require_for
 from regraft.dashboard_api.routes.bodies import MoveBody, ParametersBody, SwapBody, TransitionBody
 from regraft.dashboard_api.routes.status import ComponentName
 
+ABOUT = ("reason", "confirm", "watch")
+"""The fields of a body that are about the adaptation, not about its change."""
 ANSWERS = {**declared_outcomes(), **declared(404, 409, 412, 413, 415, 422, 429, 503)}
 
 
@@ -34,10 +36,10 @@ def routes(manager: Manager, prefix: str) -> APIRouter:
             component_name(name)
         except BadKey as error:
             raise not_found(str(error)) from None
-        reason = body.pop("reason", "")
+        about = {name: body.pop(name) for name in ABOUT if name in body}
         wanted = kind(name, **body)
         require_for((wanted,), asked.caller, manager.architecture)
-        report = manager.adapt(asked.request((wanted,), reason=reason))
+        report = manager.adapt(asked.request((wanted,), **about))
         if report.outcome is Outcome.REJECTED and name not in (known := manager.architecture().components):
             raise not_found(f"there is no component {name!r}; {instead_of(name, known)}")
         return answer(report, response, prefix, if_match=asked.revision is not None)

@@ -15,7 +15,9 @@ from regraft.bus_schema.model.adaptation import (
     Swap,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
+from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.robots.scopes import component_in_scope, in_scope
+from regraft.bus_schema.model.watched import Condition
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,18 @@ class Names:
             topics = tuple(replace(topic, name=self.topic(topic.name)) for topic in change.topics)
             return replace(change, component=component, spec=self._spec(change.spec), topics=topics)
         return replace(change, component=component)
+
+    def condition(self, condition: Condition) -> Condition:
+        """Return a condition with the names of its components; a requirement's name is the mission's own.
+
+        >>> Names("rescuer").condition(Condition(require="camera.rate < 3.0")).require
+        'rescuer.camera.rate < 3.0'
+        """
+        if condition.require:
+            return replace(condition, require=Expression(condition.require).renamed(self.component))
+        if condition.quality:
+            return replace(condition, quality=self.component(condition.quality))
+        return replace(condition, component=self.component(condition.component)) if condition.component else condition
 
     def _spec(self, spec: ComponentSpec) -> ComponentSpec:
         return replace(

@@ -17,6 +17,7 @@ from regraft.services.bt_executor.adaptation.journal import decision_context
 from regraft.services.bt_executor.adaptation.node import AdaptNode
 from regraft.services.bt_executor.adaptation.port_values.ports import (
     LOCATIONS,
+    conditions_of,
     duration_of,
     is_known,
     locations_of,
@@ -72,7 +73,8 @@ class InternalPlan:
 
     def attempt(self) -> AttemptSteps:
         """Decide, and have it carried out."""
-        asker = Asker(self._node.context, self._node.now(), duration_of(self._node, "timeout"))
+        patience = duration_of(self._node, "timeout") + duration_of(self._node, "confirm")
+        asker = Asker(self._node.context, self._node.now(), patience)
         try:
             return (yield from self._pursued(asker))
         except CallFailed as error:
@@ -138,6 +140,8 @@ class InternalPlan:
             node.path[-200:],
             revision,
             context=decision_context(node.context, node, rule),
+            confirm=duration_of(node, "confirm"),
+            watch=tuple(map(node.context.names.condition, conditions_of(node))),
         )
 
     # --- the architecture ---

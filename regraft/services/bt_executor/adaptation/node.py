@@ -33,6 +33,8 @@ class AdaptNode(Decorator):
     task = Input(str, default="", description="the name under which the planner learns; by default the node's path")
     because = Input(str, default="", description="why, for the journal")
     timeout = Input[Any](default="5s", description="how long the answer is waited for")
+    confirm = Input[Any](default="0s", description="how long it is watched before it is final; by rules and plans")
+    watch = Input[Any](default="", description="json:[...], what must hold meanwhile, or requirements as a;b")
     retry_after = Input[Any](default="1s", description="pause after an adaptation that came to nothing")
     on_rejected = Input(str, default="ignore", description="ignore, fail, retry, retry 5, retry 5 then fail")
     on_rolled_back = Input(str, default="ignore", description="the same, after a failure that was undone")

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 from behavior_tree import Node
 from behavior_tree.nodes.text import board_key
+from regraft.bus_schema.encoding.records import shape_of
+from regraft.bus_schema.model.watched import Condition
 from regraft.services.bt_executor.adaptation.port_values.durations import read_duration
 from regraft.services.bt_executor.adaptation.port_values.names import read_names
 from regraft.services.bt_executor.adaptation.port_values.options import option_space
@@ -15,7 +17,7 @@ from regraft.services.bt_executor.adaptation.port_values.policies import Policy,
 from regraft.services.bt_executor.leaves.plain_messages import as_plain, read_json
 
 LOCATIONS: Final = ("subject_location", "adaptation_location")
-DURATIONS: Final = ("timeout", "retry_after", "settle")
+DURATIONS: Final = ("timeout", "retry_after", "settle", "confirm")
 POLICIES: Final = ("on_rejected", "on_rolled_back", "on_stuck", "on_no_answer")
 PLANNER: Final = re.compile(r"/?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?")
 FOR_PLANNERS: Final = ("adaptation_strategy", "decision", "inputs")
@@ -25,6 +27,8 @@ FOR_STRATEGIES: Final = (
     "task",
 )  # fmt: skip
 """Ports that mean something only where a planner decides."""
+FOR_RULES: Final = ("confirm", "watch")
+"""Ports that mean something only where rules or a plan of its own decide: a planner asks by itself."""
 
 
 def locations_of(node: Node) -> tuple[str, ...]:
@@ -60,6 +64,16 @@ def json_of(node: Node, port: str, kind: type) -> Any:
     return plain
 
 
+def conditions_of(node: Node) -> tuple[Condition, ...]:
+    """Return what must hold while an adaptation is confirmed; raises ValueError."""
+    given = node.read_port("watch")
+    is_json = isinstance(given, str) and given.lstrip().startswith(("json:", "["))
+    plain = json_of(node, "watch", list) if is_json or not isinstance(given, str) else list(read_names(given))
+    shape = shape_of(tuple[Condition, ...])
+    conditions: tuple[Condition, ...] = _told("watch", lambda: shape.unpack(plain))
+    return conditions
+
+
 def check_ports(node: Node, *, has_own_plan: bool) -> None:
     """Check what the XML gives as literals, and that exactly one thing decides.
 
@@ -78,6 +92,9 @@ def check_ports(node: Node, *, has_own_plan: bool) -> None:
         raise ValueError(f"{node.type_id} is given {' and '.join(LOCATIONS)}, which mean the same; give one of them")
     if asking:
         _check_planner(node)
+        for port in FOR_RULES:
+            if port in given:
+                raise ValueError(f"port '{port}' is for rules and plans: a planner asks for the adaptation by itself")
     else:
         idle = [name for name in FOR_STRATEGIES if name in given]
         if idle:
@@ -86,6 +103,10 @@ def check_ports(node: Node, *, has_own_plan: bool) -> None:
     for port in DURATIONS:
         if is_known(node, port):
             duration_of(node, port)
+    if is_known(node, "watch"):
+        conditions_of(node)
+    if "watch" in given and "confirm" not in given:
+        raise ValueError("port 'watch' needs the port confirm as well: how long it is watched")
     for port in POLICIES:
         if is_known(node, port):
             policy_of(node, port)

@@ -1,0 +1,112 @@
+"""Checks the conditions of an adaptation that is to be confirmed against the architecture that it leads to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.constraints import split_parameter
+from regraft.bus_schema.model.description import Description
+from regraft.bus_schema.model.expressions import Expression
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.qualities import QualityDescription, measured
+from regraft.bus_schema.model.watched import Condition
+from regraft.bus_schema.suggestions import instead_of
+
+ACTIVE = "active"
+"""In expressions, behind a component's name: whether it is active."""
+
+
+def watch_violations(watch: Sequence[Condition], confirm: float, after: Architecture) -> Iterator[Violation]:
+    """Yield what is wrong with the conditions of a request that watches ``after`` for ``confirm`` seconds.
+
+    Whether a requirement is reported is not known here.
+    """
+    for index, condition in enumerate(watch):
+        for problem in _problems(condition, confirm, after):
+            yield Violation(None, "", f"watch.{index}.{condition.kind}", problem)
+
+
+def _problems(condition: Condition, confirm: float, after: Architecture) -> Iterator[str]:
+    if condition.component:
+        found = _component(condition.component, after)
+        if isinstance(found, str):
+            yield found
+    elif condition.quality:
+        name, quality = split_parameter(condition.quality)
+        found = _component(name, after)
+        if isinstance(found, str):
+            yield found
+        else:
+            yield from _of_quality(found, quality, condition, confirm)
+    elif condition.require:
+        for name in Expression(condition.require).names:
+            found = _component(split_parameter(name)[0], after)
+            problem = found if isinstance(found, str) else _of_name(found, split_parameter(name)[1], confirm)
+            if problem:
+                yield problem
+
+
+def _component(name: str, after: Architecture) -> ComponentSpec | str:
+    """Return the spec of a component that can be asked, or why there is none."""
+    spec = after.components.get(name)
+    if spec is None:
+        return f"there is no component {name!r} afterwards; {instead_of(name, after.components)}"
+    return spec if spec.managed else f"{name} is unmanaged: it reports neither states nor qualities"
+
+
+def qualities_of(description: Description | None) -> dict[str, QualityDescription]:
+    """Return the qualities that a component measures and publishes, by name."""
+    if description is None or description.evaluate_every is None:
+        return {}
+    return {quality.name: quality for quality in measured(description.qualities)}
+
+
+def _of_quality(spec: ComponentSpec, name: str, condition: Condition, confirm: float) -> Iterator[str]:
+    known = qualities_of(spec.description)
+    if name not in known:
+        yield _no_quality(spec, name)
+        return
+    if spec.state is not State.ACTIVE:
+        yield f"{spec.name} is {spec.state.value} afterwards: it measures its qualities only while active"
+    least, most = condition.bounds
+    for bound, outside in ((least, known[name].maximum), (most, known[name].minimum)):
+        if bound is not None and outside is not None and (bound > outside if bound is least else bound < outside):
+            yield f"can never be {condition.wanted}: {spec.name}.{name} has the range {_range(known[name])}"
+            break
+    yield from _too_short(spec, confirm)
+
+
+def _too_short(spec: ComponentSpec, confirm: float) -> Iterator[str]:
+    period = spec.description.evaluate_every if spec.description else None
+    if period is not None and confirm < period:
+        yield (
+            f"{spec.name} measures its qualities every {period:g} s, 'confirm' is {confirm:g} s: "
+            "nothing would be known by its end"
+        )
+
+
+def _of_name(spec: ComponentSpec, what: str, confirm: float) -> str:
+    """Return why an expression cannot speak of something of a component; empty if it can."""
+    if what == ACTIVE or (spec.description is not None and spec.description.parameter(what) is not None):
+        return ""
+    if what in qualities_of(spec.description):
+        return next(_too_short(spec, confirm), "")
+    parameters = [parameter.name for parameter in spec.description.parameters] if spec.description else []
+    known = (*parameters, *qualities_of(spec.description), ACTIVE)
+    return f"{spec.name} has no parameter or measured quality {what!r}; {instead_of(what, known)}"
+
+
+def _no_quality(spec: ComponentSpec, name: str) -> str:
+    if spec.description is not None and spec.description.quality(name) is not None:
+        return (
+            f"{spec.name} only estimates {name!r}: it measures {', '.join(qualities_of(spec.description)) or 'nothing'}"
+        )
+    hint = instead_of(name, qualities_of(spec.description), none="it measures none")
+    return f"{spec.name} measures no quality {name!r}; {hint}"
+
+
+def _range(quality: QualityDescription) -> str:
+    low, high = ("" if bound is None else f"{bound:g}" for bound in (quality.minimum, quality.maximum))
+    return f"{low}..{high} {quality.unit}"
