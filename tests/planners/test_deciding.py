@@ -15,10 +15,10 @@ from regraft import CallFailed
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
-from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults, SystemQualities
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.client import as_json
 from regraft.component.parameters import ParameterError
@@ -58,11 +58,17 @@ class Bench:
             self.rig.publish("light", LightLevel(self.rig.clock.now() / 1e9, darkness))
             self.rig.advance(0.1)
 
-    def requires(self, satisfied: bool) -> None:
-        """Let the mission publish whether it is safe."""
+    def requires(self, satisfied: bool | None, requirement: str = "MoveSafely") -> None:
+        """Let the system say whether it is safe."""
         now = self.rig.clock.now() / 1e9
-        quality = Quality(now, "MoveSafely", "Safety", satisfied=satisfied)
-        self.rig.publish("mission", MissionStatus(now, MissionState.RUNNING, "M", 1, qualities=(quality,)))
+        quality = Quality(now, requirement, "Safety", satisfied=satisfied)
+        self.rig.publish("system/qualities", SystemQualities(now, (quality,)))
+
+    def fails(self, *components: str) -> None:
+        """Let the system say that these have failed, and no others."""
+        now = self.rig.clock.now() / 1e9
+        present = tuple(SystemFault(now, name, 1, SystemFaultKind.DIED) for name in components)
+        self.rig.publish("system/faults", SystemFaults(now, present, present))
 
     def propose(self, apply: bool = True, context: dict[str, Any] | None = None, **inputs: Any) -> Proposal:
         request = ProposalRequest("drive", "pace", "tree", apply, {"decision": "pace", **inputs}, context or {})
