@@ -177,6 +177,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
     [
         ("context:", "contxt:", "1: contxt: there is no such field; did you mean 'context'?"),
         ("topic: light, ", "", "2: context.dark: must have one of topic, requirement, fault, request; has none"),
+        ("{topic: power, field: consumers.motion}", "{fault: wheels, stale_after: 1}", "4: context.hot.stale_after"),
         ("field: charge}", "feild: charge}", "3: context.charge.feild: there is no such field; did you mean 'field'?"),
         ("field: charge}", "field: charge, reduce: men}", "3: context.charge.reduce: must be one of: abs, norm"),
         ("[0, 2]", "[3, 2]", "7: choices.senses.choose: is [3, 2], must be a number, or [least, most]"),
