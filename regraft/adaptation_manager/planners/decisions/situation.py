@@ -44,7 +44,7 @@ def inputs_for(decisions: Iterable[Decision]) -> Iterator[Input[Any]]:
 
 
 def system_input(entry: ContextEntry) -> str:
-    """Return the name of the input of what the system says of itself that an entry is read from, empty if of none."""
+    """Return the name of the input that reads the system's own topic for an entry, empty if it has none."""
     return FAULTS if entry.component else REQUIREMENTS if entry.requirement else ""
 
 
