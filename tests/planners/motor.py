@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft import Component, Parameter
+from regraft import Component, Parameter, Quality
 from regraft.bus_schema.annotations import PlainValue
 
 
@@ -11,6 +11,9 @@ class Motor(Component):
 
     speed = Parameter(1.0, "how fast", minimum=0.0, maximum=4.0, unit="rad/s")
     gear = Parameter(1, "which gear", choices=(1, 2))
+
+    work = Quality(better="higher", measured=False)
+    wear = Quality(better="lower", measured=False)
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

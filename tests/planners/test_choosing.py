@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from regraft import Component, Output, Parameter
+from regraft import Component, Output, Parameter, Quality
 from regraft.adaptation_manager.planners.choices.choosing import Choice, choose, standing
 from regraft.adaptation_manager.planners.choices.decomposition import summands
 from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
@@ -36,6 +36,10 @@ class Wheels(Component):
     velocity = Output(Twist)
     max_velocity = Parameter(0.26, minimum=0.0, maximum=1.0, unit="m/s")
     odd = Parameter("", "a quality that is no number is claimed with it")
+
+    speed = Quality(unit="m/s", better="higher", measured=False)
+    power = Quality(unit="W", better="lower", measured=False)
+    slope = Quality(measured=False, better="lower")
 
     @classmethod
     def estimate(cls, parameters: dict[str, PlainValue], context: dict[str, PlainValue]) -> dict[str, float]:

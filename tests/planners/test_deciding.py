@@ -15,10 +15,10 @@ from regraft import CallFailed
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
-from regraft.bus_schema.messages.mission import MissionState, MissionStatus
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LightLevel
+from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults, SystemQualities
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.client import as_json
 from regraft.component.parameters import ParameterError
@@ -58,11 +58,17 @@ class Bench:
             self.rig.publish("light", LightLevel(self.rig.clock.now() / 1e9, darkness))
             self.rig.advance(0.1)
 
-    def requires(self, satisfied: bool) -> None:
-        """Let the mission publish whether it is safe."""
+    def requires(self, satisfied: bool | None, requirement: str = "MoveSafely") -> None:
+        """Let the system say whether it is safe."""
         now = self.rig.clock.now() / 1e9
-        quality = Quality(now, "MoveSafely", "Safety", satisfied=satisfied)
-        self.rig.publish("mission", MissionStatus(now, MissionState.RUNNING, "M", 1, qualities=(quality,)))
+        quality = Quality(now, requirement, "Safety", satisfied=satisfied)
+        self.rig.publish("system/qualities", SystemQualities(now, (quality,)))
+
+    def fails(self, *components: str) -> None:
+        """Let the system say that these have failed, and no others."""
+        now = self.rig.clock.now() / 1e9
+        present = tuple(SystemFault(now, name, 1, SystemFaultKind.DIED) for name in components)
+        self.rig.publish("system/faults", SystemFaults(now, present, present))
 
     def propose(self, apply: bool = True, context: dict[str, Any] | None = None, **inputs: Any) -> Proposal:
         request = ProposalRequest("drive", "pace", "tree", apply, {"decision": "pace", **inputs}, context or {})
@@ -265,6 +271,60 @@ def test_a_decision_that_cannot_be_taken_is_told_once_and_the_planner_lives_on(t
         assert on.paces == [0.1]
 
 
+LOST = PACE.replace("  safely:", "  stuck: {fault: wheels}\n  safely:").replace("darkness > 0.9", "stuck")
+
+
+@both
+def test_a_fault_holds_from_the_failure_of_its_component_to_its_recovery(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name, LOST) as on:
+        on.dark(0.2)
+        assert "fault blind counts as absent: stuck is not known" in on.propose(apply=False).choice["notes"]
+        for failed, faults in (((), []), (("wheels", "camera"), ["blind"]), (("camera",), [])):
+            on.fails(*failed)
+            assert on.propose(apply=False).choice["faults"] == faults
+
+
+@both
+def test_it_decides_at_once_when_a_component_fails(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name, LOST + "triggers: {on_fault: true}\n") as on:
+        on.dark(0.2, seconds=1.0)
+        on.fails("camera")
+        assert on.manager.requests == []
+        on.fails("camera", "wheels")
+        assert on.paces == [0.1]
+        assert on.reasons[0].startswith("fault blind has come; ")
+
+
+@both
+def test_a_planner_that_starts_amid_a_fault_decides(tmp_path: Path, name: str) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_fault: true}\n") as on:
+        on.dark(0.95, seconds=1.0)
+        assert on.paces == [0.1]
+
+
+@both
+@pytest.mark.parametrize("unknown", ["another", "unsatisfiable"])
+def test_a_requirement_that_is_not_known_is_no_reason_to_decide(tmp_path: Path, name: str, unknown: str) -> None:
+    with bench(tmp_path, name, PACE + "triggers: {on_requirement: [MoveSafely]}\n") as on:
+        on.dark(0.95)
+        on.requires(None) if unknown == "unsatisfiable" else on.requires(False, "another")
+        on.rig.advance(1.0)
+        assert on.manager.requests == []
+
+
+@both
+def test_a_planner_reads_of_the_system_only_what_its_decisions_speak_of(tmp_path: Path, name: str) -> None:
+    def topics(text: str) -> set[str]:
+        (tmp_path / "pace.yaml").write_text(text)
+        ports = PLANNERS[name].ports_for({"decisions": str(tmp_path)})
+        return {port.topic for port in ports if port.topic and port.topic.startswith("system/")}
+
+    plain = PACE.replace("  safely: {requirement: MoveSafely}\n", "")
+    assert topics(plain) == set()
+    assert topics(PACE) == {"system/qualities"}
+    assert topics(LOST) == {"system/qualities", "system/faults"}
+
+
 # --- one robot among several ---
 
 
@@ -278,6 +338,28 @@ def test_the_short_names_of_a_decision_mean_the_robot_that_the_planner_belongs_t
         request = ProposalRequest("drive", inputs={"decision": "pace"}, context={"darkness": 0.7})
         proposal = rig.call("rescuer/planners/forecast/propose", request, Proposal, timeout=60.0)
         assert proposal.changes == (SetParameters("rescuer.navigator", {"max_velocity": 0.1}),)
+
+
+@pytest.mark.parametrize(("darkness", "what"), [(0.2, "fault"), (0.7, "requirement")])
+def test_faults_and_requirements_are_those_of_the_robot_that_the_planner_belongs_to(
+    tmp_path: Path, darkness: float, what: str
+) -> None:
+    triggers = "triggers: {on_fault: true, on_requirement: [MoveSafely]}\n"
+    (tmp_path / "pace.yaml").write_text(LOST + triggers)
+    with Rig() as rig:
+        manager = rig.add(SmallManager, "adaptation_manager")
+        navigators = {name: spec(Careful, name) for name in ("rescuer.navigator", "navigator")}
+        manager.architecture = replace(manager.architecture, components=navigators)
+        rig.add(ForecastPlanner, "rescuer.forecast", {"decisions": str(tmp_path)}, scope="rescuer")
+        rig.publish("rescuer/light", LightLevel(0.0, darkness))
+        on = Bench(rig, manager, "forecast")
+        for scope in ("", "rescuer."):
+            assert on.paces == []
+            if what == "fault":
+                on.fails(f"{scope}wheels")
+            else:
+                on.requires(False, f"{scope}MoveSafely")
+        assert manager.requests[-1].changes == (SetParameters("rescuer.navigator", {"max_velocity": 0.1}),)
 
 
 # --- what goes wrong ---

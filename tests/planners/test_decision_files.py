@@ -157,10 +157,11 @@ def test_qualities_are_predicted_before_and_after(tmp_path: Path) -> None:
     assert [(each.name, each.after) for each in choice.explanation.predicted] == [("sight", 3.0), ("reach", 3.0)]
 
 
-def test_a_fault_of_a_component_is_unknown_until_planners_see_states(tmp_path: Path) -> None:
+def test_every_planner_can_express_faults_of_components_and_requirements(tmp_path: Path) -> None:
     text = RESCUER.replace("hot:     {topic: power, field: consumers.motion}", "hot: {fault: wheels}")
-    decision = read_decision(written(tmp_path, text))
-    assert [each.field for each in not_predicted(decision)] == ["context.hot"]
+    plain, decision = (read_decision(written(tmp_path, each)) for each in (RESCUER, text))
+    assert list(not_predicted(decision)) == []
+    assert list(not_learned(decision)) == list(not_learned(plain))
 
 
 def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
@@ -176,6 +177,7 @@ def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
     [
         ("context:", "contxt:", "1: contxt: there is no such field; did you mean 'context'?"),
         ("topic: light, ", "", "2: context.dark: must have one of topic, requirement, fault, request; has none"),
+        ("{topic: power, field: consumers.motion}", "{fault: wheels, stale_after: 1}", "4: context.hot.stale_after"),
         ("field: charge}", "feild: charge}", "3: context.charge.feild: there is no such field; did you mean 'field'?"),
         ("field: charge}", "field: charge, reduce: men}", "3: context.charge.reduce: must be one of: abs, norm"),
         ("[0, 2]", "[3, 2]", "7: choices.senses.choose: is [3, 2], must be a number, or [least, most]"),

@@ -102,15 +102,8 @@ class Inexpressible:
     why: str
 
 
-def _not_known(decision: Decision) -> Iterator[Inexpressible]:
-    for entry in decision.context:
-        if entry.component:
-            yield Inexpressible(f"context.{entry.name}", "planners do not see states in step yet: it stays unknown")
-
-
 def not_learned(decision: Decision) -> Iterator[Inexpressible]:
     """Yield what a planner cannot express that learns from the measured utility."""
-    yield from _not_known(decision)
     if any(quality.estimated is not None for quality in decision.qualities):
         yield Inexpressible("qualities", "estimates only serve the bounds: it learns what options are worth")
     if decision.margin:
@@ -123,7 +116,6 @@ def not_learned(decision: Decision) -> Iterator[Inexpressible]:
 
 def not_predicted(decision: Decision) -> Iterator[Inexpressible]:
     """Yield what a planner cannot express that takes what is expected to be best."""
-    yield from _not_known(decision)
     for quality in decision.qualities:
         if quality.estimated is None:
             yield Inexpressible(f"qualities.{quality.name}", "is only measured, so it cannot be expected")

@@ -82,7 +82,7 @@ class DecidingPlanner(Component):
 
     @classmethod
     def ports_for(cls, parameters: dict[str, Any]) -> Iterable[Input[Any]]:
-        """Name an input for each entry of the decisions' context that is read from a topic."""
+        """Name the inputs that the decisions' context is read from."""
         try:
             return list(inputs_for(decisions_at(parameters["decisions"]).values()))
         except StackError as error:
@@ -120,7 +120,7 @@ class DecidingPlanner(Component):
         context = request.context if request else {}
         texts = {name: value for name, value in context.items() if isinstance(value, str)}
         told = {**texts, **numbers_of(context)}
-        return {**told, **situation(decision, self.kit, self.has_failed, told)}
+        return {**told, **situation(decision, self.kit, told)}
 
     def estimates(self, architecture: Architecture) -> Estimator:
         """Return where the estimates come from that decisions speak of."""
@@ -131,20 +131,13 @@ class DecidingPlanner(Component):
         own = {entry.name: situation[entry.name] for entry in decision.context if entry.name in situation}
         return replace(request, context={**request.context, **own})
 
-    def has_failed(self, component: str) -> bool | None:
-        """Return whether a component has failed, None if that is not known.
-
-        States do not reach components in step yet, so that it is not known. A planner that knows overrides this.
-        """
-        return None
-
     async def _watch(self, decision: Decision) -> None:
         watch = Watch(decision, self.kit.now())
         complained = ""
         while True:
-            await self.kit.sleep(watch.pause(self.kit.now()))
             reasons = watch.reasons(self.kit.now(), self.situation(decision))
             if not reasons:
+                await watch.pause(self.kit)
                 continue
             request = ProposalRequest(decision.name, "; ".join(reasons), inputs={"decision": decision.name})
             try:

@@ -15,12 +15,17 @@ from regraft.bus_schema.model.robots.scoped_changes import Names
 
 
 def in_scope(decision: Decision, scope: str) -> Decision:
-    """Return a decision whose components and topics have the names that they have in the whole system."""
+    """Return a decision whose components, topics and requirements have the names that they have in the whole system."""
     if not scope:
         return decision
     names = Names(scope)
-    slots = tuple(_slot(slot, names) for slot in decision.slots)
-    return replace(decision, slots=slots, context=tuple(_entry(entry, names) for entry in decision.context))
+    turning = tuple(map(names.component, decision.triggers.on_requirement))
+    return replace(
+        decision,
+        slots=tuple(_slot(slot, names) for slot in decision.slots),
+        context=tuple(_entry(entry, names) for entry in decision.context),
+        triggers=replace(decision.triggers, on_requirement=turning),
+    )
 
 
 def _slot(slot: Slot, names: Names) -> Slot:
@@ -41,6 +46,7 @@ def _entry(entry: ContextEntry, names: Names) -> ContextEntry:
         entry,
         topic=names.topic(entry.topic) if entry.topic else "",
         component=names.component(entry.component) if entry.component else "",
+        requirement=names.component(entry.requirement) if entry.requirement else "",
     )
 
 

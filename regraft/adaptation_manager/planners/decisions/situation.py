@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from regraft import Input, Kit
 from regraft.adaptation_manager.planners.decisions.model import ContextEntry, Decision
 from regraft.bus_schema.encoding.reading import read
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.mission import MissionStatus
+from regraft.bus_schema.messages.system import SystemFaults, SystemQualities
+from regraft.bus_schema.model import system_topics
 
-MISSION: Final = "mission"
+FAULTS: Final = "faults"
+"""The input from which the faults of components are read. No entry's input is called so: those have a '_'."""
+REQUIREMENTS: Final = "requirements"
 """The input from which requirements are read."""
-
-HasFailed = Callable[[str], bool | None]
-"""Whether a component has failed; None if that is not known."""
 
 
 def inputs_for(decisions: Iterable[Decision]) -> Iterator[Input[Any]]:
-    """Yield the inputs that decisions need: one for each entry that is read from a topic, and the mission's status."""
-    required = False
+    """Yield the inputs that decisions need: one for each entry of a topic, one for all faults, one for requirements."""
+    system: set[str] = set()
     for decision in decisions:
         for entry in decision.context:
-            required = required or bool(entry.requirement)
+            system |= {system_input(entry)}
             if entry.reading is not None:
                 yield Input(
                     None,
@@ -36,31 +36,37 @@ def inputs_for(decisions: Iterable[Decision]) -> Iterator[Input[Any]]:
                     name=port_of(decision, entry),
                     origin="decisions",
                 )
-    if required:
-        yield Input(MissionStatus, latest_only=True, required=False, name=MISSION, origin="decisions")
+    if FAULTS in system:
+        yield Input(SystemFaults, topic=system_topics.FAULTS, required=False, name=FAULTS, origin="decisions")
+    if REQUIREMENTS in system:
+        topic = system_topics.QUALITIES
+        yield Input(SystemQualities, topic=topic, required=False, name=REQUIREMENTS, origin="decisions")
+
+
+def system_input(entry: ContextEntry) -> str:
+    """Return the name of the input that reads the system's own topic for an entry, empty if it has none."""
+    return FAULTS if entry.component else REQUIREMENTS if entry.requirement else ""
 
 
 def port_of(decision: Decision, entry: ContextEntry) -> str:
     """Return the name of the input that an entry is read from."""
-    return f"{decision.name}_{entry.name}"
+    return system_input(entry) or f"{decision.name}_{entry.name}"
 
 
-def situation(decision: Decision, kit: Kit, has_failed: HasFailed, told: Mapping[str, Any]) -> dict[str, Any]:
+def situation(decision: Decision, kit: Kit, told: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries that are known now: those that have come, are not stale, and are numbers or texts.
 
     ``told`` is the context of a request.
     """
     found = [
-        (entry.name, told.get(entry.request) if entry.request else _value(decision, entry, kit, has_failed))
+        (entry.name, told.get(entry.request) if entry.request else _value(decision, entry, kit))
         for entry in decision.context
     ]
     return {name: value for name, value in found if isinstance(value, bool | int | float | str)}
 
 
-def _value(decision: Decision, entry: ContextEntry, kit: Kit, has_failed: HasFailed) -> Any:
-    if entry.component:
-        return has_failed(entry.component)
-    name = MISSION if entry.requirement else port_of(decision, entry)
+def _value(decision: Decision, entry: ContextEntry, kit: Kit) -> Any:
+    name = port_of(decision, entry)
     if name not in kit.inputs:  # the file has another entry than when the process started
         return None
     port = kit.inputs[name]
@@ -68,9 +74,10 @@ def _value(decision: Decision, entry: ContextEntry, kit: Kit, has_failed: HasFai
     age = math.inf if port.stamp is None else kit.now() - port.stamp
     if message is None or (entry.stale_after is not None and age >= entry.stale_after):
         return None
+    if entry.component:
+        return any(fault.component == entry.component for fault in message.present)
     if entry.requirement:
-        known = [each for each in message.qualities if each.requirement == entry.requirement]
-        return known[0].satisfied if known else None
+        return next((each.satisfied for each in message.qualities if each.requirement == entry.requirement), None)
     assert entry.reading is not None
     try:
         return read(message, entry.reading)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft import Future, Kit
+from regraft.adaptation_manager.planners.decisions.model import ContextEntry, Decision
 from regraft.adaptation_manager.planners.decisions.question import Known
+from regraft.adaptation_manager.planners.decisions.situation import system_input
 from regraft.bus_schema.model.expressions import Unknown
 
 LOOK_EVERY: Final = 0.1
-"""Seconds between two looks at faults and requirements."""
+"""Seconds between two looks at the topics on which faults depend."""
+FAULT: Final = "fault "
+"""The begin of what a fault is called as a reason."""
 ROUNDING: Final = 1e-6
 """Seconds by which times may differ that are meant to be equal."""
 
@@ -18,20 +22,32 @@ ROUNDING: Final = 1e-6
 class Watch:
     """Sees when it is time to decide.
 
-    The first look only takes note of what is so. Something that is not known any more has not changed.
+    Until something is known, no fault is there and each requirement is met. Something that is not known any more has
+    not changed.
     """
 
     def __init__(self, decision: Decision, now: float) -> None:
         self._decision = decision
         self._due = None if decision.triggers.every is None else now + decision.triggers.every
-        self._before: dict[str, bool] | None = None
+        self._before: dict[str, bool] = {}
+        entries = tuple(_entries_watched(decision))
+        self._waking = sorted({name for entry in entries if (name := system_input(entry))})
+        self._looks = any(entry.topic for entry in entries)
 
-    def pause(self, now: float) -> float:
-        """Return the seconds until the next look."""
-        triggers = self._decision.triggers
-        looks = triggers.on_fault or triggers.on_requirement
-        until_due = max(0.0, self._due - now) if self._due is not None else LOOK_EVERY
-        return min(LOOK_EVERY, until_due) if looks else until_due
+    async def pause(self, kit: Kit) -> None:
+        """Wait until the next look is due, or the system says of itself what may be a reason."""
+        waits: list[Future[Any]] = [kit.inputs[name].next() for name in self._waking if name in kit.inputs]
+        pauses = [LOOK_EVERY] if self._looks else []
+        pauses += [] if self._due is None else [max(0.0, self._due - kit.now())]
+        waits += [kit.sleep(min(pauses))] if pauses else []
+        over: Future[None] = Future()
+        for each in waits:
+            each.when_done(lambda: over.resolve(None))
+        try:
+            await over
+        finally:
+            for each in waits:
+                each.abandon()
 
     def reasons(self, now: float, situation: Mapping[str, Any]) -> list[str]:
         """Return why to decide now, nothing if it is not time."""
@@ -41,13 +57,13 @@ class Watch:
             found.append(f"every {period:g} s")
             self._due = max(self._due + period, now)
         seen = self._truths(situation)
-        before = seen if self._before is None else self._before
-        found += [self._turned(name, value) for name, value in seen.items() if before.get(name, not value) != value]
-        self._before = before | seen
+        before = {name: not name.startswith(FAULT) for name in seen} | self._before
+        found += [self._turned(name, value) for name, value in seen.items() if before[name] != value]
+        self._before |= seen
         return found
 
     def _turned(self, name: str, value: bool) -> str:
-        if name.startswith("fault "):
+        if name.startswith(FAULT):
             return f"{name} {'has come' if value else 'is gone'}"
         return f"{name} is {'met' if value else 'not met'}"
 
@@ -57,10 +73,22 @@ class Watch:
             known = Known(situation, self._decision.weights)
             for fault in self._decision.faults:
                 try:
-                    found[f"fault {fault.name}"] = bool(fault.when.value(known))
+                    found[f"{FAULT}{fault.name}"] = bool(fault.when.value(known))
                 except Unknown:
                     continue
         for entry in self._decision.context:
             if entry.requirement in self._decision.triggers.on_requirement and entry.name in situation:
                 found[f"requirement {entry.requirement}"] = bool(situation[entry.name])
         return found
+
+
+def _entries_watched(decision: Decision) -> Iterator[ContextEntry]:
+    """Yield the entries that the triggers of a decision depend on."""
+    names = {name for fault in decision.faults for name in fault.when.names} if decision.triggers.on_fault else set()
+    unfolded: set[str] = set()
+    while new := names & decision.weights.keys() - unfolded:
+        unfolded |= new
+        names |= {name for weight in new for name in decision.weights[weight].names}
+    for entry in decision.context:
+        if entry.name in names or (entry.requirement and entry.requirement in decision.triggers.on_requirement):
+            yield entry

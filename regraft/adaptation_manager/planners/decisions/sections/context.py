@@ -31,17 +31,17 @@ def _entry(section: Section, name: str) -> ContextEntry:
     if len(given) != 1:
         section.report.add(section.path, f"must have one of {', '.join(SOURCES)}; has {' and '.join(given) or 'none'}")
         return ContextEntry(name)
-    stale_after = section.number("stale_after", minimum=0.0)
     if given == ["topic"]:
         section.only(*OF_TOPICS)
+        stale_after = section.number("stale_after", minimum=0.0)
         return ContextEntry(name, section.text("topic"), _reading(section), stale_after)
     if given == ["request"]:
         section.only("request")
         return ContextEntry(name, request=section.text("request"))
-    section.only(given[0], "stale_after")
+    section.only(given[0])
     if given == ["requirement"]:
-        return ContextEntry(name, requirement=section.text("requirement"), stale_after=stale_after)
-    return ContextEntry(name, component=section.text("fault"), stale_after=stale_after)
+        return ContextEntry(name, requirement=section.text("requirement"))
+    return ContextEntry(name, component=section.text("fault"))
 
 
 def _reading(section: Section) -> Reading:
