@@ -14,6 +14,7 @@ from regraft.adaptation_manager.execution.comparison import tell_differences
 from regraft.adaptation_manager.execution.conclusion import clear_up
 from regraft.adaptation_manager.execution.confirmation import Watch
 from regraft.adaptation_manager.execution.recovery import recover
+from regraft.adaptation_manager.execution.undo import asked_again
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.journal.journal import JournalCorrupt, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
@@ -193,6 +194,8 @@ class Worker:
         if not found:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self._kit.name)
             plan = plan.as_revision(self._store.next_revision())
+            if entry.request.undoes:
+                plan = plan.asking(asked_again(entry.request.undoes, self._store.readable(), current))
         context = self._context(slot, plan.before, plan.after)
         watch = self._watch(entry.request, context, plan) if entry.request.confirm else None
         if watch is not None and not found:

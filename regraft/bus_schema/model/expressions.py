@@ -82,8 +82,8 @@ class Expression:
         if len(parts) > MAX_PARTS:
             raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
-        constants: list[Any] = [part.value for part in parts if isinstance(part, ast.Constant)]
-        self.constants: tuple[bool | int | float | str, ...] = tuple(constants)
+        held: list[Any] = [part for part in parts if isinstance(part, ast.Constant)]
+        self.constants: tuple[Any, ...] = tuple(part.value for part in held)
         self.constants = tuple(part.value for part in parts if isinstance(part, ast.Constant))
 
     def renamed(self, rename: Callable[[str], str]) -> str:
