@@ -13,7 +13,6 @@ from regraft.adaptation_manager.journal.architecture_store import ArchitectureSt
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
-from regraft.adaptation_manager.planning.mode_status import ModeReader
 from regraft.adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry, Prepare
 from regraft.adaptation_manager.queue.startup_gate import StartupGate
 from regraft.adaptation_manager.queue.throttle import TURN, Throttle
@@ -85,14 +84,12 @@ class AdaptationManager(Component):
         self._gate = StartupGate()
         self._store = ArchitectureStore(self.journal, self.kit.event)
         self._publisher = JournalPublisher(self.kit, self.adaptations, self.architecture, self._current)
-        self._modes = ModeReader(self.kit, self._current, self.answer_within)
         self._worker = Worker(self.kit, self._queue, self._gate, self._store, self._publisher, self._bounds)
         self.kit.spawn(self._worker.run(), "adaptations")
 
     def on_deactivate(self) -> None:
         """Close the journal; what was under way is undone at the next activation."""
         self._worker.close()
-        self._modes.close()
         self._store.close()
 
     # --- services ---
@@ -187,7 +184,7 @@ class AdaptationManager(Component):
         """Return the modes of all parts: those that were asked for, those that are, and those that could be."""
         await self._gate.passed(self.queue_limit)
         try:
-            return await self._modes.read(reachable=wanted.reachable)
+            return await self._worker.modes(reachable=wanted.reachable)
         except ControlFailed as error:
             raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
 

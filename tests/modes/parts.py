@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
 from regraft.bus_schema.messages.system import SystemFaults, SystemStates
-from regraft.bus_schema.model.adaptation import AdaptationReport
+from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
 from regraft.lockstep.source import TimeSource
 
 FAILS_AFTER = 1.0
@@ -160,7 +160,7 @@ class Summary(Component):
             for sample in port.take():
                 self._note(codec.encode(sample), name)
         for report in self.adaptations.take():
-            entered = ",".join(change.mode for change in report.request.changes if change.change == "mode")
+            entered = ",".join(each.mode for each in report.request.changes if isinstance(each, EnterMode))
             self._note(f"{report.tick}{report.outcome}{report.revision_after}".encode(), f"{entered} {report.tick}")
 
     def _note(self, payload: bytes, what: str) -> None:

@@ -45,10 +45,18 @@ components:
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
     parameters: {journal: $RUN/journal.sqlite}
-  mode_planner: {class: 'regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner'}
+    restart: {limit: 100, window: 1, backoff: 0.01}
+  mode_planner:
+    class: regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner
+    restart: {limit: 100, window: 1, backoff: 0.01}
 """
 SIMULATED = STACK + MODES + RULES
-REAL = SIMULATED.replace("clock: simulated\nspeed: max\n", "clock: real\n").replace(":World", ":Beacon")
+REAL = (
+    SIMULATED.replace("clock: simulated\nspeed: max\n", "clock: real\n")
+    .replace(":World", ":Beacon")
+    .replace("Laser', parameters: {", "Laser', parameters: {failures: 1000, ")
+    .replace(":ModePlanner\n", ":ModePlanner\n    parameters: {circle_limit: 1000, dwell: 0.5}\n")
+)
 
 
 def write(folder: Path, text: str = SIMULATED) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from regraft.adaptation_manager.planning.checks import check
@@ -23,35 +23,25 @@ if TYPE_CHECKING:
     from regraft import Kit
 
 
-class ModeReader:
-    """Reads components beside the adaptations: it changes nothing, and has no term."""
+async def read_modes(
+    wanted: Architecture, controls: ComponentClient, hosts: Hosts, kit: Kit, *, reachable: bool
+) -> SystemModes:
+    """Return the modes of all parts, ``wanted`` being the architecture; raises ControlFailed."""
+    controls.processes |= await hosts.met(wanted, {spec.host for spec in wanted.components.values()})
+    managed = [name for name, spec in sorted(wanted.components.items()) if spec.managed]
+    found = await read_components(managed, wanted, controls, hosts)
+    problems: dict[str, str] | None = None
+    if reachable:
+        problems = {mode: await _problem(mode, wanted, controls, hosts, kit.name) for mode in wanted.modes}
+    return _Report(wanted, found, problems).modes(kit.now())
 
-    def __init__(self, kit: Kit, current: Callable[[], Architecture], within: float) -> None:
-        """Report on the architecture that ``current`` returns; an answer may take ``within`` seconds."""
-        self._kit = kit
-        self._current = current
-        self._hosts = Hosts(kit, within)
-        self._controls = ComponentClient(kit, within)
 
-    def close(self) -> None:
-        """Watch components no longer."""
-        self._controls.remembered.close()
-
-    async def read(self, *, reachable: bool) -> SystemModes:
-        """Return the modes of all parts; raises ControlFailed."""
-        async with self._kit.exclusive():
-            wanted = self._current()
-            managed = [name for name, spec in sorted(wanted.components.items()) if spec.managed]
-            found = await read_components(managed, wanted, self._controls, self._hosts)
-            problems = {mode: await self._problem(mode, wanted) for mode in wanted.modes} if reachable else None
-        return _Report(wanted, found, problems).modes(self._kit.now())
-
-    async def _problem(self, mode: str, wanted: Architecture) -> str:
-        """Return why a mode cannot be entered now, empty if it can."""
-        request = AdaptationRequest((EnterMode(mode),), dry_run=True)
-        violations, _ = await check(request, wanted, self._controls, self._hosts, self._kit.name)
-        named = ((".".join(filter(None, (each.component, each.field))), each.problem) for each in violations)
-        return "; ".join(f"{where}: {problem}" if where else problem for where, problem in named)
+async def _problem(mode: str, wanted: Architecture, controls: ComponentClient, hosts: Hosts, manager: str) -> str:
+    """Return why a mode cannot be entered now, empty if it can."""
+    request = AdaptationRequest((EnterMode(mode),), dry_run=True)
+    violations, _ = await check(request, wanted, controls, hosts, manager)
+    named = ((".".join(filter(None, (each.component, each.field))), each.problem) for each in violations)
+    return "; ".join(f"{where}: {problem}" if where else problem for where, problem in named)
 
 
 class _Report:
