@@ -24,4 +24,4 @@ def decider_violations(specs: Iterable[ComponentSpec]) -> Iterator[Violation]:
         problem = (
             f"would decide on modes next to {first!r}: a system has one decider; swap {first!r}, or remove it first"
         )
-        yield Violation(None, name, "class", problem)
+        yield Violation(None, name, f"services.{DECIDER}", problem)
