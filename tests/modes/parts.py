@@ -62,7 +62,7 @@ class Killer(Component):
         file = Path(self.kills) if self.kills else None
         if file is None or not file.exists():
             return
-        wanted, _, pid = file.read_text().partition(" ")
+        wanted, _, pid = file.read_text().rpartition(" ")
         if wanted == step:
             file.unlink()
             os.kill(int(pid), signal.SIGKILL)
