@@ -70,7 +70,7 @@ class SystemModes:
     decider: str = ""
 
     def part(self, name: str) -> PartModes | None:
-        """Return a part, None if there is none of that name."""
+        """Return the part of that name, None if there is no such part."""
         return next((each for each in self.parts if each.part == name), None)
 
 

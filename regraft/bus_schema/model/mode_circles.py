@@ -1,8 +1,8 @@
 """Rules that lead in a circle: found by trying them in situations that their conditions distinguish.
 
-The situations are combinations of states, failures, and numbers around those that conditions name. What a mode itself
-changes of the states counts. Expressions that compare measured values with each other are only sampled: a planner
-looks out for circles at run time, too.
+The situations are combinations of states, failures, and numbers around those that conditions name. States that a mode
+itself changes count. Expressions that compare measured values with each other are only sampled: a planner looks out
+for circles at run time, too.
 """
 
 from __future__ import annotations

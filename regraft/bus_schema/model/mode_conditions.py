@@ -20,7 +20,7 @@ REQUIREMENTS = "qualities"
 
 
 class NameKind(Enum):
-    """What a name of a condition is of, by the last part of the name; ``QUALITY`` is any other."""
+    """The kinds of names in conditions, by the last part of the name; ``QUALITY`` is any other."""
 
     STATE = "state"
     ACTIVE = "active"

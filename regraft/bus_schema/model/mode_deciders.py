@@ -1,4 +1,4 @@
-"""Who enforces the rules of modes: one component of a system at the most."""
+"""The component that enforces the rules of modes: a system has at most one."""
 
 from __future__ import annotations
 

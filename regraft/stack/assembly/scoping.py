@@ -26,7 +26,7 @@ class Entry:
 
 
 def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
-    """Yield the topics, components, modes and rules of a robot with all names in a scope, which is empty for none."""
+    """Yield the topics, components, modes and rules of a robot with all names in a scope, empty for none."""
     scoping = _scoping(scope, fields)
     for key, topic in _map(fields.get("topics")).items():
         yield Entry("topics", key, in_scope(scope, key), topic)

@@ -31,7 +31,7 @@ class Times:
 
 @dataclass(slots=True)
 class PartMemory:
-    """What is remembered of a part: the target as it was last seen, what was asked for, and until when to wait."""
+    """The memory of a part: the target as it was last seen, what was asked for, and until when to wait."""
 
     target: str = ""
     as_asked: bool = True

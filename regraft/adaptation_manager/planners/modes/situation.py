@@ -1,4 +1,4 @@
-"""What the conditions of rules speak of, as it is now: what is not known has no value."""
+"""The values of the names in conditions, as they are now; a name that is not known has none."""
 
 from __future__ import annotations
 
