@@ -18,6 +18,7 @@ from regraft.adaptation_manager.journal.reports import pending
 from regraft.adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry, Prepare
 from regraft.adaptation_manager.queue.startup_gate import StartupGate
 from regraft.adaptation_manager.queue.throttle import TURN, Throttle
+from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import Bounds
 from regraft.bus_schema.messages.manager import (
     ArchitectureRequest,
@@ -27,6 +28,7 @@ from regraft.bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
+from regraft.bus_schema.messages.modes import MODES, ModesRequest, SystemModes
 from regraft.bus_schema.messages.system import SystemFaults
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -198,6 +200,15 @@ class AdaptationManager(Component):
             why = f"there is no revision {wanted.revision}; the architecture is at {current.revision}"
             raise RequestRefused(why, RefusalCode.NOT_FOUND, field="revision")
         return found
+
+    @service(MODES)
+    async def modes(self, wanted: ModesRequest) -> SystemModes:
+        """Return the modes of all parts: those that were asked for, those that are, and those that could be."""
+        await self._gate.passed(self.queue_limit)
+        try:
+            return await self._worker.modes(reachable=wanted.reachable)
+        except ControlFailed as error:
+            raise RequestRefused(str(error), RefusalCode.UNAVAILABLE) from None
 
     # --- asking for a turn ---
 

@@ -19,7 +19,8 @@ from regraft.stack.sections.constraints import read_constraints
 from regraft.stack.sections.faults import read_faults
 from regraft.stack.sections.hosts import read_hosts
 from regraft.stack.sections.limits import read_limits
-from regraft.stack.sections.modes import read_modes
+from regraft.stack.sections.mode_rules import with_rules
+from regraft.stack.sections.modes import with_modes
 from regraft.stack.sections.topics import read_topics
 from regraft.stack.stack import Stack, time_sources
 from regraft.stack.yaml.nodes import locations_of
@@ -38,6 +39,7 @@ FIELDS = (
     "components",
     "constraints",
     "modes",
+    "rules",
     "faults",
 )
 MAX_SEED = 2**63 - 1
@@ -118,7 +120,8 @@ def _architecture(root: Section, refused: frozenset[str]) -> Architecture:
     )
     if not specs and not root.report.problems:
         root.wrong("components", "there are none: a stack needs at least one")
-    return replace(architecture, constraints=read_constraints(root, specs), modes=read_modes(root, specs))
+    architecture = replace(architecture, constraints=read_constraints(root, specs))
+    return with_rules(root, with_modes(root, architecture))
 
 
 def _connected(

@@ -64,7 +64,7 @@ def shown(robot: System, *arguments: str) -> list[list[str]]:
             ["component", "state", "transitions"],
             ["listener", "active", "deactivate, shutdown"],
         ),
-        ("mode", ["mode", "in force"], ["loud"]),
+        ("mode", ["mode", "in force", "asked for", "reachable"], ["loud", "yes"]),
         ("planner list", ["planner", "component", "strategy", "knobs"], ["bandits", "bandits", "ucb1"]),
         ("estimate listener", ["listener estimates no qualities"], []),
     ],
@@ -96,4 +96,4 @@ def test_an_adaptation_is_told_with_who_why_what_and_how(robot: System) -> None:
 
 def test_a_mode_in_force_is_told(robot: System, tmp_path: Path) -> None:
     shown(robot, "mode", "loud")
-    assert ["loud", "yes"] in shown(robot, "mode")
+    assert ["loud", "yes", "yes", "yes"] in shown(robot, "mode")

@@ -35,7 +35,8 @@ def test_a_mode_is_read_as_its_changes(tmp_path: Path) -> None:
         ("dark", "must be a list of changes"),
         ("[{change: sleep}]", "changes.0"),
         ("[{change: set_parameters, component: world}]", "parameters"),
-        ("[{change: mode, mode: night}]", "enters another mode"),
+        ("[{change: mode, mode: night}]", "enters itself: night > night"),
+        ("[{change: mode, mode: nihgt}]", "there is no mode 'nihgt'; did you mean 'night'?"),
         (f"[{SLOW.replace('rescuer.navigator', 'wrld')}]", "there is no component 'wrld'; did you mean 'world'?"),
     ],
 )

@@ -12,6 +12,7 @@ from regraft.adaptation_manager.execution.transaction import Transaction
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.queue.adaptation_queue import Entry
+from regraft.adaptation_manager.queue.turn import Turn
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.model.adaptation import (
@@ -163,13 +164,13 @@ class AdaptationRun:
         self.context.kit.set_status_text(f"revision {revision}, not final yet; {text}")
 
 
-async def confirm(carrying: AdaptationRun, finish: Callable[[AdaptationReport], object]) -> None:
+async def confirm(carrying: AdaptationRun, turns: Turn, finish: Callable[[AdaptationReport], object]) -> None:
     """Look at an adaptation repeatedly until it ends, and call ``finish`` with its report in the slot of that."""
     kit = carrying.context.kit
     until = kit.now() + carrying.report.request.confirm
     while True:
         await kit.sleep(min(LOOK_INTERVAL, max(0.0, until - kit.now())))
-        async with kit.exclusive() as slot:
+        async with turns.taken() as slot:
             carrying.context.touch = slot.touch
             report = await carrying.look(last=kit.now() >= until - NEARLY)
             if report is not None:

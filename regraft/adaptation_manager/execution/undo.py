@@ -53,6 +53,19 @@ def undo_of(
     return complete, tuple(conflicts(undone, behind, now, later))
 
 
+def asked_again(undone: str, journal: Journal, now: Architecture) -> dict[str, str]:
+    """Return the modes that are asked for once an adaptation is undone: what was before, where nothing is later."""
+    report = journal.report(int(undone))
+    before = journal.architecture(report.revision_before) if report else None
+    behind = journal.architecture(report.revision_after) if report else None
+    if before is None or behind is None:
+        return now.asked_modes
+    given = {part for part, mode in behind.asked_modes.items() if before.asked_modes.get(part) != mode}
+    back = {part for part in given if now.asked_modes.get(part) == behind.asked_modes[part]}
+    kept = {part: mode for part, mode in now.asked_modes.items() if part not in back}
+    return kept | {part: before.asked_modes[part] for part in back if part in before.asked_modes}
+
+
 def inverse(changes: Sequence[Change], before: Architecture) -> tuple[Change, ...]:
     """Return the changes that lead from behind ``changes`` back to the architecture ``before`` them."""
     states: dict[str, State] = {}

@@ -14,19 +14,23 @@ from regraft.adaptation_manager.execution.comparison import tell_differences
 from regraft.adaptation_manager.execution.conclusion import clear_up
 from regraft.adaptation_manager.execution.confirmation import Watch
 from regraft.adaptation_manager.execution.recovery import recover
+from regraft.adaptation_manager.execution.undo import asked_again
 from regraft.adaptation_manager.journal.architecture_store import ArchitectureStore
 from regraft.adaptation_manager.journal.journal import JournalCorrupt, JournalError
 from regraft.adaptation_manager.journal.publisher import JournalPublisher
 from regraft.adaptation_manager.journal.reports import pending
 from regraft.adaptation_manager.planning.checks import check
 from regraft.adaptation_manager.planning.estimate import estimated
+from regraft.adaptation_manager.planning.mode_status import read_modes
 from regraft.adaptation_manager.planning.modes import meant
 from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.queue.adaptation_queue import AdaptationQueue, Entry
 from regraft.adaptation_manager.queue.startup_gate import StartupGate
+from regraft.adaptation_manager.queue.turn import Turn
 from regraft.adaptation_manager.targets.component_client import BESIDE, ComponentClient, ControlFailed
 from regraft.adaptation_manager.targets.context import Bounds, ExecutionContext
 from regraft.adaptation_manager.targets.host_client import Hosts
+from regraft.bus_schema.messages.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Phase, Violation
 from regraft.bus_schema.model.architecture import Architecture
@@ -60,6 +64,7 @@ class Worker:
         self._hosts = Hosts(kit, bounds().answer)
         self._controls = ComponentClient(kit, bounds().answer)
         self._all_ended = True
+        self._turns = Turn(kit)
 
     def close(self) -> None:
         """Watch components no longer."""
@@ -69,7 +74,7 @@ class Worker:
         """Take over, then carry out what is in the queue, for ever."""
         while not self._gate.is_open:
             try:
-                async with self._kit.exclusive() as slot:
+                async with self._turns.taken() as slot:
                     await self._take_over(slot)
                 self._gate.open()
             except ControlFailed as error:
@@ -81,10 +86,15 @@ class Worker:
                 await self._kit.sleep(ASK_HOSTS_INTERVAL)
         while True:
             entry = await self._queue.next()
-            async with self._kit.exclusive() as slot:
+            async with self._turns.taken() as slot:
                 carrying = await self._turn(entry, slot)
             if carrying is not None:
                 await self._confirm(carrying)
+
+    async def modes(self, *, reachable: bool) -> SystemModes:
+        """Return the modes of all parts, and which are ``reachable`` if that is asked; raises ControlFailed."""
+        async with self._turns.taken():
+            return await read_modes(self._store.current(), self._controls, self._hosts, self._kit, reachable=reachable)
 
     async def _take_over(self, slot: ExclusiveSlot) -> None:
         """Learn the architecture, begin a term, undo what was left half-way. Raises ControlFailed.
@@ -193,6 +203,8 @@ class Worker:
         if not found:
             found, plan = await check(entry.request, current, self._controls, self._hosts, self._kit.name)
             plan = plan.as_revision(self._store.next_revision())
+            if entry.request.undoes:
+                plan = plan.asking(asked_again(entry.request.undoes, self._store.readable(), current))
         context = self._context(slot, plan.before, plan.after)
         watch = self._watch(entry.request, context, plan) if entry.request.confirm else None
         if watch is not None and not found:
@@ -235,7 +247,7 @@ class Worker:
             self.finish(carrying.entry, report)
 
         self._publisher.architecture()
-        await confirm(carrying, finish)
+        await confirm(carrying, self._turns, finish)
 
     def finish(self, entry: Entry, report: AdaptationReport) -> None:
         """Answer whoever waits for it, then tell everybody else."""

@@ -27,6 +27,7 @@ from regraft.bus_schema.model.adaptation import (
     Add,
     Change,
     Connect,
+    EnterMode,
     Move,
     Remove,
     SetParameters,
@@ -35,6 +36,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import value_violations, violations
+from regraft.bus_schema.model.mode_parts import asked_after
 from regraft.bus_schema.model.watch_checks import watch_violations
 from regraft.bus_schema.suggestions import instead_of
 
@@ -50,6 +52,7 @@ async def check(
     controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
     architecture = hosts.with_joined(architecture)
     read = await read_named(request, architecture, controls, hosts)
+    entered = [change.mode for change in request.changes if isinstance(change, EnterMode)]
     changes, wrong = expanded(request.changes, architecture, read.states())
     found = [*_of_request(request, architecture), *wrong]
     request = replace(request, changes=tuple(change for _, change in changes))
@@ -57,7 +60,7 @@ async def check(
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
     if request.confirm:
         found += watch_violations(request.watch, request.confirm, plan.after)
-    return tuple(found), plan
+    return tuple(found), plan.asking(asked_after(architecture.asked_modes, entered, architecture.mode_parts))
 
 
 async def _check_changes(

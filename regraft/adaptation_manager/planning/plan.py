@@ -24,6 +24,10 @@ class Plan:
         """Return the plan with ``revision`` as that of the architecture after it."""
         return replace(self, after=replace(self.after, revision=revision))
 
+    def asking(self, modes: dict[str, str]) -> Plan:
+        """Return the plan with ``modes`` as those that are asked for after it, by part."""
+        return replace(self, after=replace(self.after, asked_modes=modes))
+
     @cached_property
     def changes(self) -> UpdateSpecs:
         """Return the changes for readers who know the state before: specs without what that has for the same class."""
@@ -69,4 +73,5 @@ def way(start: Architecture, goal: Architecture) -> UpdateSpecs:
         tuple(sorted(start.components.keys() - goal.components.keys())),
         topics=tuple(topics),
         removed_topics=tuple(sorted(start.topics.keys() - goal.topics.keys())),
+        asked_modes=None if start.asked_modes == goal.asked_modes else goal.asked_modes,
     )

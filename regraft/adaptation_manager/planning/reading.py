@@ -72,6 +72,13 @@ async def read_named(
         last = [controls.last_answer(name, architecture.components[name].host) for name in names]
         if all(last):
             return Read({view.component: view for view in last if view})
+    return await read_components(names, architecture, controls, hosts)
+
+
+async def read_components(
+    names: Sequence[str], architecture: Architecture, controls: ComponentClient, hosts: Hosts
+) -> Read:
+    """Read components of these names."""
     # Components are asked where they ran last while hosts say where they run now: few have been restarted.
     guessed: dict[str, PendingQuery] = {name: controls.read(name) for name in names}
     controls.processes = await hosts.processes(architecture.revision)

@@ -11,6 +11,7 @@ from regraft.bus_schema.annotations import Bounds, ClassPath, Connections, Count
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.description import Amounts, Description, PortDescription
 from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.mode_rules import ModeRule
 
 
 class Writers(Enum):
@@ -176,6 +177,8 @@ class Architecture:
     ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
     A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
     revision, while that is not final; empty once it is. ``limits`` hold for every component without its own.
+    ``mode_parts`` has the modes of other parts that a mode enters, and ``mode_rules`` are for whoever decides on modes.
+    ``asked_modes`` is the mode that was asked for last, by part (`regraft.bus_schema.model.mode_parts`).
     """
 
     system: str
@@ -189,6 +192,9 @@ class Architecture:
     host_rules: dict[str, HostRules] = field(default_factory=dict)
     unconfirmed: str = ""
     limits: Limits = Limits()
+    mode_parts: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    mode_rules: tuple[ModeRule, ...] = ()
+    asked_modes: dict[str, str] = field(default_factory=dict)
 
     def handler_timeout(self, spec: ComponentSpec) -> float:
         """Return the seconds for which a handler or hook of a component may keep its loop, 0 if nobody says."""

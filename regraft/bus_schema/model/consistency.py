@@ -17,6 +17,7 @@ from regraft.bus_schema.model.capability import capability_violations
 from regraft.bus_schema.model.constraints import constraint_violations
 from regraft.bus_schema.model.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
+from regraft.bus_schema.model.mode_deciders import DECIDER, decider_violations
 from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.system_topics import RESERVED
@@ -41,6 +42,7 @@ def violations(architecture: Architecture) -> tuple[Violation, ...]:
         *_parameters(architecture, architecture.components),
         *wiring_violations(architecture),
         *_services(architecture),
+        *decider_violations(architecture.components.values()),
         *constraint_violations(architecture),
     )
 
@@ -153,7 +155,7 @@ def _service_problems(spec: ComponentSpec, offered: str, known: list[str], offer
     if same:
         yield f"is offered as {service!r}, as {same[0]!r} is: each service needs a name of its own"
     others = [name for name in offering if name != spec.name]
-    if others and spec.name in offering:
+    if others and spec.name in offering and offered != DECIDER:
         both = ", ".join(repr(name) for name in others)
         yield f"is offered as {service!r}, as {both} does too: offer one of them under another name"
 

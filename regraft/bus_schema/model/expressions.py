@@ -66,6 +66,7 @@ class Expression:
     Attributes:
         text: as it was written.
         names: the names that it speaks of, each once, in their order.
+        constants: the numbers, texts and truths that it holds.
     """
 
     def __init__(self, text: str) -> None:
@@ -81,6 +82,9 @@ class Expression:
         if len(parts) > MAX_PARTS:
             raise BadMessage(f"has {len(parts)} parts, must have at most {MAX_PARTS}")
         self.names = tuple(dict.fromkeys(name for part in parts if (name := _name(part)) is not None))
+        held: list[Any] = [part for part in parts if isinstance(part, ast.Constant)]
+        self.constants: tuple[Any, ...] = tuple(part.value for part in held)
+        self.constants = tuple(part.value for part in parts if isinstance(part, ast.Constant))
 
     def renamed(self, rename: Callable[[str], str]) -> str:
         """Return the text with each dotted name as ``rename`` has it.

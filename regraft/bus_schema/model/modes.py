@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, SetParameters
-from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.adaptation import Change, ChangeState, Connect, Move, SetParameters, Swap
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import DOWNWARD, State, Transition, after, is_at_most, route
 from regraft.bus_schema.model.parameter_values import effective_parameter
 
@@ -64,10 +65,31 @@ def _is_so(change: Change, architecture: Architecture) -> bool:
     if spec is None:
         return False
     if isinstance(change, SetParameters):
-        if spec.description is None:
-            return all(spec.parameters.get(name) == value for name, value in change.parameters.items())
-        now = {name: effective_parameter(spec.description, spec.parameters, name) for name in change.parameters}
-        return now == change.parameters
+        return _has_values(spec, change.parameters)
     if isinstance(change, Connect):
-        return spec.connections.get(change.port, "") == change.topic
+        return _is_connected(spec, change.port, change.topic)
+    if isinstance(change, Swap):
+        wired = all(_is_connected(spec, port, topic) for port, topic in change.connections.items())
+        return change.cls in ("", spec.cls) and wired and _has_values(spec, change.parameters)
+    if isinstance(change, Move):
+        return spec.host == change.host
     return isinstance(change, ChangeState) and spec.state in GOALS.get(change.transition, ())
+
+
+def _is_connected(spec: ComponentSpec, port: str, topic: str | None) -> bool:
+    return spec.connections.get(port, "") == topic
+
+
+def _has_values(spec: ComponentSpec, values: Mapping[str, PlainValue]) -> bool:
+    return all(_equal(_value(spec, name), value) for name, value in values.items())
+
+
+def _value(spec: ComponentSpec, name: str) -> PlainValue:
+    if spec.description is None:
+        return spec.parameters.get(name)
+    return effective_parameter(spec.description, spec.parameters, name)
+
+
+def _equal(one: PlainValue, other: PlainValue) -> bool:
+    """Compare exactly; Python counts ``True`` as 1."""
+    return isinstance(one, bool) == isinstance(other, bool) and bool(one == other)

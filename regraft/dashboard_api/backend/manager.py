@@ -19,6 +19,7 @@ from regraft.bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
+from regraft.bus_schema.messages.modes import MODES, ModesRequest, SystemModes
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts import LOCAL
@@ -154,6 +155,10 @@ class Manager:
         if revision is None:
             self._last_read, self._read_again_at = read, time.monotonic() + FRESH_FOR
         return read
+
+    def modes(self, *, reachable: bool) -> SystemModes:
+        """Return the modes of all parts, and which could be entered now if that is asked; raises Problem."""
+        return self._services.ask(MODES, ModesRequest(reachable), SystemModes)
 
     def last_architecture(self) -> Architecture | None:
         """Return an architecture that may be a second old, older while the manager is silent; None without one.

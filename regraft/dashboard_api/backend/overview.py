@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 from regraft.bus_schema.errors import BadKey
+from regraft.bus_schema.messages.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCode, Qualities
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.protocol.usage import HostUsage
@@ -104,6 +106,15 @@ class Overview:
         view = view_of(robot, architecture)
         specs = {name: spec for name, spec in architecture.components.items() if view.has_component(name)}
         return QualityList(qualities_now(self._client, specs, LISTEN_FOR))
+
+    def modes(self, robot: str, *, reachable: bool) -> SystemModes:
+        """Return the modes of all parts, or of a robot's; raises Problem."""
+        found = self._manager.modes(reachable=reachable)
+        if not robot:
+            return found
+        view = view_of(robot, self._manager.last_architecture() or self._manager.architecture())
+        own = (part for part in found.parts if part.part == robot or view.has_component(part.part))
+        return replace(found, parts=tuple(own))
 
     def logs(self, name: str, lines: int) -> tuple[str, ...]:
         """Return the last lines of a component's log; raises Problem."""

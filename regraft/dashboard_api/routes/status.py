@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Path, Query, Response
 
+from regraft.bus_schema.messages.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import AskQualities, Qualities
 from regraft.bus_schema.messages.protocol.host import LogLines
 from regraft.bus_schema.model.architecture import Architecture
@@ -89,6 +90,14 @@ def routes(overview: Overview, manager: Manager) -> APIRouter:
     def list_qualities(robot: OfRobot = "") -> Shown[QualityList]:
         """The qualities that components measure, all or a robot's: the latest value, or why it is unknown."""
         return overview.measured(robot)
+
+    @router.get("/modes", response_description="The modes", responses=declared(404, 422, 503))
+    def list_modes(
+        robot: OfRobot = "",
+        reachable: Annotated[bool, Query(description="check which could be entered now, too")] = False,
+    ) -> Shown[SystemModes]:
+        """The modes of the system, its robots and components: asked for, actual, available and reachable ones."""
+        return overview.modes(robot, reachable=reachable)
 
     @router.get("/components/{name}/logs", response_description="The last lines", responses=declared(404, 422, 503))
     def show_logs(name: ComponentName, lines: Annotated[int, Query(ge=1, le=10_000)] = 100) -> Shown[LogLines]:

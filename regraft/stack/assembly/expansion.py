@@ -13,7 +13,7 @@ from regraft.stack.relative_paths import RUN_FOLDER
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report
 
-MAPS = ("parameters", "devices", "topics", "components", "modes")
+MAPS = ("parameters", "devices", "topics", "components", "modes", "rules")
 OF_DEVICES = ("class", "parameters", "connect")
 OF_WORLDS = ("parameters", "model", *PASSED_ON, *PLACES, "devices")
 """The fields that a stack does not have: the list of the robots has them."""

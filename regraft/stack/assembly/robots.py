@@ -20,7 +20,7 @@ PLACES = ("place", "region")
 """Where a robot stands, or where its place is drawn: the use of a robot says so."""
 PASSED_ON = ("base", "radius")
 """Fields of a robot that only worlds know."""
-FIELDS = ("model", *PASSED_ON, "parameters", "devices", "topics", "components", "constraints", "modes")
+FIELDS = ("model", *PASSED_ON, "parameters", "devices", "topics", "components", "constraints", "modes", "rules")
 SINGLE = ""
 """The name of the robot whose names stay short."""
 

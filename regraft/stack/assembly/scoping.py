@@ -26,7 +26,7 @@ class Entry:
 
 
 def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
-    """Yield the topics, components and modes of a robot with all names in a scope, which is empty for none."""
+    """Yield the topics, components, modes and rules of a robot with all names in a scope, empty for none."""
     scoping = _scoping(scope, fields)
     for key, topic in _map(fields.get("topics")).items():
         yield Entry("topics", key, in_scope(scope, key), topic)
@@ -34,6 +34,8 @@ def scoped_entries(scope: str, fields: Mapping[str, Node]) -> Iterator[Entry]:
         yield Entry("components", key, component_in_scope(scope, key), scoping.component(component))
     for key, mode in _map(fields.get("modes")).items():
         yield Entry("modes", key, in_scope(scope, key), _items(mode, scoping.change))
+    for key, rule in _map(fields.get("rules")).items():
+        yield Entry("rules", key, in_scope(scope, key), scoping.rule(rule))
 
 
 def scoped_constraints(scope: str, fields: Mapping[str, Node]) -> tuple[Node, ...]:
@@ -89,8 +91,19 @@ class _Scoping:
                 "connect": self._names,
                 "services": self._names,
                 "spec": self.component,
+                "mode": partial(_text, rename=self._name),
             },
         )
+
+    def rule(self, node: Node) -> Node:
+        """Return a rule; its condition names the robot's own components without its scope."""
+        modes = partial(_text, rename=self._name)
+        ways = {
+            "mode": modes,
+            "from": partial(_one_or_items, way=modes),
+            "when": partial(_text, rename=self._expression),
+        }
+        return _fields(node, ways)
 
     def _names(self, node: Node) -> Node:
         return _values(node, partial(_text, rename=self._name))
@@ -116,6 +129,10 @@ def _text(node: Node, rename: Rename) -> Node:
 
 def _items(node: Node, way: Callable[[Node], Node]) -> Node:
     return Node(tuple(map(way, node.value)), node.location) if isinstance(node.value, tuple) else node
+
+
+def _one_or_items(node: Node, way: Callable[[Node], Node]) -> Node:
+    return _items(node, way) if isinstance(node.value, tuple) else way(node)
 
 
 def _values(node: Node, way: Callable[[Node], Node]) -> Node:

@@ -2,58 +2,65 @@
 
 A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes say
 in which state and mode each part is. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out
-come from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and ``rules`` are for who watches the
-system: both are read over.
+come from ``__DEFAULT__``. ``parts`` says nothing that the default mode does not, and is read over. ``rules`` become
+rules of the stack, for the planner that enforces them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.model.mode_parts import DEFAULT
+from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.suggestions import instead_of
+from regraft.stack.sections.system_mode_rules import Part, component_of, rules_of
 from regraft.stack.yaml.document import read_document
 from regraft.stack.yaml.nodes import Location, Node, plain
 from regraft.stack.yaml.problems import Report
 
-DEFAULT = "__DEFAULT__"
 PARAMETERS = "ros__parameters"
 TRANSITIONS = {"active": "activate", "inactive": "deactivate", "unconfigured": "cleanup"}
 
 
-@dataclass(slots=True)
-class _Part:
-    """A node or a system: the settings of each mode, a parameter's value or a part's state."""
+@dataclass(frozen=True, slots=True)
+class SystemModesFile:
+    """The changes of each mode as plain data, the modes of other parts that each enters, and the rules."""
 
-    name: str
-    location: Location
-    is_node: bool
-    modes: dict[str, dict[str, Node]] = field(default_factory=dict)
-
-    def settings(self, mode: str) -> dict[str, Node]:
-        """Return what a mode wants, what it leaves out taken from the default."""
-        return self.modes.get(DEFAULT, {}) | self.modes.get(mode, {})
+    modes: dict[str, PlainValue]
+    parts: dict[str, tuple[str, ...]]
+    rules: tuple[ModeRule, ...]
 
 
 def read_system_modes(file: Path, components: Collection[str]) -> dict[str, PlainValue]:
     """Return the changes of each mode in a file, as plain data; its nodes are ``components``. Raises StackError."""
+    return read_system_modes_file(file, components).modes
+
+
+def read_system_modes_file(file: Path, components: Collection[str]) -> SystemModesFile:
+    """Return all that a file says; its nodes are ``components``. Raises StackError."""
     document, report = read_document(file)
     reader = _Reader(report, components)
     assert isinstance(document.value, dict)
     for name, node in document.value.items():
         reader.read_part(name, node)
     reader.check()
+    rules = [rule for part in reader.parts.values() for rule in rules_of(part, reader.parts, report)]
     report.raise_if_any()
-    return {
-        f"{part.name}.{mode}": list(reader.changes(part, mode)) for part in reader.parts.values() for mode in part.modes
-    }
+    both = [(part, mode) for part in reader.parts.values() for mode in part.modes]
+    entered = {f"{part.name}.{mode}": tuple(reader.entered(part, mode)) for part, mode in both}
+    return SystemModesFile(
+        {f"{part.name}.{mode}": list(reader.changes(part, mode)) for part, mode in both},
+        {name: modes for name, modes in entered.items() if modes},
+        tuple(rules),
+    )
 
 
 class _Reader:
     def __init__(self, report: Report, components: Collection[str]) -> None:
-        self.parts: dict[str, _Part] = {}
+        self.parts: dict[str, Part] = {}
         self._report = report
         self._components = components
 
@@ -77,7 +84,7 @@ class _Reader:
         """Read one node or system."""
         body = self._parameters(node, name)
         kind = body.get("type")
-        part = self.parts[name] = _Part(name, node.location, kind is not None and kind.value == "node")
+        part = self.parts[name] = Part(name, node.location, kind is not None and kind.value == "node")
         modes = self._map(body["modes"], f"{name}.modes") if "modes" in body else {}
         if modes and next(iter(modes)) != DEFAULT:
             self._wrong(
@@ -89,6 +96,7 @@ class _Reader:
                 self._wrong(wanted.location, where, "a mode's name may not have a '.'")
             settings = self._parameters(wanted, where) if part.is_node else self._map(wanted, where)
             part.modes[mode] = dict(_flat(settings)) if part.is_node else settings
+        part.rules = self._map(body["rules"], f"{name}.rules") if "rules" in body else {}
 
     def check(self) -> None:
         """Note all that does not fit together."""
@@ -120,7 +128,7 @@ class _Reader:
             modes = known.modes if known else ()
             self._wrong(node.location, where, f"{name} has no mode {mode!r}; {instead_of(mode, modes)}")
 
-    def _check_circles(self, part: _Part, above: tuple[str, ...]) -> None:
+    def _check_circles(self, part: Part, above: tuple[str, ...]) -> None:
         if part.name in above:
             if part.name == above[0]:
                 self._wrong(part.location, part.name, f"is a part of itself: {' > '.join((*above, part.name))}")
@@ -130,7 +138,7 @@ class _Reader:
                 if name in self.parts:
                     self._check_circles(self.parts[name], (*above, part.name))
 
-    def changes(self, part: _Part, mode: str) -> Iterator[PlainValue]:
+    def changes(self, part: Part, mode: str) -> Iterator[PlainValue]:
         """Yield the changes that bring a part, active, into a mode."""
         if part.is_node:
             yield from self._enter(part.name, "active", mode)
@@ -138,6 +146,14 @@ class _Reader:
         for name, node in part.settings(mode).items():
             state, _, inner = str(node.value).partition(".")
             yield from self._enter(name, state, inner)
+
+    def entered(self, part: Part, mode: str) -> Iterator[str]:
+        """Yield the modes of other parts that a mode of a system enters."""
+        for name, node in part.settings(mode).items() if not part.is_node else ():
+            state, _, inner = str(node.value).partition(".")
+            known = self.parts.get(name)
+            if known is not None and state == "active" and (inner or DEFAULT) in known.modes:
+                yield f"{name}.{inner or DEFAULT}"
 
     def _enter(self, name: str, state: str, mode: str) -> Iterator[PlainValue]:
         part = self.parts.get(name)
@@ -154,11 +170,6 @@ class _Reader:
             values = {parameter: plain(node) for parameter, node in settings.items()}
             yield {"change": "set_parameters", "component": component, "parameters": values}
         yield {"change": "transition", "component": component, "transition": TRANSITIONS[state]}
-
-
-def component_of(node: str) -> str:
-    """Return the component that a node's name means: ``/robot/drive`` is ``robot.drive``."""
-    return node.strip("/").replace("/", ".")
 
 
 def _flat(settings: dict[str, Node], above: str = "") -> Iterator[tuple[str, Node]]:

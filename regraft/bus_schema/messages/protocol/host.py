@@ -87,6 +87,7 @@ class UpdateSpecs:
     A spec without a description keeps the one that is known of its class: it is most of a spec, and never changes.
     Those in ``removed`` are not started any more, and forgotten once they are stopped; a spec takes that back.
     ``topics`` are added to the topic table or replaced there, ``removed_topics`` are not in it any more.
+    ``asked_modes`` are those that are asked for by then, None if they are as before.
     """
 
     revision: Count
@@ -95,6 +96,7 @@ class UpdateSpecs:
     term: Count | None = None
     topics: tuple[TopicSpec, ...] = ()
     removed_topics: tuple[str, ...] = ()
+    asked_modes: dict[str, str] | None = None
 
     def applied_to(self, architecture: Architecture) -> Architecture:
         """Return the architecture as it is with this update, and at its revision."""
@@ -102,7 +104,8 @@ class UpdateSpecs:
         specs = {spec.name: spec.described_as(known.get(spec.name)) for spec in self.specs}
         kept = {name: spec for name, spec in known.items() if name not in self.removed}
         changed = architecture.with_topics(self.topics, self.removed_topics)
-        return replace(changed, components=kept | specs, revision=self.revision)
+        asked = architecture.asked_modes if self.asked_modes is None else self.asked_modes
+        return replace(changed, components=kept | specs, revision=self.revision, asked_modes=asked)
 
 
 @message("regraft/DescribeComponent")

@@ -1,0 +1,27 @@
+"""The component that enforces the rules of modes: a system has at most one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from regraft.bus_schema.model.adaptation import Violation
+from regraft.bus_schema.model.architecture import ComponentSpec
+
+DECIDER = "modes/decider"
+"""The service by which a component shows that it enforces rules, whatever it is offered as."""
+
+
+def deciders(specs: Iterable[ComponentSpec]) -> list[str]:
+    """Return the components that enforce rules, by name."""
+    described = ((spec.name, spec.description.services if spec.description else ()) for spec in specs)
+    return sorted(name for name, services in described if any(each.name == DECIDER for each in services))
+
+
+def decider_violations(specs: Iterable[ComponentSpec]) -> Iterator[Violation]:
+    """Yield every component that would enforce rules next to another one."""
+    first, *others = deciders(specs) or [""]
+    for name in others:
+        problem = (
+            f"would decide on modes next to {first!r}: a system has one decider; swap {first!r}, or remove it first"
+        )
+        yield Violation(None, name, f"services.{DECIDER}", problem)

@@ -1,0 +1,97 @@
+"""When a rule acts: once its condition has settled, not while a mode dwells or others have decided."""
+
+from __future__ import annotations
+
+from regraft.adaptation_manager.planners.modes.enforcement import Enforcement, Times
+from regraft.bus_schema.messages.modes import PartModes, SystemModes
+from regraft.bus_schema.model.mode_parts import PartKind
+from regraft.bus_schema.model.mode_rules import ModeRule
+
+TIMES = Times(0.2, 1.0, 30.0, circle_window=20.0, circle_limit=3, circle_pause=60.0, retry=1.0)
+DEGRADE = ModeRule("degrade", "bad", "degraded")
+RECOVER = ModeRule("recover", "not bad", "normal", ("degraded",))
+
+
+def _modes(target: str, *, as_asked: bool = True) -> SystemModes:
+    return SystemModes(0.0, 1, (PartModes("", PartKind.SYSTEM, target, target, as_asked),))
+
+
+def _begun(target: str = "normal") -> Enforcement:
+    made = Enforcement()
+    made.take_rules((DEGRADE, RECOVER))
+    made.see(_modes(target), 0.0, TIMES)
+    return made
+
+
+def _due(made: Enforcement, now: float, *, bad: bool) -> str:
+    made.look({"bad": bad}, now)
+    rule = made.due(now, TIMES)
+    return rule.mode if rule else ""
+
+
+def test_a_condition_has_to_settle_and_begins_again_where_it_broke_off() -> None:
+    made = _begun()
+    assert [_due(made, now, bad=bad) for now, bad in ((1.0, True), (1.1, False), (1.15, True), (1.3, True))] == [""] * 4
+    assert _due(made, 1.35, bad=True) == "degraded"
+
+
+def test_a_condition_that_is_not_known_does_not_hold_and_says_why() -> None:
+    made = _begun()
+    made.look({}, 1.0)
+    assert made.due(5.0, TIMES) is None
+    assert [(status.holds, status.why) for status in made.status(5.0)] == [(None, "bad is not known")] * 2
+
+
+def test_a_mode_that_was_entered_dwells() -> None:
+    made = _begun()
+    _due(made, 1.0, bad=True)
+    made.entered(DEGRADE, 1.2, TIMES)
+    _due(made, 1.3, bad=False)
+    assert _due(made, 2.1, bad=False) == ""
+    assert _due(made, 2.2, bad=False) == "normal"
+
+
+def test_a_manual_change_wins_for_a_while() -> None:
+    made = _begun("degraded")
+    _due(made, 0.0, bad=True)
+    assert made.see(_modes("normal"), 10.0, TIMES) == [""]
+    assert _due(made, 39.9, bad=True) == ""
+    assert _due(made, 40.0, bad=True) == "degraded"
+
+
+def test_a_setting_that_was_changed_by_hand_is_a_manual_change_too() -> None:
+    made = _begun("degraded")
+    _due(made, 0.0, bad=True)
+    assert made.see(_modes("degraded", as_asked=False), 10.0, TIMES) == [""]
+    assert _due(made, 20.0, bad=True) == ""
+    assert _due(made, 40.0, bad=True) == "degraded"
+
+
+def test_what_was_asked_for_without_an_answer_is_no_manual_change() -> None:
+    made = _begun()
+    made.asking(DEGRADE)
+    again = Enforcement(made.remembered())
+    again.take_rules((DEGRADE, RECOVER))
+    assert again.see(_modes("degraded"), 5.0, TIMES) == []
+
+
+def test_rules_that_circle_are_suspended_but_for_the_first() -> None:
+    made = _begun()
+    found = [made.entered(rule, 2.0 * turn, TIMES) for turn in range(3) for rule in (DEGRADE, RECOVER)]
+    assert found[:4] == [None] * 4
+    assert found[4] is not None
+    assert (found[4].suspended, found[4].until) == (("recover",), 64.0)
+    made.see(_modes("degraded"), 6.0, TIMES)
+    made.parts[""].manual_until = 0.0
+    assert _due(made, 6.0, bad=False) == ""
+    assert _due(made, 10.0, bad=False) == ""
+    assert _due(made, 64.0, bad=False) == "normal"
+    assert Enforcement(made.remembered()).suspended == {"recover": 64.0}
+
+
+def test_a_mode_that_cannot_be_entered_is_tried_again_after_a_while() -> None:
+    made = _begun()
+    _due(made, 0.0, bad=True)
+    made.refused(DEGRADE, 1.0, TIMES)
+    assert _due(made, 1.9, bad=True) == ""
+    assert _due(made, 2.0, bad=True) == "degraded"
