@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from regraft.bus_schema.messages.modes import MODES, ModesRequest, PartModes, SystemModes
 from regraft.bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
-from tests.adaptation.system import System, small_architecture
+from tests.adaptation.system import System, small_architecture, started
 from tests.support.waiting import PATIENCE
 
 FAST = [{"change": "set_parameters", "component": "talker", "parameters": {"rate": 40.0}}]
@@ -30,12 +32,13 @@ STACK_MODES = {
 
 
 @pytest.fixture
-def modal(bare_system: System) -> System:
+def modal(tmp_path: Path) -> Iterator[System]:
     """A system with modes of a component and of all."""
-    parts = {"night": ("talker.slow",)}
-    bare_system.host.architecture = replace(small_architecture(), modes=STACK_MODES, mode_parts=parts)
-    bare_system.start_manager()
-    return bare_system
+    parts: dict[str, tuple[str, ...]] = {"night": ("talker.slow",)}
+    with started(small_architecture(), tmp_path) as system:
+        system.host.architecture = replace(small_architecture(), modes=STACK_MODES, mode_parts=parts)
+        system.start_manager()
+        yield system
 
 
 def _part(system: System, name: str, *, reachable: bool = False) -> PartModes:
