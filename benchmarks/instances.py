@@ -7,7 +7,7 @@ from random import Random
 import numpy as np
 
 from regraft.adaptation_manager.planners.choices.problem import UNKNOWN, Problem, Term
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, Rule, Table, relation
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Rule, Table, relation
 
 INCOMPATIBLE, FAULTY = 0.3, 0.1
 AMOUNTS = 4

@@ -14,7 +14,7 @@ from benchmarks.sides.links import wait_until
 from benchmarks.sides.system import MANAGER, ROOT, System
 from regraft.bus.zenoh_config import config
 from regraft.bus_schema.model.adaptation import Move
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.process.own_python import own_environment, own_python
 
 MOVES = 40

@@ -29,7 +29,7 @@ from regraft.bus_schema.encoding.envelope import Envelope, Kind
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Event
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.component.component import Component
 from regraft.component.goal import Goal

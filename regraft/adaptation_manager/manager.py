@@ -20,7 +20,7 @@ from regraft.adaptation_manager.queue.startup_gate import StartupGate
 from regraft.adaptation_manager.queue.throttle import TURN, Throttle
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.adaptation_manager.targets.context import Bounds
-from regraft.bus_schema.messages.manager import (
+from regraft.bus_schema.messages.management.manager import (
     ArchitectureRequest,
     CancelAdaptation,
     ConfirmAdaptation,
@@ -28,8 +28,8 @@ from regraft.bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
-from regraft.bus_schema.messages.modes import MODES, ModesRequest, SystemModes
-from regraft.bus_schema.messages.system import SystemFaults
+from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, SystemModes
+from regraft.bus_schema.messages.management.system import SystemFaults
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
     APPLIED,

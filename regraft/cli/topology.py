@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.description import ANY_TYPE, ServiceDescription
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.robots.robot_view import ALL, NoSuchRobot, RobotView, robot_view
 from regraft.bus_schema.suggestions import no_such

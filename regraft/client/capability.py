@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from regraft.bus_schema.messages.protocol.usage import HostUsage
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.capability import UNITS, devices, loads, needs, offered
+from regraft.bus_schema.model.hosts.capability import UNITS, devices, loads, needs, offered
 
 
 @dataclass(frozen=True, slots=True)

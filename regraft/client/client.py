@@ -15,7 +15,8 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import CONTROL_VERBS, Keys, component_name, topic_name
 from regraft.bus_schema.messages.health import ComponentStatus, Event
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
@@ -42,7 +43,6 @@ from regraft.bus_schema.messages.protocol.host import (
     StopComponent,
 )
 from regraft.bus_schema.messages.protocol.usage import HostUsage
-from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 
 from regraft.bus_schema.annotations import Seconds
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import Better, QualityDescription, measured
+from regraft.bus_schema.model.qualities.qualities import Better, QualityDescription, measured
 from regraft.client.client import Client
 from regraft.client.errors import ClientError
 from regraft.client.seen import ComponentSeen

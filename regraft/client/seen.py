@@ -10,10 +10,10 @@ from typing import TypeVar
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessStatus
-from regraft.bus_schema.messages.qualities import MeasuredQualities
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
 
 K = TypeVar("K")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.qualities import Judged, QualityDescription, estimated, judged
+from regraft.bus_schema.model.qualities.qualities import Judged, QualityDescription, estimated, judged
 from regraft.component.component import Component, InputQualities
 
 NOTHING_FED: InputQualities = {}

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-from regraft.bus_schema.model.qualities import Better, QualityDescription
+from regraft.bus_schema.model.qualities.qualities import Better, QualityDescription
 
 
 class Quality:

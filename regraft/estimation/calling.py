@@ -8,7 +8,7 @@ from types import FrameType
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.qualities import Judged, all_unknown, estimated
+from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, estimated
 from regraft.component.component import InputQualities
 from regraft.component.predicting import predicted
 from regraft.process.main import load_class

@@ -12,9 +12,9 @@ from types import MappingProxyType
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Figure, Source
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import NOT_GIVEN, ONLY_MEASURED, Judged, QualityDescription
+from regraft.bus_schema.model.qualities.estimates import Figure, Source
+from regraft.bus_schema.model.qualities.qualities import NOT_GIVEN, ONLY_MEASURED, Judged, QualityDescription
 from regraft.estimation.calling import Call, call
 from regraft.estimation.feeds import Ends, Feeders, Feeds, ends_of, feeds_of
 

@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.host.fault_injector import FaultInjector
 from regraft.host.host_api import HostApi
 from regraft.host.host_publisher import HostPublisher

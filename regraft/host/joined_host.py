@@ -16,7 +16,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.host import StartComponent
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.host.host import Host
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess

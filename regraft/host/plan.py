@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, Limits
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.scheduled_faults import ScheduledFault
 from regraft.stack.files import file_problems
 from regraft.stack.installed import packages

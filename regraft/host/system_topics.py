@@ -12,9 +12,9 @@ from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event
+from regraft.bus_schema.messages.management.system import ComponentState, SystemFault, SystemFaultKind
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.messages.system import ComponentState, SystemFault, SystemFaultKind
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES, SYSTEM_TOPICS

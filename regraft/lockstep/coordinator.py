@@ -12,16 +12,16 @@ from typing import TypeVar
 from regraft.bus.interface import Closable, Presence, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.protocol.clock import Ack, ClockMember, Join, MarkerAck, SlotRequest, StepKind
-from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
-from regraft.lockstep.admission import Admission
 from regraft.lockstep.clock_publisher import ClockPublisher
 from regraft.lockstep.exclusive_slot import hold_slot
 from regraft.lockstep.fault_schedule import FaultSchedule
-from regraft.lockstep.gathering import wait_for_members
-from regraft.lockstep.join_requests import JoinRequests
-from regraft.lockstep.liveness import Run
+from regraft.lockstep.joining.admission import Admission
+from regraft.lockstep.joining.gathering import wait_for_members
+from regraft.lockstep.joining.join_requests import JoinRequests
+from regraft.lockstep.joining.liveness import Run
 from regraft.lockstep.markers import Markers
 from regraft.lockstep.member import NOT_COME
 from regraft.lockstep.membership import Membership, MemberState

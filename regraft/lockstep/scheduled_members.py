@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.protocol.faults import FaultInjected
-from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
-from regraft.lockstep.join_requests import JoinRequests
+from regraft.lockstep.joining.join_requests import JoinRequests
 from regraft.lockstep.membership import Membership
 from regraft.lockstep.system_relay import SystemRelay
 from regraft.runtime.runtime import Runtime

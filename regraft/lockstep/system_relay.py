@@ -9,9 +9,9 @@ from regraft.bus.interface import Closable, Sample
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemNews
 from regraft.bus_schema.messages.protocol.host import HostStatus
-from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemNews
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.system_topics import HOSTS, SYSTEM_TOPICS
 from regraft.lockstep.membership import Membership
 from regraft.lockstep.step_dispatch import Moment

@@ -9,6 +9,7 @@ from regraft.bus.interface import Query
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import known_types
 from regraft.bus_schema.errors import BadMessage, SchemaError
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.control import (
     AskQualities,
     AskTypes,
@@ -25,7 +26,6 @@ from regraft.bus_schema.messages.protocol.control import (
     StateStep,
 )
 from regraft.bus_schema.messages.protocol.handover import Role
-from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.description import types_in
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.types_by_schema import describe_type

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from regraft.bus.interface import BusError
 from regraft.bus.zenoh_config import Tls, address_of, on_loopback
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.security import system_secret
 from regraft.security.credentials import BadCertificate, check_own
 from regraft.security.system_secret import BadSecret

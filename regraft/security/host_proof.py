@@ -18,7 +18,7 @@ from typing import TypeVar
 from regraft.bus.zenoh_config import Tls
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.joining import HostKey, HostProof, JoinHost, ProveHost, RenewLease
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.security.credentials import reason_of
 from regraft.security.tls import Exchange, common_name, context
 

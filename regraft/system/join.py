@@ -19,7 +19,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys, system_name
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
 from regraft.host.plan import HostPlan, moved

@@ -16,7 +16,7 @@ from regraft.bus.interface import Bus
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints, Tls
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.component.component import Component
 from regraft.host.joining.proof_checker import ProofChecker
 from regraft.host.plan import HostPlan

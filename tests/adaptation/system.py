@@ -14,7 +14,7 @@ from regraft.bus.memory_bus import MemoryBus, MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import Event
-from regraft.bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest, UndoAdaptation
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.messages.protocol.host import StartSuccessor
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change

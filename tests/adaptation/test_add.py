@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import (
     Add,

@@ -11,7 +11,7 @@ import pytest
 from regraft import CallFailed
 from regraft.adaptation_manager.execution.confirmation import Watch
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
-from regraft.bus_schema.messages.manager import ArchitectureRequest, ConfirmAdaptation
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest, ConfirmAdaptation
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,

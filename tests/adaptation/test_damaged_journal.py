@@ -17,7 +17,7 @@ from regraft.adaptation_manager.journal.opening import HOW_LOST
 from regraft.adaptation_manager.targets.component_client import ControlFailed
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture

@@ -14,8 +14,8 @@ from regraft.bus_schema.model.adaptation import (
     SetParameters,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Basis, Estimate, Source
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.qualities.estimates import Basis, Estimate, Source
 from tests.adaptation.system import System
 
 LAMP = Add("lamp", ComponentSpec(cls="tests.adaptation.parts:Lamp", parameters={"level": 4.0}))

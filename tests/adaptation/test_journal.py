@@ -12,7 +12,7 @@ from regraft import CallFailed
 from regraft.adaptation_manager.journal import write_back
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.write_back import WriteBack
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.host import JournalEnd
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture

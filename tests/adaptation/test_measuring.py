@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.adaptation import Add, ChangeState, Outcome, SetParameters, Swap
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import Transition

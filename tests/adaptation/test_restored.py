@@ -13,7 +13,7 @@ from regraft.adaptation_manager.execution import transaction
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.steps.actions import ApplyParameters, Restore
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest, JournalPage, JournalRequest
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     Change,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import ChangeState, Connect, Outcome, SetParameters
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, Transition

@@ -13,7 +13,7 @@ from regraft import Component
 from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.manager import UndoAdaptation
+from regraft.bus_schema.messages.management.manager import UndoAdaptation
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,
     AdaptationRequest,

@@ -21,7 +21,7 @@ from behavior_tree import (
 )
 from regraft import CallFailed
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, SetParameters, Violation

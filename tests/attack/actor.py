@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 from regraft.bus_schema.model.adaptation import Move, Outcome
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import MOVE, Site
 from tests.support.hosts import JoinedHost, wait_state
 from tests.support.processes import children_of, go_on, stop

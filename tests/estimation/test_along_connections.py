@@ -10,9 +10,9 @@ import pytest
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Figure, Source
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import Judged
+from regraft.bus_schema.model.qualities.estimates import Figure, Source
+from regraft.bus_schema.model.qualities.qualities import Judged
 from regraft.component.component import InputQualities
 from regraft.estimation.calling import call
 from regraft.estimation.estimation import Estimation

@@ -18,8 +18,8 @@ from regraft.bus_schema.model.adaptation import (
     Swap,
 )
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from regraft.bus_schema.model.estimates import QualityEstimate, Source
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.qualities.estimates import QualityEstimate, Source
 from regraft.estimation.changes import changed
 from regraft.stack import load
 from tests.estimation.parts import described

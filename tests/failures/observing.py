@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec

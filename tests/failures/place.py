@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from regraft import run_directory
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.failures.injecting import HOST_PID
 from tests.failures.kinds import OF_TWO_HOSTS, STACK
 from tests.failures.observing import settled

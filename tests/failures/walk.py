@@ -6,7 +6,7 @@ import shutil
 from dataclasses import dataclass, replace
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest, UndoAdaptation
 from regraft.bus_schema.model.adaptation import (
     APPLIED,
     AdaptationReport,

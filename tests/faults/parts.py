@@ -10,7 +10,7 @@ from regraft.bus_schema.annotations import Count
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults, SystemStates
+from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import ADAPT, AdaptationReport, AdaptationRequest, ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.lockstep.source import TimeSource

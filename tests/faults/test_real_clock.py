@@ -12,9 +12,9 @@ import pytest
 from regraft import CallFailed
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
-from regraft.bus_schema.messages.system import SystemFaultKind, SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import JOURNAL
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault

@@ -14,7 +14,7 @@ from regraft.bus_schema.encoding.envelope import Envelope
 from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.geometry import Twist
-from regraft.bus_schema.messages.manager import (
+from regraft.bus_schema.messages.management.manager import (
     ArchitectureRequest,
     CancelAdaptation,
     ConfirmAdaptation,

@@ -17,7 +17,7 @@ from regraft.bus_schema.encoding.registry import type_of
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.messages.geometry import Pose, Twist
 from regraft.bus_schema.messages.health import Event
-from regraft.bus_schema.messages.manager import CancelAdaptation, JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, JournalPage, JournalRequest
 from regraft.bus_schema.messages.protocol.control import ParameterValues, SetTransition
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.messages.quality import Quality

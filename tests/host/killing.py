@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest, JournalPage, JournalRequest
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.protocol.control import Snapshot
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.lifecycle import State

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from regraft.bus_schema.model.adaptation import Move, Outcome
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import STACK, Site
 from tests.support.commands import in_home, run
 from tests.support.hosts import wait_state

@@ -15,7 +15,7 @@ import pytest
 from regraft.bus.interface import BusError
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import MAX_PENDING, Endpoints, Tls
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.security import gate
 from regraft.security.access import Guard
 from regraft.security.certificates import make

@@ -17,7 +17,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.joining import HostProof, JoinHost, Lease, ProveHost, RenewLease
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.host.host_publisher import Refused
 from regraft.host.joining.proof_checker import ProofChecker
 from regraft.security.access import Guard, NotSecure

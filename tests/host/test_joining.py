@@ -9,7 +9,7 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import Add, Outcome
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import Site
 from tests.support.commands import run
 from tests.support.hosts import state_of, wait_state

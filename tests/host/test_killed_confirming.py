@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from regraft import CallFailed
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
     JOURNAL,

@@ -12,7 +12,7 @@ import pytest
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import Add, Change, Move, Outcome, SetParameters, Swap
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.host.several import MOVE, TICKER, WAIT, Site
 from tests.support.hosts import JoinedHost, state_of, wait_state
 from tests.support.links import Link

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from regraft.bus_schema.messages.manager import CancelAdaptation, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import CancelAdaptation, UndoAdaptation
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from regraft.bus_schema.model.adaptation import AdaptationReport, ChangeState, Move, Outcome, Swap
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.host.moving import HOME, TO_EDGE, Moving
 from tests.host.several import Site

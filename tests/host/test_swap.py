@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest, UndoAdaptation
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,

@@ -9,7 +9,7 @@ import numpy as np
 
 from regraft import Component, Output, Parameter, every, service
 from regraft.bus_schema.messages.geometry import Pose
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.protocol.control import Rewire, RewireStep
 from regraft.bus_schema.messages.reflection import ReflectedEntries, ReflectedEntry
 from regraft.bus_schema.messages.sensors import Image

@@ -13,7 +13,7 @@ from regraft.bus_schema.annotations import Count
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.evaluation import RunSummary, RunSummaryRequest
-from regraft.bus_schema.messages.system import SystemFaults, SystemStates
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemStates
 from regraft.bus_schema.model.adaptation import AdaptationReport, EnterMode
 from regraft.lockstep.source import TimeSource
 

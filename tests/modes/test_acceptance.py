@@ -11,12 +11,12 @@ import pytest
 
 from regraft import CallFailed, run_directory
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import ArchitectureRequest, JournalPage, JournalRequest
-from regraft.bus_schema.messages.modes import MODES, ModesRequest, PartModes, SystemModes
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest, JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, PartModes, SystemModes
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import ARCHITECTURE, JOURNAL, AdaptationRequest
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.modes import is_in_force
+from regraft.bus_schema.model.modes.modes import is_in_force
 from tests.modes.stacks import REAL, write
 from tests.support.commands import in_home, run
 from tests.support.systems import System

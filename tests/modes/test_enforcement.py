@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from regraft.adaptation_manager.planners.modes.enforcement import Enforcement, Times
-from regraft.bus_schema.messages.modes import PartModes, SystemModes
-from regraft.bus_schema.model.mode_parts import PartKind
+from regraft.bus_schema.messages.management.modes import PartModes, SystemModes
 from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_parts import PartKind
 
 TIMES = Times(0.2, 1.0, 30.0, circle_window=20.0, circle_limit=3, circle_pause=60.0, retry=1.0)
 DEGRADE = ModeRule("degrade", "bad", "degraded")

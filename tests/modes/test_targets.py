@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from regraft.bus_schema.messages.modes import MODES, ModesRequest, PartModes, SystemModes
+from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, PartModes, SystemModes
 from regraft.bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import Transition
 from tests.adaptation.system import System, small_architecture, started

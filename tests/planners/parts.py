@@ -11,7 +11,7 @@ from regraft import Component, Input, Output, Parameter, RefusalCode, RequestRef
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.bus_schema.annotations import Connections
 from regraft.bus_schema.messages.geometry import Twist
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
 from regraft.bus_schema.model.adaptation import (
     AdaptationReport,

@@ -14,7 +14,7 @@ from regraft.adaptation_manager.planners.choices.estimates import ClassEstimates
 from regraft.adaptation_manager.planners.choices.fitting import misfits
 from regraft.adaptation_manager.planners.choices.in_architecture import changes_for
 from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective
-from regraft.adaptation_manager.planners.choices.rulebook import Rulebook
+from regraft.adaptation_manager.planners.choices.rules.rulebook import Rulebook
 from regraft.adaptation_manager.planners.choices.settings import Kind, Setting
 from regraft.adaptation_manager.planners.choices.slots import Alternative, Slot, varied
 from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import BranchAndBound

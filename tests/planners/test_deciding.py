@@ -15,10 +15,10 @@ from regraft import CallFailed
 from regraft.adaptation_manager.planners.bandits.bandit_planner import BanditPlanner
 from regraft.adaptation_manager.planners.decisions.deciding import DecidingPlanner
 from regraft.adaptation_manager.planners.forecast.forecast_planner import ForecastPlanner
+from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind, SystemFaults, SystemQualities
 from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.messages.sensors import LightLevel
-from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind, SystemFaults, SystemQualities
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters
 from regraft.client import as_json
 from regraft.component.parameters import ParameterError

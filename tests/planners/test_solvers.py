@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.instances import chain, tangled
 from regraft.adaptation_manager.planners.choices.problem import Problem, Term
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, relation
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, relation
 from regraft.adaptation_manager.planners.choices.solvers.branch_and_bound import BranchAndBound
 from regraft.adaptation_manager.planners.choices.solvers.cp_sat import CpSat
 from regraft.adaptation_manager.planners.choices.solvers.exhaustive import Exhaustive

@@ -12,7 +12,7 @@ from regraft import Component, Parameter, Quality
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadType, SchemaError
 from regraft.bus_schema.model.description import Description
-from regraft.bus_schema.model.qualities import Better, QualityDescription
+from regraft.bus_schema.model.qualities.qualities import Better, QualityDescription
 from regraft.component.component import describe
 from tests.qualities.parts import Gauge, Plain
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from regraft import Quality
-from regraft.bus_schema.model.qualities import Better
+from regraft.bus_schema.model.qualities.qualities import Better
 from regraft.component.component import describe
 from regraft.sim_service.devices.charger import Charger
 from regraft.sim_service.world import World

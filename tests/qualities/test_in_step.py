@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from regraft import Input, Quality
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from tests.stepped.parts import Adviser, Pusher, Reading, TinyWorld, Witness
 from tests.support.step_site import StepSite
 from tests.support.waiting import wait_until

@@ -9,7 +9,7 @@ import pytest
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.model.adaptation import AdaptationRequest, ChangeState, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
-from regraft.bus_schema.model.modes import as_needed, is_in_force
+from regraft.bus_schema.model.modes.modes import as_needed, is_in_force
 from regraft.stack import StackError, load
 from regraft.stack.sections.system_modes import read_system_modes
 from tests.adaptation.system import small_architecture

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from regraft.bus_schema.keys import Keys
-from regraft.lockstep import gathering
+from regraft.lockstep.joining import gathering
 from regraft.patience import Patience
 from tests.support.waiting import PATIENCE
 

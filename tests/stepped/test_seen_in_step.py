@@ -7,13 +7,13 @@ import pytest
 from regraft import Component, Input, every
 from regraft.bus.interface import Sample
 from regraft.bus_schema.messages.health import Level
-from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.messages.system import (
+from regraft.bus_schema.messages.management.system import (
     SystemDiagnostics,
     SystemFaults,
     SystemQualities,
     SystemStates,
 )
+from regraft.bus_schema.messages.quality import Quality
 from tests.stepped.parts import Reading, TinyWorld
 from tests.support.step_site import StepSite
 from tests.support.waiting import wait_until

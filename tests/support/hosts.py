@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from tests.support.commands import Command
 from tests.support.systems import System
 from tests.support.waiting import wait_until

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from regraft.bus_schema.messages.qualities import LATE_PERIODS, MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import LATE_PERIODS, MeasuredQualities
 from regraft.bus_schema.model.expressions import Unknown
 
 LOOK_INTERVAL = 0.1

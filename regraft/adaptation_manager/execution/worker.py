@@ -30,7 +30,7 @@ from regraft.adaptation_manager.queue.turn import Turn
 from regraft.adaptation_manager.targets.component_client import BESIDE, ComponentClient, ControlFailed
 from regraft.adaptation_manager.targets.context import Bounds, ExecutionContext
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.bus_schema.messages.modes import SystemModes
+from regraft.bus_schema.messages.management.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import ComponentView, ControlCode
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Outcome, Phase, Violation
 from regraft.bus_schema.model.architecture import Architecture

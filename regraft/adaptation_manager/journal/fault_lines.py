@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from regraft.adaptation_manager.journal.journal import Journal, JournalError
 from regraft.adaptation_manager.journal.seals import is_sealed, seal
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.system import SystemFault, SystemFaultKind
+from regraft.bus_schema.messages.management.system import SystemFault, SystemFaultKind
 
 MAX_READ = 500
 MAX_WAITING = 1000

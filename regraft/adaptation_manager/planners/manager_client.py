@@ -9,7 +9,7 @@ from typing import Final, Self
 
 from regraft import CallFailed, Future, Kit, RefusalCode, RequestRefused
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.messages.planning import ProposalRequest
 from regraft.bus_schema.messages.protocol.requests import Answer
 from regraft.bus_schema.model.adaptation import (

@@ -36,7 +36,7 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.consistency import value_violations, violations
-from regraft.bus_schema.model.mode_parts import asked_after
+from regraft.bus_schema.model.modes.mode_parts import asked_after
 from regraft.bus_schema.model.watch_checks import watch_violations
 from regraft.bus_schema.suggestions import instead_of
 

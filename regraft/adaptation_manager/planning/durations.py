@@ -10,7 +10,7 @@ from regraft.adaptation_manager.planning.plan import Plan
 from regraft.adaptation_manager.steps.actions import PlannedStep, RunProcess
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, Phase, StepReport, StepState
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.estimates import Basis, StepEstimate
+from regraft.bus_schema.model.qualities.estimates import Basis, StepEstimate
 
 REMEMBERED = 200
 """Steps of a kind, with a class, that count: the latest."""

@@ -15,12 +15,12 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.host import EstimatedQualities, EstimateQualities
-from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Estimate, Figure, QualityEstimate, Source
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import NOT_GIVEN, ONLY_MEASURED, measured
+from regraft.bus_schema.model.qualities.estimates import Estimate, Figure, QualityEstimate, Source
+from regraft.bus_schema.model.qualities.qualities import NOT_GIVEN, ONLY_MEASURED, measured
 from regraft.patience import stretched
 
 UNSAID = (NOT_GIVEN, ONLY_MEASURED)

@@ -10,14 +10,14 @@ from regraft.adaptation_manager.planning.modes import NoSuchMode, changes_of
 from regraft.adaptation_manager.planning.reading import Read, read_components
 from regraft.adaptation_manager.targets.component_client import ComponentClient
 from regraft.adaptation_manager.targets.host_client import Hosts
-from regraft.bus_schema.messages.modes import ModeStatus, PartModes, SystemModes
+from regraft.bus_schema.messages.management.modes import ModeStatus, PartModes, SystemModes
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, is_lower
-from regraft.bus_schema.model.mode_deciders import deciders
-from regraft.bus_schema.model.mode_inference import UNKNOWN, actual_mode, as_read, state_of_many
-from regraft.bus_schema.model.mode_parts import SYSTEM, PartKind, kind_of, modes_by_part
-from regraft.bus_schema.model.modes import is_in_force
+from regraft.bus_schema.model.modes.mode_deciders import deciders
+from regraft.bus_schema.model.modes.mode_inference import UNKNOWN, actual_mode, as_read, state_of_many
+from regraft.bus_schema.model.modes.mode_parts import SYSTEM, PartKind, kind_of, modes_by_part
+from regraft.bus_schema.model.modes.modes import is_in_force
 
 if TYPE_CHECKING:
     from regraft import Kit

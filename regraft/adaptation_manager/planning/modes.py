@@ -11,7 +11,7 @@ from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Change, EnterMode, Violation
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.modes import as_needed
+from regraft.bus_schema.model.modes.modes import as_needed
 from regraft.bus_schema.suggestions import instead_of
 
 

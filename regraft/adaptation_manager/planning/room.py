@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from regraft.adaptation_manager.steps.draft import Draft
 from regraft.bus_schema.model.adaptation import Add, Change, Move, Remove, Swap, Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.capability import UNITS, Needs, loads, measured_in, needs
+from regraft.bus_schema.model.hosts.capability import UNITS, Needs, loads, measured_in, needs
 
 Run = tuple[str, str, Needs]
 """A run: what it is called, its host, and what it needs."""

@@ -12,6 +12,7 @@ from regraft.bus.interface import Answer, BusError
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.control import (
     ComponentView,
     ControlCode,
@@ -23,7 +24,6 @@ from regraft.bus_schema.messages.protocol.control import (
 )
 from regraft.bus_schema.messages.protocol.handover import Handover
 from regraft.bus_schema.messages.protocol.host import ProcessState, ProcessStatus
-from regraft.bus_schema.messages.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import Transition
 from regraft.patience import stretched
 

@@ -33,7 +33,7 @@ from regraft.bus_schema.messages.protocol.host import (
     UpdateSpecs,
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.patience import stretched
 
 if TYPE_CHECKING:

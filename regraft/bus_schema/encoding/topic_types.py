@@ -12,13 +12,13 @@ from regraft.bus_schema.suggestions import instead_of
 PROTOCOL = frozenset(
     {
         "regraft.bus_schema.model.description",
-        "regraft.bus_schema.model.estimates",
+        "regraft.bus_schema.model.qualities.estimates",
         "regraft.bus_schema.messages.protocol.clock",
         "regraft.bus_schema.messages.protocol.control",
         "regraft.bus_schema.messages.protocol.handover",
         "regraft.bus_schema.messages.protocol.host",
         "regraft.bus_schema.messages.protocol.joining",
-        "regraft.bus_schema.messages.manager",
+        "regraft.bus_schema.messages.management.manager",
         "regraft.bus_schema.messages.protocol.requests",
         "regraft.bus_schema.encoding.reading",
         "regraft.runtime.core.assignment",

@@ -20,8 +20,8 @@ from regraft.bus_schema.annotations import (
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from regraft.bus_schema.model.estimates import Estimate
 from regraft.bus_schema.model.lifecycle import Transition
+from regraft.bus_schema.model.qualities.estimates import Estimate
 from regraft.bus_schema.model.watched import Breach, Condition
 
 ADAPT = "adaptation_manager/adapt"

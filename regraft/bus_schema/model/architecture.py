@@ -178,7 +178,7 @@ class Architecture:
     A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
     revision, while that is not final; empty once it is. ``limits`` hold for every component without its own.
     ``mode_parts`` has the modes of other parts that a mode enters, and ``mode_rules`` are for whoever decides on modes.
-    ``asked_modes`` is the mode that was asked for last, by part (`regraft.bus_schema.model.mode_parts`).
+    ``asked_modes`` is the mode that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`).
     """
 
     system: str

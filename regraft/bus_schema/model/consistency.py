@@ -13,11 +13,11 @@ from regraft.bus_schema.encoding.registry import TYPE_NAME
 from regraft.bus_schema.errors import BadKey
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
-from regraft.bus_schema.model.capability import capability_violations
 from regraft.bus_schema.model.constraints import constraint_violations
-from regraft.bus_schema.model.hosts import host_violations
+from regraft.bus_schema.model.hosts.capability import capability_violations
+from regraft.bus_schema.model.hosts.hosts import host_violations
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
-from regraft.bus_schema.model.mode_deciders import DECIDER, decider_violations
+from regraft.bus_schema.model.modes.mode_deciders import DECIDER, decider_violations
 from regraft.bus_schema.model.parameter_values import parameter_problem
 from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.bus_schema.model.system_topics import RESERVED

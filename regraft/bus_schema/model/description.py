@@ -12,7 +12,7 @@ from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.errors import BadKey, BadMessage
 from regraft.bus_schema.keys import own_name
-from regraft.bus_schema.model.qualities import QualityDescription
+from regraft.bus_schema.model.qualities.qualities import QualityDescription
 
 ANY_TYPE = "*"
 """The type of an input that takes whatever its topic carries."""

@@ -10,7 +10,7 @@ from regraft.bus_schema.model.constraints import split_parameter
 from regraft.bus_schema.model.description import Description
 from regraft.bus_schema.model.expressions import Expression
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import QualityDescription, measured
+from regraft.bus_schema.model.qualities.qualities import QualityDescription, measured
 from regraft.bus_schema.model.watched import Condition
 from regraft.bus_schema.suggestions import instead_of
 

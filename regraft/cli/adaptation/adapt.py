@@ -9,7 +9,7 @@ import typer
 
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.manager import (
+from regraft.bus_schema.messages.management.manager import (
     CancelAdaptation,
     ConfirmAdaptation,
     UndoAdaptation,

@@ -10,7 +10,7 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.protocol.control import AskQualities
-from regraft.bus_schema.model.qualities import Judged
+from regraft.bus_schema.model.qualities.qualities import Judged
 from regraft.cli.adaptation.estimate_stack import estimate_stack
 from regraft.cli.adaptation.mistakes import refuse_values
 from regraft.cli.outcomes import BadInput

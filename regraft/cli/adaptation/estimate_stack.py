@@ -13,8 +13,8 @@ from regraft.bus_schema.messages.protocol.host import DescribedComponent
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode, Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.consistency import violations
-from regraft.bus_schema.model.estimates import Figure, Source
 from regraft.bus_schema.model.lifecycle import State, Transition, route
+from regraft.bus_schema.model.qualities.estimates import Figure, Source
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.cli.adaptation.mistakes import mistakes
 from regraft.cli.outcomes import BadInput

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.manager import JournalPage, JournalRequest
-from regraft.bus_schema.messages.system import SystemFault
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
+from regraft.bus_schema.messages.management.system import SystemFault
 from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.adapt import undo

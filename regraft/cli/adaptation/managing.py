@@ -19,7 +19,7 @@ from regraft.bus_schema.model.adaptation import (
     StepReport,
     Violation,
 )
-from regraft.bus_schema.model.estimates import Estimate
+from regraft.bus_schema.model.qualities.estimates import Estimate
 from regraft.cli.adaptation.mistakes import refuse_mistakes
 from regraft.cli.adaptation.watched import Confirmation
 from regraft.cli.outcomes import FAILED, BadInput, Unreachable

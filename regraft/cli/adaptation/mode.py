@@ -9,10 +9,10 @@ import typer
 
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.messages.modes import MODES, ModesRequest, SystemModes
+from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, SystemModes
 from regraft.bus_schema.model.adaptation import AdaptationRequest, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.modes import as_needed, is_in_force
+from regraft.bus_schema.model.modes.modes import as_needed, is_in_force
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.adaptation import managing
 from regraft.cli.adaptation.mode_tables import show_modes, show_parts

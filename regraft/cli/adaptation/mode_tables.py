@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from regraft.bus_schema.messages.modes import ModeStatus, PartModes, SystemModes
+from regraft.bus_schema.messages.management.modes import ModeStatus, PartModes, SystemModes
 from regraft.bus_schema.model.robots.robot_view import RobotView
 from regraft.bus_schema.suggestions import no_such
 from regraft.cli.outcomes import BadInput

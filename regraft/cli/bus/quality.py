@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import Better
+from regraft.bus_schema.model.qualities.qualities import Better
 from regraft.cli.bus.rates import Rates
 from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed

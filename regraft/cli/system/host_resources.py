@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 
 from regraft.bus_schema.messages.protocol.usage import HostUsage
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.cli.running_system import Reached
 from regraft.cli.terminal.output import show_json, show_table
 from regraft.client.capability import AmountLine, HostCapability, capability

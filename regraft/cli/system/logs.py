@@ -13,7 +13,7 @@ from regraft import run_directory
 from regraft.bus.interface import BusError
 from regraft.bus_schema.keys import component_name, system_name
 from regraft.bus_schema.messages.health import Event
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.robot_view import ALL
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.outcomes import BadInput, Unreachable

@@ -6,7 +6,7 @@ import socket
 from collections.abc import Iterator
 
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.parameter_values import effective_parameter
 from regraft.cli.outcomes import BadInput
 

@@ -9,7 +9,7 @@ import typer
 
 from regraft import run_directory
 from regraft.bus.interface import BusError
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.cli.outcomes import FAILED, BadInput
 from regraft.cli.system.display import display
 from regraft.cli.system.host_log import log_to_file

@@ -11,7 +11,7 @@ from typing import TypeVar
 from regraft import CallFailed
 from regraft.bus.interface import BusError
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.manager import (
+from regraft.bus_schema.messages.management.manager import (
     ArchitectureRequest,
     CancelAdaptation,
     ConfirmAdaptation,
@@ -19,10 +19,10 @@ from regraft.bus_schema.messages.manager import (
     JournalRequest,
     UndoAdaptation,
 )
-from regraft.bus_schema.messages.modes import MODES, ModesRequest, SystemModes
+from regraft.bus_schema.messages.management.modes import MODES, ModesRequest, SystemModes
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.offers import offered_services
 from regraft.client import Client, ClientError
 from regraft.dashboard_api.backend.refusals import problem_of

@@ -6,7 +6,7 @@ import threading
 import time
 from typing import TypeVar
 
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.bus_schema.model.robots.executors import (
     MissionExecutor,
     NoSuchExecutor,

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import replace
 
 from regraft.bus_schema.errors import BadKey
-from regraft.bus_schema.messages.modes import SystemModes
+from regraft.bus_schema.messages.management.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import AskQualities, ControlCode, Qualities
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.protocol.usage import HostUsage

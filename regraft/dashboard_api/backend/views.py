@@ -7,13 +7,13 @@ from typing import Annotated
 
 from regraft.bus_schema.annotations import Count, Hertz, Named, PlainValue, Seconds
 from regraft.bus_schema.messages.health import ComponentStatus
+from regraft.bus_schema.messages.management.system import SystemFault
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.control import ComponentView
 from regraft.bus_schema.messages.protocol.host import HostStatus, ProcessStatus
-from regraft.bus_schema.messages.system import SystemFault
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
 from regraft.client.capability import HostCapability
 from regraft.client.qualities import QualityNow

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 
-from regraft.bus_schema.messages.manager import JournalRequest, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import JournalRequest, UndoAdaptation
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome
 from regraft.dashboard_api.backend.manager import Manager
 from regraft.dashboard_api.backend.outcomes import answer, declared_outcomes

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Path, Query, Response
 
-from regraft.bus_schema.messages.modes import SystemModes
+from regraft.bus_schema.messages.management.modes import SystemModes
 from regraft.bus_schema.messages.protocol.control import AskQualities, Qualities
 from regraft.bus_schema.messages.protocol.host import LogLines
 from regraft.bus_schema.model.architecture import Architecture

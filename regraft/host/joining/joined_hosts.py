@@ -15,8 +15,8 @@ from regraft.bus_schema.messages.protocol.control import ControlCode
 from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessState, ProcessStatus
 from regraft.bus_schema.messages.protocol.joining import PROTOCOL, JoinHost, Lease, RenewLease
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.host_state import HostState
-from regraft.bus_schema.model.hosts import LOCAL
+from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.hosts.hosts import LOCAL
 from regraft.host.host_publisher import Refused
 from regraft.runtime.core.lease import now
 

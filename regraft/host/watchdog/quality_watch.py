@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from regraft.bus_schema.messages.health import ComponentStatus, Level
-from regraft.bus_schema.messages.qualities import SILENT_PERIODS, MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import SILENT_PERIODS, MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.host.host_publisher import HostPublisher

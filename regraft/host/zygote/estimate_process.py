@@ -11,8 +11,8 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.protocol.host import EstimatedQualities, EstimateQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
-from regraft.bus_schema.model.estimates import Figure
-from regraft.bus_schema.model.qualities import Judged, all_unknown, estimated
+from regraft.bus_schema.model.qualities.estimates import Figure
+from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, estimated
 from regraft.component.component import InputQualities
 from regraft.estimation.calling import Call, call_within_bounds
 from regraft.estimation.estimation import Estimation

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Container
 
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic
+from regraft.bus_schema.messages.management.system import ComponentState, SystemFault, SystemFaultKind, SystemNews
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.messages.system import ComponentState, SystemFault, SystemFaultKind, SystemNews
 from regraft.bus_schema.model.system_topics import DIAGNOSTICS, QUALITIES
 
 MAX_FAULTS = 100

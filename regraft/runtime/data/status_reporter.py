@@ -12,9 +12,9 @@ from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.encoding.registry import MessageType, type_of
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event, Level
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.system import SystemFaultKind
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.messages.system import SystemFaultKind
 from regraft.bus_schema.model.lifecycle import State
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.own_news import OwnNews

@@ -6,9 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from regraft.bus_schema.messages.health import Diagnostic
-from regraft.bus_schema.messages.protocol.host import OtherHost
-from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.messages.system import (
+from regraft.bus_schema.messages.management.system import (
     ComponentState,
     HostCondition,
     SystemDiagnostics,
@@ -20,6 +18,8 @@ from regraft.bus_schema.messages.system import (
     SystemQualities,
     SystemStates,
 )
+from regraft.bus_schema.messages.protocol.host import OtherHost
+from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES
 
 ENDS = (SystemFaultKind.DIED, SystemFaultKind.HUNG, SystemFaultKind.QUARANTINED)

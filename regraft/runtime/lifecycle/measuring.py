@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from regraft.bus_schema.messages.health import Level
-from regraft.bus_schema.messages.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.qualities import Judged, all_unknown, judged, measured
+from regraft.bus_schema.model.qualities.qualities import Judged, all_unknown, judged, measured
 from regraft.runtime.parts import Parts
 
 FAULT_AFTER = 5

@@ -8,11 +8,11 @@ from dataclasses import replace
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.model.adaptation import AdaptationRequest
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.mode_circles import find_circle
-from regraft.bus_schema.model.mode_conditions import condition_problems
-from regraft.bus_schema.model.mode_deciders import deciders
-from regraft.bus_schema.model.mode_parts import part_of
 from regraft.bus_schema.model.mode_rules import LONGEST, ModeRule
+from regraft.bus_schema.model.modes.mode_circles import find_circle
+from regraft.bus_schema.model.modes.mode_conditions import condition_problems
+from regraft.bus_schema.model.modes.mode_deciders import deciders
+from regraft.bus_schema.model.modes.mode_parts import part_of
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.stack.yaml.nodes import Node
 from regraft.stack.yaml.section import Section

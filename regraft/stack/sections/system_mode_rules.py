@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.mode_conditions import GONE
-from regraft.bus_schema.model.mode_parts import DEFAULT
 from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_conditions import GONE
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT
 from regraft.bus_schema.suggestions import instead_of, no_such
 from regraft.stack.yaml.nodes import Location, Node
 from regraft.stack.yaml.problems import Report

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.model.mode_parts import DEFAULT
 from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT
 from regraft.bus_schema.suggestions import instead_of
 from regraft.stack.sections.system_mode_rules import Part, component_of, rules_of
 from regraft.stack.yaml.document import read_document

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from regraft.adaptation_manager.planners.choices.explanation import Explanation, Prediction, RunnerUp, exclusions
 from regraft.adaptation_manager.planners.choices.in_architecture import all_stand, changes_for
-from regraft.adaptation_manager.planners.choices.infeasible import impossible
 from regraft.adaptation_manager.planners.choices.objective import Evaluation
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rulebook import Rulebook
+from regraft.adaptation_manager.planners.choices.rules.infeasible import impossible
+from regraft.adaptation_manager.planners.choices.rules.rulebook import Rulebook
 from regraft.adaptation_manager.planners.choices.slots import Option, Slot, option_of
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, Effort, Found, Solution, Solver
 from regraft.bus_schema.model.adaptation import Change

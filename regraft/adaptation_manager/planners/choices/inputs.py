@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Final
 
-from regraft.adaptation_manager.planners.choices.constraints import OPERATORS
+from regraft.adaptation_manager.planners.choices.rules.constraints import OPERATORS
 from regraft.adaptation_manager.planners.choices.settings import Kind, identity
 from regraft.adaptation_manager.planners.choices.slots import Slot, varied
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from regraft.adaptation_manager.planners.choices.rules import Rule
+from regraft.adaptation_manager.planners.choices.rules.rules import Rule
 
 UNKNOWN = -math.inf
 """The worth of a combination that nothing can be said about: it is not chosen."""

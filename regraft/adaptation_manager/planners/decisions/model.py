@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from regraft.adaptation_manager.planners.choices.rules import Rule
+from regraft.adaptation_manager.planners.choices.rules.rules import Rule
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.model.expressions import Expression

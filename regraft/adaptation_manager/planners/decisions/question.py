@@ -11,8 +11,8 @@ from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.explanation import exclusions
 from regraft.adaptation_manager.planners.choices.objective import Evaluation, Objective, finite
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rulebook import Rulebook
-from regraft.adaptation_manager.planners.choices.rules import Clause
+from regraft.adaptation_manager.planners.choices.rules.rulebook import Rulebook
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, Effort, Solver
 from regraft.adaptation_manager.planners.decisions.model import Decision, Fault
 from regraft.bus_schema.model.architecture import Architecture

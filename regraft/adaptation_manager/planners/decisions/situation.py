@@ -10,7 +10,7 @@ from regraft import Input, Kit
 from regraft.adaptation_manager.planners.decisions.model import ContextEntry, Decision
 from regraft.bus_schema.encoding.reading import read
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.system import SystemFaults, SystemQualities
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities
 from regraft.bus_schema.model import system_topics
 
 FAULTS: Final = "faults"

@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.modes import RuleStatus, SystemModes
+from regraft.bus_schema.messages.management.modes import RuleStatus, SystemModes
 from regraft.bus_schema.model.expressions import Unknown
-from regraft.bus_schema.model.mode_conditions import condition_of, target_of
 from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_conditions import condition_of, target_of
 
 ROUNDING: Final = 1e-6
 """Seconds by which times may differ that are meant to be equal."""

@@ -9,14 +9,14 @@ from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, 
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times
 from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, values_of
 from regraft.bus_schema.annotations import PlainValue
-from regraft.bus_schema.messages.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
-from regraft.bus_schema.messages.system import SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities, SystemStates
 from regraft.bus_schema.model.adaptation import AdaptationReport, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
-from regraft.bus_schema.model.mode_conditions import ConditionName, NameKind, names_of, target_of
-from regraft.bus_schema.model.mode_deciders import DECIDER
 from regraft.bus_schema.model.mode_rules import LONGEST, ModeRule
+from regraft.bus_schema.model.modes.mode_conditions import ConditionName, NameKind, names_of, target_of
+from regraft.bus_schema.model.modes.mode_deciders import DECIDER
 from regraft.bus_schema.model.robots.scopes import SHARED
 
 LOOK_EVERY: Final = 0.1

@@ -9,11 +9,11 @@ from regraft import Kit
 from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.keys import Keys
-from regraft.bus_schema.messages.modes import SystemModes
-from regraft.bus_schema.messages.qualities import MeasuredQualities
-from regraft.bus_schema.messages.system import SystemFaultKind, SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.modes import SystemModes
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
+from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemQualities, SystemStates
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.mode_conditions import GONE, ConditionName, NameKind, values_of_modes
+from regraft.bus_schema.model.modes.mode_conditions import GONE, ConditionName, NameKind, values_of_modes
 
 Names = Mapping[str, ConditionName]
 

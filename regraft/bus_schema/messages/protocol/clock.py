@@ -7,7 +7,7 @@ from enum import Enum
 
 from regraft.bus_schema.annotations import Count, Seconds
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.messages.system import SystemNews
+from regraft.bus_schema.messages.management.system import SystemNews
 
 Frontier = dict[str, dict[str, Count]]
 """Per key and source, the sequence up to which data is to be handled."""

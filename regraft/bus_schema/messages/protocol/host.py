@@ -10,8 +10,8 @@ from regraft.bus_schema.annotations import Bounds, Count, PlainValue, Seconds
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
-from regraft.bus_schema.model.estimates import Figure
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.qualities.estimates import Figure
 
 
 class ProcessState(Enum):

@@ -8,7 +8,7 @@ from typing import Any, Final
 from regraft import CallFailed
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.manager import ArchitectureRequest
+from regraft.bus_schema.messages.management.manager import ArchitectureRequest
 from regraft.bus_schema.model.adaptation import ADAPT, ARCHITECTURE, AdaptationReport, AdaptationRequest, Change
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.robots.scopes import SHARED

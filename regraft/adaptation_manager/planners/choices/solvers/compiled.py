@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, Rule, bits
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Rule, bits
 from regraft.adaptation_manager.planners.choices.solvers.elimination import Bound, Factor, Loss, bound_of, factor
 from regraft.adaptation_manager.planners.choices.solvers.multipliers import penalised
 

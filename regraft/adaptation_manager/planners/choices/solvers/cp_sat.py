@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, Relation, Rule, bits
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Relation, Rule, bits
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, CannotSolve, Effort, Found, Solution
 
 SCALE: Final = 2**40

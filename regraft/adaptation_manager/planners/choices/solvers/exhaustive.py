@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from regraft.adaptation_manager.planners.choices.problem import Problem
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, Rule
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Rule
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, CannotSolve, Effort, Found, Solution
 
 MAX_COMBINATIONS: Final = 50_000_000

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from regraft.adaptation_manager.planners.choices.constraints import FORMS, rules_of
-from regraft.adaptation_manager.planners.choices.rules import Rule
+from regraft.adaptation_manager.planners.choices.rules.constraints import FORMS, rules_of
+from regraft.adaptation_manager.planners.choices.rules.rules import Rule
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.adaptation_manager.planners.decisions.fields import expression, items
 from regraft.adaptation_manager.planners.decisions.model import AmountLimit, Requirement

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from regraft.bus_schema.annotations import Bounds, Count, Seconds, Text
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.messages.system import SystemFault
+from regraft.bus_schema.messages.management.system import SystemFault
 from regraft.bus_schema.model.adaptation import AdaptationReport
 from regraft.bus_schema.model.watched import Condition
 

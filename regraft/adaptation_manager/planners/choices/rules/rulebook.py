@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from regraft.adaptation_manager.planners.choices.rules import Clause, Limit, Relation, Rule, Table, relation
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Limit, Relation, Rule, Table, relation
 from regraft.adaptation_manager.planners.choices.settings import contradict
 from regraft.adaptation_manager.planners.choices.slots import Slot
 

@@ -18,7 +18,8 @@ from regraft.bus_schema.model.adaptation import Change, ChangeState
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Expression, Unknown
 from regraft.bus_schema.model.lifecycle import State, is_at_most
-from regraft.bus_schema.model.mode_conditions import (
+from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_conditions import (
     GONE,
     ConditionName,
     NameKind,
@@ -27,9 +28,8 @@ from regraft.bus_schema.model.mode_conditions import (
     target_of,
     values_of_modes,
 )
-from regraft.bus_schema.model.mode_parts import asked_after
-from regraft.bus_schema.model.mode_rules import ModeRule
-from regraft.bus_schema.model.modes import GOALS
+from regraft.bus_schema.model.modes.mode_parts import asked_after
+from regraft.bus_schema.model.modes.modes import GOALS
 
 MAX_SITUATIONS: Final = 5_000
 """Situations that are tried; of more, as many are drawn."""

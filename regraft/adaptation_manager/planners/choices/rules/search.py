@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import islice
 
-from regraft.adaptation_manager.planners.choices.rules import Domains, Rule, bits
+from regraft.adaptation_manager.planners.choices.rules.rules import Domains, Rule, bits
 
 MAX_STEPS = 400_000
 """How often one search may apply a rule before it gives up: a few seconds."""

@@ -9,8 +9,8 @@ from enum import Enum
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Expression
-from regraft.bus_schema.model.mode_parts import SYSTEM, part_of
 from regraft.bus_schema.model.mode_rules import ModeRule
+from regraft.bus_schema.model.modes.mode_parts import SYSTEM, part_of
 from regraft.bus_schema.suggestions import instead_of, no_such
 
 GONE = "gone"

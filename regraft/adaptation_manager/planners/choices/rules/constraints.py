@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from regraft.adaptation_manager.planners.choices.rules import Clause, Rule, relation
+from regraft.adaptation_manager.planners.choices.rules.rules import Clause, Rule, relation
 from regraft.adaptation_manager.planners.choices.settings import identity
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.annotations import PlainValue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from regraft.bus_schema.messages.protocol.clock import ClockMember, Join
-from regraft.lockstep.liveness import LivenessTracker, Run
+from regraft.lockstep.joining.liveness import LivenessTracker, Run
 from regraft.lockstep.membership import Membership
 
 

@@ -12,7 +12,7 @@ from regraft.bus_schema.annotations import Count, Seconds, Told
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.health import Diagnostic
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.host_state import HostState
+from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from regraft.bus_schema.suggestions import instead_of
-from regraft.stack.overrides import Setting, apply_settings
+from regraft.stack.options.overrides import Setting, apply_settings
 from regraft.stack.stack import Stack
 from regraft.stack.yaml.document import read_map
 from regraft.stack.yaml.nodes import Node

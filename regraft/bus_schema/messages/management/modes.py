@@ -7,7 +7,7 @@ from typing import Final
 
 from regraft.bus_schema.annotations import Count, Seconds, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.model.mode_parts import PartKind
+from regraft.bus_schema.model.modes.mode_parts import PartKind
 
 MODES: Final = "adaptation_manager/modes"
 """The service that answers `ModesRequest` with `SystemModes`."""

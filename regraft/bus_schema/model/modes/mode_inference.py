@@ -13,8 +13,8 @@ from regraft.bus_schema.annotations import Connections, PlainValue
 from regraft.bus_schema.model.adaptation import Change
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, is_lower
-from regraft.bus_schema.model.mode_parts import DEFAULT
-from regraft.bus_schema.model.modes import is_in_force
+from regraft.bus_schema.model.modes.mode_parts import DEFAULT
+from regraft.bus_schema.model.modes.modes import is_in_force
 
 UNKNOWN = "unknown"
 """The state of a part of which nothing is known, or whose components are in different ones."""

@@ -1,0 +1,1 @@
+"""The rules that choices obey, and the combinations that they allow."""

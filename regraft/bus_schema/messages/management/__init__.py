@@ -1,0 +1,1 @@
+"""Messages between a system, its manager and planners."""

@@ -1,0 +1,1 @@
+"""Modes: what they set, whose they are, the rules that enter them."""

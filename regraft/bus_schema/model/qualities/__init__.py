@@ -1,0 +1,1 @@
+"""Qualities that classes declare, and their estimates."""

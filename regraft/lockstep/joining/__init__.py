@@ -1,0 +1,1 @@
+"""Joining simulated time: requests, gathering, admission."""
