@@ -204,7 +204,7 @@ def test_an_estimate_that_is_no_number_counts_as_unknown_and_is_said(odd: str) -
     found = chosen([ways], "-wheels.power")
     assert found.option is not None
     assert found.option.values == ("",)
-    assert found.explanation.unknown == (f"wheels.power is {odd}, which counts as unknown",)
+    assert found.explanation.unknown == (f"wheels.power is {odd}: must be finite",)
     assert [each.alternative for each in found.explanation.excluded] == [odd]
 
 

@@ -27,8 +27,12 @@ class Estimator(Protocol):
 
     def estimate(
         self, component: str, settings: Sequence[Setting], context: Mapping[str, PlainValue]
-    ) -> Mapping[str, float]:
-        """Return a component's qualities by name, under those settings that it depends on; raises Unknown."""
+    ) -> Mapping[str, float | Unknown]:
+        """Return a component's qualities by name, or why one is unknown, under those settings that it depends on.
+
+        Raises:
+            Unknown: all of them are unknown.
+        """
         ...
 
 
@@ -66,8 +70,8 @@ class ClassEstimates:
 
     def estimate(
         self, component: str, settings: Sequence[Setting], context: Mapping[str, PlainValue]
-    ) -> dict[str, float]:
-        """Return what a component's class expects to give; raises Unknown."""
+    ) -> dict[str, float | Unknown]:
+        """Return what a component's class expects to give, or why that does not count; raises Unknown."""
         spec = self._components[component]
         own = [setting for setting in settings if setting.component == component]
         changed = {setting.member: setting.value for setting in own if setting.kind is Kind.PARAMETER}
@@ -76,7 +80,9 @@ class ClassEstimates:
             cls = load_class(path)
             described = spec.description if path == spec.cls and spec.description else describe(cls)
             defaults = {parameter.name: parameter.default for parameter in described.parameters}
-            return predicted(cls, described.qualities, defaults | spec.parameters | changed, context).values
+            found = predicted(cls, described.qualities, defaults | spec.parameters | changed, context)
+            why = {name: Unknown(f"{component}.{name} is {problem}") for name, problem in found.problems.items()}
+            return {**found.values, **why}
         except NoSuchClass as error:
             raise Unknown(f"{component}: {error}") from None
         except (ArithmeticError, KeyError, TypeError, ValueError) as error:

@@ -64,7 +64,7 @@ class Evaluation:
         self._assumed = dict(objective.assume)
         self._named = {**objective.named, **self._totals()}
         self._scopes: dict[str, frozenset[int]] = {}
-        self._estimated: dict[tuple[Any, ...], Mapping[str, float] | Unknown] = {}
+        self._estimated: dict[tuple[Any, ...], Mapping[str, float | Unknown] | Unknown] = {}
 
     # --- the objective as terms ---
 
@@ -158,7 +158,9 @@ class Evaluation:
 
     # --- what names stand for ---
 
-    def estimates(self, component: str, chosen: Mapping[int, int], assumed: Mapping[str, Any]) -> Mapping[str, float]:
+    def estimates(
+        self, component: str, chosen: Mapping[int, int], assumed: Mapping[str, Any]
+    ) -> Mapping[str, float | Unknown]:
         """Return a component's estimates where some slots are chosen; raises Unknown."""
         settings = [
             setting
@@ -219,8 +221,11 @@ class Values(Mapping[str, Any]):
         component, _, quality = name.rpartition(".")
         if quality and self._evaluation.knows(component):
             found = self._evaluation.estimates(component, self._chosen, self._assumed)
-            if quality in found:
-                return finite(found[quality], name)
+            value = found.get(quality)
+            if isinstance(value, Unknown):
+                raise value
+            if value is not None:
+                return finite(value, name)
         return self._plain(name)
 
     def _plain(self, name: str) -> Any:

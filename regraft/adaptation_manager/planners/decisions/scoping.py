@@ -11,6 +11,7 @@ from regraft.adaptation_manager.planners.choices.slots import Alternative, Slot
 from regraft.adaptation_manager.planners.decisions.model import ContextEntry, Decision
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.expressions import Unknown
 from regraft.bus_schema.model.robots.scoped_changes import Names
 
 
@@ -73,6 +74,6 @@ class ScopedEstimates:
 
     def estimate(
         self, component: str, settings: Sequence[Setting], context: Mapping[str, PlainValue]
-    ) -> Mapping[str, float]:
+    ) -> Mapping[str, float | Unknown]:
         """Return a component's qualities by name; raises Unknown."""
         return self._estimates.estimate(self._names.component(component), settings, context)
