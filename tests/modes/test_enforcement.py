@@ -95,3 +95,9 @@ def test_a_mode_that_cannot_be_entered_is_tried_again_after_a_while() -> None:
     made.refused(DEGRADE, 1.0, TIMES)
     assert _due(made, 1.9, bad=True) == ""
     assert _due(made, 2.0, bad=True) == "degraded"
+
+
+def test_a_mode_that_an_earlier_run_has_entered_is_not_taken_for_a_manual_one() -> None:
+    made = _begun()
+    assert made.see(_modes("degraded"), 1.0, TIMES, own="degraded") == []
+    assert made.see(_modes("normal"), 2.0, TIMES) == [""]

@@ -82,8 +82,11 @@ class Enforcement:
 
     # --- what is seen ---
 
-    def see(self, modes: SystemModes, now: float, times: Times) -> list[str]:
-        """Take how all parts are; returns those whose mode others have changed, which is left alone for a while."""
+    def see(self, modes: SystemModes, now: float, times: Times, own: str = "") -> list[str]:
+        """Take how all parts are; returns those whose mode others have changed, which is left alone for a while.
+
+        ``own`` is a mode that an earlier run had entered, and may not have remembered.
+        """
         changed = []
         for part in dict.fromkeys(map(target_of, self.rules)):
             seen = modes.part(part)
@@ -93,7 +96,7 @@ class Enforcement:
                 self.parts[part] = PartMemory(target, as_asked)
                 continue
             is_other = (target, as_asked) != (memory.target, memory.as_asked)
-            if is_other and not (as_asked and target == memory.asked):
+            if is_other and not (as_asked and target in (memory.asked, own or memory.asked)):
                 memory.manual_until = now + times.manual_hold
                 changed.append(part)
             memory.target, memory.as_asked, memory.asked = target, as_asked, ""

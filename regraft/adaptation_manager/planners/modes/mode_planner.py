@@ -9,9 +9,10 @@ from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, 
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times
 from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, values_of
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
 from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities, SystemStates
-from regraft.bus_schema.model.adaptation import AdaptationReport, Change, EnterMode
+from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 from regraft.bus_schema.model.mode_rules import LONGEST, ModeRule
@@ -21,6 +22,8 @@ from regraft.bus_schema.model.robots.scopes import SHARED
 
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the conditions."""
+JOURNAL_LINES: Final = 20
+"""Lines of the journal among which the newest change is looked for."""
 
 
 def _seconds(default: float, description: str) -> Parameter[float]:
@@ -73,6 +76,7 @@ class ModePlanner(Component):
         self._measure_at = 0.0
         self._seen_states: SystemStates | None = None
         self._complaint = ""
+        self._is_new = True
         self.kit.spawn(self._enforce(), "enforcing rules")
 
     @service(DECIDER)
@@ -141,12 +145,26 @@ class ModePlanner(Component):
         self._enforcement.take_rules(architecture.mode_rules)
         self._names = names_of(architecture.mode_rules, architecture)
         modes = await self.kit.call(SHARED + MODES, ModesRequest(), SystemModes, timeout=self.answer_within)
-        for part in self._enforcement.see(modes, self.kit.now(), self._times()):
+        own = await self._last_own() if self._is_new else ""
+        self._is_new = False
+        for part in self._enforcement.see(modes, self.kit.now(), self._times(), own):
             whose = part or "the system"
             text = f"the mode of {whose} was changed by others: it is left alone for {self.manual_hold:g} s"
             self.kit.event("modes.manual", text, part=part)
         self._modes = modes
         return architecture, modes
+
+    async def _last_own(self) -> str:
+        """Return the mode that the newest adaptation entered, if an earlier run of this planner asked for it.
+
+        That run may have ended before its checkpoint.
+        """
+        journal = JournalRequest(limit=JOURNAL_LINES)
+        page = await self.kit.call(SHARED + JOURNAL, journal, JournalPage, timeout=self.answer_within)
+        newest = next((line for line in page.entries if line.revision_after != line.revision_before), None)
+        if newest is None or newest.request.actor != self.kit.name:
+            return ""
+        return next((change.mode for change in newest.request.changes if isinstance(change, EnterMode)), "")
 
     # --- acting ---
 
