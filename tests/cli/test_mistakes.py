@@ -83,6 +83,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
     "REVISION": [("999", "there is no revision 999"), ("first", "must be a whole number")],
     "ID": [("999", "'999'")],
     "MODE": [("lod", "loud")],
+    "PART": [("talkr", "a part is only named behind 'show'")],
     "SERVICE": [("last_numbr", "did you mean 'last_number'?")],
     "ACTION": [("wait_fr", "did you mean 'wait_for'?")],
     "FILE": [("nowhere", "nowhere"), ("nonsense", "")],
