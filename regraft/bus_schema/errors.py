@@ -2,6 +2,7 @@
 
 SchemaError
 ├── BadMessage    bytes or values that do not fit the type they claim to be
+│   └── BadCombination  fields that do not fit each other
 ├── BadKey        a name or key expression that is not well formed
 └── BadType       a message class that cannot be described
 """
@@ -23,7 +24,11 @@ class BadMessage(SchemaError):
 
     def inside(self, field: str) -> BadMessage:
         """Return the same error, seen from the record that holds ``field``."""
-        return BadMessage(self.why, (field, *self.where))
+        return type(self)(self.why, (field, *self.where))
+
+
+class BadCombination(BadMessage):
+    """Fields that fit their types one by one, but not each other, or whose text means nothing."""
 
 
 class BadKey(SchemaError):

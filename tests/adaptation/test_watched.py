@@ -106,6 +106,7 @@ def _dies(system: System) -> None:
 
 LEVEL = Condition(quality="gauge.level", at_least=4.0, unknown_for=0.2)
 LOUD = Condition(require="listener.gain > 0.5")
+HEARD = Condition(require="listener.gain > 0.2")
 KNOWN = Condition(require="gauge.level > 1.0", unknown_for=0.2)
 SECOND = Condition(component="second", state=State.ACTIVE)
 
@@ -116,7 +117,7 @@ SECOND = Condition(component="second", state=State.ACTIVE)
         (LEVEL, _fades, BreachCode.QUALITY_OUT_OF_BOUNDS, "gauge", 1.0, "gauge.level is 1 m, must be at least 4"),
         (LEVEL, _falls_silent, BreachCode.QUALITY_UNKNOWN, "gauge", None, "nan: must be finite, after 0."),
         (KNOWN, _falls_silent, BreachCode.EXPRESSION_UNKNOWN, "", None, "gauge.level is unknown: nan"),
-        (LOUD, _hushes, BreachCode.EXPRESSION_FALSE, "", None, "must be true, but listener.gain is 0.1"),
+        (HEARD, _hushes, BreachCode.EXPRESSION_FALSE, "", None, "must be true, but listener.gain is 0.1"),
         (SECOND, _rests, BreachCode.WRONG_STATE, "second", None, "second is inactive, must be active"),
         (SECOND, _dies, BreachCode.ENDED, "second", None, "second has ended: killed"),
     ],

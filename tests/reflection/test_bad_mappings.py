@@ -86,7 +86,12 @@ CASES = [
     ),
     (("reduce: abs", "at_least: 1"), "at_least", f"{MAPPING}.0.at_least", "is for reduce: min, max and mean"),
     (("reduce: abs", "stale_after: -1"), "stale", f"{MAPPING}.0.stale_after", "is -1.0, must be at least 0.0"),
-    (("reduce: abs", "reduc: abs"), "reduc:", f"{MAPPING}.0", "has no field 'reduc'; Mapped has: at_least, entry, "),
+    (
+        ("reduce: abs", "reduc: abs"),
+        "reduc:",
+        f"{MAPPING}.0",
+        "has no field 'reduc'; did you mean 'reduce'? Mapped has: at_least, entry, ",
+    ),
     (
         ("entry: battery_charge", "entry: my speed"),
         "my speed",

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from regraft.bus_schema.annotations import Bounds, Count, Seconds, Text, ToldBriefly
 from regraft.bus_schema.encoding.registry import message
-from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.errors import BadCombination, BadMessage
 from regraft.bus_schema.model.expressions import MAX_LENGTH, Expression
 from regraft.bus_schema.model.lifecycle import PRIMARY, State
 
@@ -52,46 +52,46 @@ class Condition:
         given = [kind for kind in KINDS if getattr(self, kind)]
         if len(given) != 1:
             has = " and ".join(given) or "none of them"
-            raise BadMessage(f"must have one of {', '.join(KINDS)}; has {has}")
+            raise BadCombination(f"must have one of {', '.join(KINDS)}; has {has}")
         (kind,) = given
         for other in fields(self):
             if other.name not in (kind, *OF_KIND[kind]) and getattr(self, other.name) != other.default:
                 also = ", ".join(OF_KIND[kind]) or "nothing else"
-                raise BadMessage(f"has no place next to {kind!r}, which takes {also}", (other.name,))
+                raise BadCombination(f"has no place next to {kind!r}, which takes {also}", (other.name,))
         self._check(kind)
 
     def _check(self, kind: str) -> None:
         if kind == "quality":
             if "." not in self.quality.strip("."):
-                raise BadMessage(f"is {self.quality!r}, must be 'component.quality'", ("quality",))
+                raise BadCombination(f"is {self.quality!r}, must be 'component.quality'", ("quality",))
             self._check_bounds()
         elif kind == "component" and self.state not in PRIMARY:
             problem = "is missing" if self.state is None else f"is {self.state.value!r}"
             states = ", ".join(state.value for state in PRIMARY)
-            raise BadMessage(f"{problem}, must be one of: {states}", ("state",))
+            raise BadCombination(f"{problem}, must be one of: {states}", ("state",))
         elif kind == "require":
             try:
                 expression = Expression(self.require)
             except BadMessage as error:
-                raise BadMessage(error.why, ("require",)) from None
+                raise BadCombination(error.why, ("require",)) from None
             bare = [name for name in expression.names if "." not in name]
             if bare or not expression.names:
                 what = f"{bare[0]!r} is no" if bare else "speaks of no"
-                raise BadMessage(
+                raise BadCombination(
                     f"{what} 'component.parameter', 'component.quality' or 'component.active'", ("require",)
                 )
 
     def _check_bounds(self) -> None:
         if self.within and len(self.within) != 2:
-            raise BadMessage(f"has {len(self.within)} numbers, must have two: [least, greatest]", ("within",))
+            raise BadCombination(f"has {len(self.within)} numbers, must have two: [least, greatest]", ("within",))
         if self.within and (self.at_least is not None or self.at_most is not None):
-            raise BadMessage("has no place next to at_least and at_most, which are the same", ("within",))
+            raise BadCombination("has no place next to at_least and at_most, which are the same", ("within",))
         least, most = self.bounds
         if least is None and most is None:
-            raise BadMessage(f"must have bounds: {', '.join(BOUNDS)}")
+            raise BadCombination(f"must have bounds: {', '.join(BOUNDS)}")
         if least is not None and most is not None and least > most:
             field = "within" if self.within else "at_least"
-            raise BadMessage(f"is {least:g}, must be at most the upper bound, {most:g}", (field,))
+            raise BadCombination(f"is {least:g}, must be at most the upper bound, {most:g}", (field,))
 
     @property
     def bounds(self) -> tuple[float | None, float | None]:

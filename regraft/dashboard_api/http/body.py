@@ -21,9 +21,9 @@ from regraft.dashboard_api.http.problems import (
     Problem,
     known_fields,
     malformed,
+    misfit,
     told,
     violation,
-    violations,
 )
 
 T = TypeVar("T")
@@ -68,7 +68,7 @@ class _JsonRequest(Request):
         assert route.body_field
         value, errors = route.body_field.validate(_parsed(raw), loc=("body",))
         if errors:
-            raise malformed(*violations(errors, known_fields(route)))
+            raise misfit(errors, known_fields(route))
         return value
 
 

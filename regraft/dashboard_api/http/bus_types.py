@@ -8,20 +8,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import GetCoreSchemaHandler, PlainValidator, ValidationError, WithJsonSchema
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from regraft.bus_schema.encoding.records import attributes_of, record_shape
 from regraft.bus_schema.encoding.shapes import INT_RANGE, JsonSchema, MapShape, Shape
-from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.errors import BadCombination, BadMessage
 from regraft.client import as_json
 
 T = TypeVar("T")
 
 JsonObject = dict[str, Any]
 NOTHING: JsonSchema = {}
+MISFIT: Final = "misfit"
+COMBINATION: Final = "combination"
+"""The kinds of errors: a value that does not fit its type, and fields that do not fit each other."""
 MAX_TOLD = 100
 """Violations of one request that are told."""
 
@@ -55,7 +58,8 @@ def checked(shape: Shape, also: JsonSchema = NOTHING) -> Any:
         try:
             return shape.unpack(plain)
         except BadMessage as error:
-            misfit = PydanticCustomError("misfit", "{why}", {"why": error.why})
+            kind = COMBINATION if isinstance(error, BadCombination) else MISFIT
+            misfit = PydanticCustomError(kind, "{why}", {"why": error.why})
             details = InitErrorDetails(type=misfit, loc=error.where, input=None)
             raise ValidationError.from_exception_data("misfit", [details]) from None
 

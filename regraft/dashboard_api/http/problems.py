@@ -19,7 +19,7 @@ from starlette.types import Receive, Scope, Send
 from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.adaptation import AdaptationReport, Violation
 from regraft.bus_schema.suggestions import Hints
-from regraft.dashboard_api.http.bus_types import MAX_TOLD, Fields, to_json
+from regraft.dashboard_api.http.bus_types import COMBINATION, MAX_TOLD, Fields, to_json
 
 LOG = logging.getLogger("regraft.gateway")
 MEDIA_TYPE = "application/problem+json"
@@ -187,10 +187,20 @@ def known_fields(route: Any) -> list[str]:
 
 def malformed(*violations: Violation) -> Problem:
     """Return the problem of a request that does not have the right form; of many violations it tells the first."""
+    return _of_violations(MALFORMED, violations)
+
+
+def misfit(errors: Sequence[Any], known: Iterable[str]) -> Problem:
+    """Return the problem of a request with errors that pydantic found: does it have the wrong form, or no meaning?"""
+    kind = INVALID if all(error["type"] == COMBINATION for error in errors) else MALFORMED
+    return _of_violations(kind, tuple(violations(errors, known)))
+
+
+def _of_violations(kind: Kind, violations: tuple[Violation, ...]) -> Problem:
     if len(violations) > MAX_TOLD:
         violations = (*violations[:MAX_TOLD], violation("", "and there are more"))
     lines = "; ".join(f"{v.field}: {v.problem}" if v.field else v.problem for v in violations)
-    return Problem(MALFORMED, lines, violations)
+    return Problem(kind, lines, violations)
 
 
 def retry_after(kind: Kind, seconds: float | None = None) -> dict[str, str]:
@@ -248,8 +258,7 @@ def install(app: FastAPI) -> None:
 
     def invalid(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        wrong = violations(error.errors(), known_fields(request.scope.get("route")))
-        return malformed(*wrong).response(request.url.path)
+        return misfit(error.errors(), known_fields(request.scope.get("route"))).response(request.url.path)
 
     def plain(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
