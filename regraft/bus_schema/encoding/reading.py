@@ -161,7 +161,8 @@ _MAKERS: dict[Reduce | None, Callable[[Any, Reading], PlainValue]] = {
 def _numbers(value: Any, reading: Reading) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Return many numbers as an array of one dimension."""
     if isinstance(value, np.ndarray):
-        return value.astype(np.float64).reshape(-1)
+        with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
+            return value.astype(np.float64).reshape(-1)
     if is_dataclass(value):
         many = [getattr(value, field.name) for field in fields(value)]
     elif isinstance(value, dict):
