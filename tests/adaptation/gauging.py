@@ -51,7 +51,7 @@ POINTS: Final[dict[str, tuple[type, str, int, bool]]] = {
     "before it is final": (Transaction, "settle", 1, False),
     "after it is final": (Transaction, "settle", 1, True),
 }
-"""What is called there, how often by then, and whether it has been done."""
+"""The calls there: the name, how often by then, and whether it has been done."""
 
 
 class DyingManager(AdaptationManager):

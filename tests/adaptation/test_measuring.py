@@ -1,4 +1,4 @@
-"""What is measured of a component follows it through adaptations: another class, another state."""
+"""Measuring follows a component through adaptations: another class, another state."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ def test_only_what_a_change_can_reach_is_estimated_again() -> None:
     base.changed({**CHAIN, "lonely": lonely, "first": replace(FIRST, parameters={"share": 0.1})})
     assert counted.asked == ["first", "second"]
     counted.asked.clear()
-    # What is read stays the same, so nothing behind it is asked.
+    # The inputs stay the same, so nothing behind it is asked.
     base.changed({**CHAIN, "lonely": lonely, "source": replace(SOURCE, parameters={"rate": 10.0})})
     assert counted.asked == ["source"]
 

@@ -1,4 +1,4 @@
-"""What a planner that decides by faults has done, and when."""
+"""The deeds of a planner that decides by faults, with their times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the system says of itself is read in step: in the order of everything else, and only where somebody reads."""
+"""Components read in step what the system says of itself: in the order of everything else, and only where wanted."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Annotated
 
@@ -12,7 +11,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.qualities.qualities import Better
-from regraft.cli.bus.rates import Rates
+from regraft.cli.bus.rates import rates_of
 from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed
 from regraft.cli.running_system import Reached, reached
@@ -24,7 +23,6 @@ from regraft.client.qualities import QualityNow, measures, qualities_now
 quality = typer.Typer(help="Look at measured qualities.", no_args_is_help=True, rich_markup_mode=None)
 
 STATUS_TIMEOUT = 2.0
-REPORT_INTERVAL = 1.0
 
 ComponentArgument = Annotated[str, typer.Argument(metavar="COMPONENT")]
 
@@ -104,20 +102,10 @@ def hz(
     as_json: JsonOption = False,
 ) -> None:
     """Measure how often a component publishes its qualities: by the wall clock, and by its own clock."""
-    rates = Rates()
-    shown_at = time.monotonic()
     with reached(ctx, system) as there:
         _measuring(there, component)
         _warn_if_silent(there, component)
-        try:
-            for sample in samples(_of(there, component), count, duration):
-                rates.add(time.monotonic(), sample)
-                if not as_json and time.monotonic() - shown_at >= REPORT_INTERVAL:
-                    shown_at = time.monotonic()
-                    say(rates.line())
-        except KeyboardInterrupt:
-            if not rates.count:
-                raise
+        rates = rates_of(samples(_of(there, component), count, duration), shown=not as_json)
     if not rates.count:
         raise Failed(_nothing_came(component, duration))
     if as_json:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import statistics
+import time
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from regraft.cli.terminal.output import seconds
+from regraft.cli.terminal.output import say, seconds
 from regraft.client import TopicSample
 
 WINDOW = 10_000
 """Messages that rates are taken over, the newest ones."""
+REPORT_INTERVAL = 1.0
+"""Seconds between two lines while messages come."""
 
 
 @dataclass(slots=True)
@@ -69,3 +73,18 @@ def rate(times: deque[float]) -> float | None:
     if len(times) < 2 or times[-1] <= times[0]:
         return None
     return (len(times) - 1) / (times[-1] - times[0])
+
+
+def rates_of(samples: Iterable[TopicSample], *, shown: bool) -> Rates:
+    """Return how often samples come, also if Ctrl-C ends it; with ``shown``, a line is printed now and then."""
+    rates, shown_at = Rates(), time.monotonic()
+    try:
+        for sample in samples:
+            rates.add(time.monotonic(), sample)
+            if shown and time.monotonic() - shown_at >= REPORT_INTERVAL:
+                shown_at = time.monotonic()
+                say(rates.line())
+    except KeyboardInterrupt:
+        if not rates.count:
+            raise
+    return rates

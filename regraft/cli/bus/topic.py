@@ -12,7 +12,7 @@ import typer
 from regraft.bus_schema.keys import topic_name
 from regraft.bus_schema.suggestions import instead_of
 from regraft.cli.bus import message_types
-from regraft.cli.bus.rates import Rates
+from regraft.cli.bus.rates import rates_of
 from regraft.cli.bus.sampling import CountOption, ForOption, OnceOption, samples
 from regraft.cli.outcomes import BadInput, Failed
 from regraft.cli.running_system import Reached, reached
@@ -27,7 +27,6 @@ topic = typer.Typer(help="Look at topics.", no_args_is_help=True, rich_markup_mo
 KNOWN_TIMEOUT = 2.0
 """Seconds within which a topic must be known or carry something."""
 LOOK_INTERVAL = 0.1
-REPORT_INTERVAL = 1.0
 MAX_SHOWN_LENGTH = 400
 
 TopicArgument = Annotated[str, typer.Argument(metavar="TOPIC")]
@@ -142,19 +141,9 @@ def hz(
     as_json: JsonOption = False,
 ) -> None:
     """Measure how often messages come: by the wall clock, and by the stamps of their sender's clock."""
-    rates = Rates()
-    shown_at = time.monotonic()
     with reached(ctx, system) as there:
         _check(there, name)
-        try:
-            for sample in _samples(there, name, count, duration):
-                rates.add(time.monotonic(), sample)
-                if not as_json and time.monotonic() - shown_at >= REPORT_INTERVAL:
-                    shown_at = time.monotonic()
-                    say(rates.line())
-        except KeyboardInterrupt:
-            if not rates.count:
-                raise
+        rates = rates_of(_samples(there, name, count, duration), shown=not as_json)
     if not rates.count:
         raise Failed(f"nothing came on {name}")
     if as_json:

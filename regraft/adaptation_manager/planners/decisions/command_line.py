@@ -43,18 +43,15 @@ DeadlineOption = Annotated[
 def check(file: FileArgument, stack: StackOption = None, robot: RobotOption = "", as_json: JsonOption = False) -> None:
     """Check a decision file; with a stack, also whether it can be taken there."""
     found, _ = _read(file, stack, robot)
-    told = {
-        "file": str(file),
-        "learning": [{"field": each.field, "why": each.why} for each in not_learned(found)],
-        "predicting": [{"field": each.field, "why": each.why} for each in not_predicted(found)],
-    }
+    learning = [{"field": each.field, "why": each.why} for each in not_learned(found)]
+    predicting = [{"field": each.field, "why": each.why} for each in not_predicted(found)]
     if as_json:
-        show_json(told)
+        show_json({"file": str(file), "learning": learning, "predicting": predicting})
         return
     say(f"{file}: {len(found.slots)} choices, {len(found.context)} entries of context: right")
-    for kind, parts in (("bandits", told["learning"]), ("forecast", told["predicting"])):
+    for kind, parts in (("bandits", learning), ("forecast", predicting)):
         for part in parts:
-            say(f"{kind} cannot express {part['field']}: {part['why']}")  # type: ignore[index]
+            say(f"{kind} cannot express {part['field']}: {part['why']}")
 
 
 @decision.command("show")
