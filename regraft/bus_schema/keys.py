@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from regraft.bus_schema.errors import BadKey
 
@@ -154,6 +155,7 @@ class Keys:
         return f"{self.system}/clock/{part}"
 
 
+@lru_cache(maxsize=4096)
 def matches(expression: str, key: str) -> bool:
     """Return whether two key expressions with ``*`` and ``**`` have a key in common, as Zenoh would."""
     return _meet(expression.split("/"), key.split("/"))

@@ -167,7 +167,8 @@ def test_a_host_that_does_not_end_it_is_told_again_later(impatient: System) -> N
     assert "second" not in system.host.processes
 
 
-def test_a_cancelled_removal_changes_nothing(system: System) -> None:
+def test_a_cancelled_removal_changes_nothing(impatient: System) -> None:
+    system = impatient
     Newcomer.release.clear()
     before = system.views()
     slow = ComponentSpec(cls="tests.adaptation.parts:Newcomer", parameters={"where": "configure", "how": "hangs"})
