@@ -17,7 +17,7 @@ from regraft.bus_schema.model.adaptation import (
     SetParameters,
 )
 from regraft.bus_schema.model.watched import BreachCode, Condition
-from tests.adaptation.gauging import POINTS
+from tests.adaptation.watching.gauging import POINTS
 from tests.host.conftest import HEAD, Start
 from tests.host.killing import TOPICS
 from tests.support.systems import System
@@ -25,10 +25,10 @@ from tests.support.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 STACK = """\
-  gauge: {{class: 'tests.adaptation.gauging:Gauge'}}
-  other: {{class: 'tests.adaptation.gauging:Gauge'}}
+  gauge: {{class: 'tests.adaptation.watching.gauging:Gauge'}}
+  other: {{class: 'tests.adaptation.watching.gauging:Gauge'}}
   adaptation_manager:
-    class: tests.adaptation.gauging:DyingManager
+    class: tests.adaptation.watching.gauging:DyingManager
     parameters: {{journal: $RUN/journal.sqlite, point: {point}, died: {died}}}
     restart: {{limit: 10, window: 30, backoff: 0.0}}
 """

@@ -22,8 +22,7 @@ from behavior_tree import (
 )
 from behavior_tree.script import compile_script
 from behavior_tree.status import FAILURE, SUCCESS
-
-from .trees import document, plain_registry, ticks, tree_of
+from tests.behavior_tree.trees import document, plain_registry, ticks, tree_of
 
 LEAF = "<AlwaysSuccess/>"
 

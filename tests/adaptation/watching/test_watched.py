@@ -25,10 +25,10 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.bus_schema.model.watched import Breach, BreachCode, Condition
-from tests.adaptation.gauging import Gauge
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import ADAPT, Ticker
 from tests.adaptation.system import SYSTEM, System, small_architecture, spec_of, started
+from tests.adaptation.watching.gauging import Gauge
 from tests.support.waiting import PATIENCE, wait_until
 
 LOUDER = SetParameters("listener", {"gain": 0.9})

@@ -29,8 +29,7 @@ from behavior_tree import (
     read_manifests,
 )
 from behavior_tree.scripted import scripted_registry
-
-from .trees import document, leaf
+from tests.behavior_tree.trees import document, leaf
 
 
 class CountDown(StatefulAction):

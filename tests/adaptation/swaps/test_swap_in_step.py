@@ -16,11 +16,11 @@ from regraft.bus_schema.messages.protocol.host import StartSuccessor
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.lockstep import step_dispatch
-from tests.adaptation.gathering import HERE, Gatherer, Swapper, Witness
+from tests.adaptation.failures.test_recovery import dying
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
+from tests.adaptation.swaps.gathering import HERE, Gatherer, Swapper, Witness
 from tests.adaptation.system import SYSTEM, System, spec_of
-from tests.adaptation.test_recovery import dying
 from tests.handover.parts import Source
 from tests.support.waiting import wait_until
 
@@ -115,7 +115,8 @@ def test_the_source_of_time_and_who_lives_by_another_clock_are_not_swapped_and_w
     system = _system(tmp_path, 0.0)
     try:
         report = system.adapt(
-            Swap("ticker", "tests.adaptation.parts:Collector"), Swap("fragile", "tests.adaptation.swappable:Onlooker")
+            Swap("ticker", "tests.adaptation.parts:Collector"),
+            Swap("fragile", "tests.adaptation.swaps.swappable:Onlooker"),
         )
         assert report.outcome is Outcome.REJECTED
         problems = {violation.component: violation.problem for violation in report.violations}

@@ -12,7 +12,7 @@ from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequ
 from tests.handover.parts import Ask, Item, Totaller
 from tests.support.waiting import PATIENCE
 
-HERE = "tests.adaptation.gathering"
+HERE = "tests.adaptation.swaps.gathering"
 
 
 class Gatherer(Totaller):

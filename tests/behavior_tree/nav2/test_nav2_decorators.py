@@ -7,9 +7,9 @@ import pytest
 
 from behavior_tree import LoadError, ManualClock, NodeError, Tree
 from behavior_tree.nav2.geometry import length_of, poses_of, position_of, same, stamp_of
+from tests.behavior_tree.trees import leaf, statuses, ticks
 
 from .test_nav2_controls import nav2_tree
-from .trees import leaf, statuses, ticks
 
 
 def around(decorator: str, script: str, ports: str = "", clock: ManualClock | None = None) -> tuple[Tree, list[str]]:

@@ -9,8 +9,7 @@ import re
 import pytest
 
 from behavior_tree import BlackboardError, ManualClock, NodeError, Registry
-
-from .trees import statuses, ticks, tree_of
+from tests.behavior_tree.trees import statuses, ticks, tree_of
 
 _LEAF = re.compile(r"(\w)([=?!])([RSFK]+)")
 _TYPES = {"=": "Scripted", "?": "ScriptedCond", "!": "ScriptedSync"}

@@ -10,8 +10,7 @@ from behavior_tree.nav2 import NAV2_NODES, PauseResumeController, register_nav2
 from behavior_tree.scripted import scripted_registry
 from regraft.services.bt_executor.leaves.context import LeafContext
 from regraft.services.bt_executor.node_types import node_types
-
-from .trees import document, leaf, statuses, ticks
+from tests.behavior_tree.trees import document, leaf, statuses, ticks
 
 
 def nav2_tree(body: str, events: list[str] | None = None, clock: ManualClock | None = None) -> Tree:

@@ -22,9 +22,9 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import ComponentSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
+from tests.adaptation.failures.test_recovery import dying_at
 from tests.adaptation.optional_ports import HERE, Ear, Voice
 from tests.adaptation.system import System, small_architecture, spec_of, started
-from tests.adaptation.test_recovery import dying_at
 from tests.support.waiting import PATIENCE, wait_until
 
 OFF = Connect("ear", "heard", None)

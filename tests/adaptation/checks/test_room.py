@@ -12,7 +12,7 @@ from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import AdaptationReport, Add, Change, ChangeState, Outcome, Remove, Swap
 from regraft.bus_schema.model.architecture import ComponentSpec, HostRules
 from regraft.bus_schema.model.lifecycle import State, Transition
-from tests.adaptation.needing import HERE, Exclusive, Small
+from tests.adaptation.failures.needing import HERE, Exclusive, Small
 from tests.adaptation.system import System, small_architecture, spec_of, started
 
 LARGE = Swap("small", f"{HERE}:Large")

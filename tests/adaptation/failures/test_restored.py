@@ -26,8 +26,8 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State, Transition
+from tests.adaptation.failures.test_recovery import dying
 from tests.adaptation.system import System
-from tests.adaptation.test_recovery import dying
 from tests.support.waiting import wait_until
 
 SWAP = Swap("listener", parameters={"gain": 0.9})

@@ -13,9 +13,8 @@ import pytest
 from behavior_tree.leaves.scripts import Script
 from behavior_tree.replay import main
 from behavior_tree.traces import BadRecord, Line, Record, first_mismatch, parse_record
-
-from .random_trees import TreeMaker
-from .trees import document, leaf
+from tests.behavior_tree.random_trees import TreeMaker
+from tests.behavior_tree.trees import document, leaf
 
 GOLDEN = Path(__file__).with_name("btcpp_traces.jsonl.gz")
 TREE = document(f"<Sequence>{leaf('RS', 'n')}<Script code='x := 1; y := 0.5'/></Sequence>")

@@ -6,8 +6,7 @@ import pytest
 
 from behavior_tree import LoadError, Tree, load_file, load_text, read_manifests
 from behavior_tree.nodes.manifest import NodeKind
-
-from .trees import document, leaf, plain_registry, ticks, tree_of
+from tests.behavior_tree.trees import document, leaf, plain_registry, ticks, tree_of
 
 
 def subtree(body: str, tree_id: str = "T") -> str:

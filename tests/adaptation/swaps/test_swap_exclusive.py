@@ -12,15 +12,15 @@ from regraft.bus.memory_bus import MemoryHub
 from regraft.bus_schema.model.adaptation import Outcome, SetParameters, Swap
 from regraft.bus_schema.model.architecture import Architecture, HostRules, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
-from tests.adaptation.holding import Clumsy, Holder
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import Fragile, Ticker
+from tests.adaptation.swaps.holding import Clumsy, Holder
 from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.handover.parts import Ask, Item, Report, Sink, Source
 from tests.support.ports import free_port
 from tests.support.waiting import PATIENCE, wait_until
 
-HERE = "tests.adaptation.holding"
+HERE = "tests.adaptation.swaps.holding"
 ARM = Swap("holder", f"{HERE}:Arm")
 
 

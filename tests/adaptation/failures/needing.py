@@ -5,7 +5,7 @@ from __future__ import annotations
 from regraft import Component, Resources
 from regraft.bus_schema.annotations import PlainValue
 
-HERE = "tests.adaptation.needing"
+HERE = "tests.adaptation.failures.needing"
 
 
 class Small(Component):

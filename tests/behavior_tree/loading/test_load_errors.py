@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from behavior_tree import LoadError, load_file, load_text
-
-from .trees import document, plain_registry, ticks, tree_of
+from tests.behavior_tree.trees import document, plain_registry, ticks, tree_of
 
 LEAF = "<AlwaysSuccess/>"
 
