@@ -14,25 +14,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import (
-    adaptations,
-    choices,
-    devices,
-    frog,
-    many,
-    memory,
-    move,
-    neighbours,
-    qualities,
-    restart,
-    rewire,
-    round_trip,
-    set_parameter,
-    start_up,
-    swap,
-    tree_tick,
-)
+from benchmarks import choices, round_trip, start_up, tree_tick
+from benchmarks.adapting import adaptations, move, restart, rewire, set_parameter, swap
 from benchmarks.harness import Effort, Result, machine
+from benchmarks.robots import devices, frog, many, memory, neighbours, qualities
 from benchmarks.table import table
 
 FILE_WIDTH = 170

@@ -5,8 +5,8 @@ from __future__ import annotations
 import resource
 from collections.abc import Sequence
 
-from benchmarks.frog import LEAST, RAY
 from benchmarks.harness import Effort, Result, Sides, compared, in_turns
+from benchmarks.robots.frog import LEAST, RAY
 from benchmarks.sides.full_speed import run_at_full_speed
 from benchmarks.sides.switched import QUIET
 from benchmarks.sides.system import ROOT
