@@ -153,6 +153,6 @@ class HostSystemTopics:
 
 
 def _readers(architecture: Architecture) -> dict[str, set[str]]:
-    """Return the components that read what the system says of itself, and which topics of it."""
+    """Return the components that read what the system publishes of itself, and which topics of it."""
     read = {name: SYSTEM_TOPICS.keys() & spec.connections.values() for name, spec in architecture.components.items()}
     return {name: topics for name, topics in read.items() if topics}

@@ -1,4 +1,4 @@
-"""Phase 4: the hosts get the new specs, and the components are read back: they must be as the plan says."""
+"""Phase 4: the hosts get the new specs, and the components are read back: they must be as planned."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ async def verify(plan: Plan, context: ExecutionContext, update: Update) -> None:
         except NoAnswer as error:
             if limit is None or not error.gone:
                 raise
-            continue  # its host starts it, if at all, as the plan says
+            continue  # its host starts it, if at all, as planned
         wanted = _wanted_of(plan, name)
         if limit is not None and is_at_most(view.state, limit):
             wanted.pop("state", None)
@@ -89,7 +89,7 @@ async def _newest_view(context: ExecutionContext, name: str, asked: PendingQuery
 def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
     """Return where a component is not as it is ``wanted``: its ``state``, ``parameters.NAME``, ``connections.PORT``.
 
-    Whatever it does not have, or has no connection for, is left out.
+    Fields that it does not have, and ports without a connection, are left out.
     """
     found: dict[str, object] = {"state": view.state.value}
     found |= {f"parameters.{name}": value for name, value in view.parameters.items()}
@@ -102,7 +102,7 @@ def differences(view: ComponentView, wanted: Mapping[str, object]) -> list[str]:
 
 
 def _agrees(found: object, wanted: object) -> bool:
-    """Tell whether a value is as it is wanted; a component reports records with the defaults that were left out."""
+    """Return whether a value is as it is wanted; a component reports records with the defaults that were left out."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         return all(key in found and _agrees(found[key], value) for key, value in wanted.items())
     if isinstance(found, list) and isinstance(wanted, list | tuple):

@@ -1,7 +1,7 @@
 """How one kind of value is checked, packed and described: a shape per kind, composed into records by ``records``.
 
 A shape turns a Python value into plain data for MessagePack (``pack``) and back (``unpack``). Both check: a bad
-value is refused by its publisher already, and again by whoever receives it.
+value is refused by its publisher already, and again by its receivers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Shape(Protocol):
         """Return ``value`` as plain data; raises BadMessage."""
 
     def unpack(self, plain: Any) -> Any:
-        """Return the value that ``plain`` stands for; raises BadMessage."""
+        """Return the value of the plain data; raises BadMessage."""
 
     def json_schema(self) -> JsonSchema:
         """Describe the plain data as JSON Schema 2020-12."""

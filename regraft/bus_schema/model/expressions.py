@@ -53,11 +53,11 @@ FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
 
 
 class Unknown(Exception):
-    """A name has no value; the text says which."""
+    """A name has no value; the text states which."""
 
 
 class NotComputable(Unknown):
-    """The values that there are do not fit the expression; the text says why."""
+    """The values that there are do not fit the expression; the text states why."""
 
 
 class Expression:
@@ -70,7 +70,7 @@ class Expression:
     """
 
     def __init__(self, text: str) -> None:
-        """Check a text; raises BadMessage saying what is wrong with it."""
+        """Check a text; raises BadMessage stating what is wrong with it."""
         self.text = text
         if len(text) > MAX_LENGTH:
             raise BadMessage(f"has {len(text)} characters, must have at most {MAX_LENGTH}")

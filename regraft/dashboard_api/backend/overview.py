@@ -33,7 +33,7 @@ from regraft.dashboard_api.backend.views import (
 from regraft.dashboard_api.http.problems import malformed, not_found, unavailable, violation
 
 LISTEN_FOR = 0.5
-"""Seconds that an overview waits for a component or host that has not told its status yet."""
+"""Seconds that an overview waits for a component or host that has not published its status yet."""
 LIVE_TIMEOUT = 1.0
 
 

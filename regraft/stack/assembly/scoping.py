@@ -115,7 +115,7 @@ class _Scoping:
     def _expression(self, expression: str) -> str:
         try:
             return Expression(expression).renamed(self._reference)
-        except BadMessage:  # the section of the constraints says so
+        except BadMessage:  # the section of the constraints reports it
             return expression
 
 

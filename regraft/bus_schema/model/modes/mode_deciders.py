@@ -8,7 +8,7 @@ from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import ComponentSpec
 
 DECIDER = "modes/decider"
-"""The service by which a component shows that it enforces rules, whatever it is offered as."""
+"""The service by which a component shows that it enforces rules, under any offered name."""
 
 
 def deciders(specs: Iterable[ComponentSpec]) -> list[str]:

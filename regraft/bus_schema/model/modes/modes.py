@@ -1,4 +1,4 @@
-"""Entering a mode: its transitions say which state is to be reached, from whichever there is."""
+"""Entering a mode: its transitions name the state to be reached, from any present one."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def as_needed(
 
 
 def is_in_force(changes: Iterable[Change], architecture: Architecture) -> bool:
-    """Tell whether all is as a mode wants it: the inference of modes (exactly equal, no ranges)."""
+    """Return whether all is as a mode wants it: the inference of modes (exactly equal, no ranges)."""
     return all(_is_so(change, architecture) for change in changes)
 
 

@@ -65,7 +65,7 @@ def _simulated(robots: PlainValue) -> Iterator[str]:
 
 
 def robot_view(robot: str, components: Mapping[str, ComponentSpec], topics: Collection[str]) -> RobotView:
-    """Return the view of a robot; raises NoSuchRobot, which says what robots there are."""
+    """Return the view of a robot; raises NoSuchRobot, which names the robots that there are."""
     if not robot:
         return ALL
     known = robots_of(components, topics)
