@@ -21,6 +21,8 @@ REGRAFT = Path(sys.executable).parent / "regraft"
 README = ROOT / "README.md"
 ASKED = "frog/rounds.yaml"
 """The stack that the README's questions are put to: FROG, and more."""
+LARGE = "demo_two_robots"
+"""The stack that tests/two_robots run, and make evidence from above as well."""
 ANY_PORT = ("--set", "gateway.port=0")
 SHORT = ("--headless", "--speed", "max", "--for", "1", *ANY_PORT, "--json")
 UNTIL_INTERRUPTED = ("--headless", "--speed", "real", "--for", "3600", *ANY_PORT, "--json")
@@ -58,9 +60,16 @@ def _done(words: list[str]) -> str:
     return ended.stdout
 
 
+def _others(*, large: bool) -> list[list[str]]:
+    """Return the commands that run the README's other stacks."""
+    return [words for words in _commands("up") if ASKED not in words and (LARGE in words) is large]
+
+
 @pytest.mark.usefixtures("above")
 @pytest.mark.parametrize(
-    "words", [words for words in _commands("up") if ASKED not in words], ids=lambda words: words[1]
+    "words",
+    [*_others(large=False), *(pytest.param(words, marks=pytest.mark.evidence) for words in _others(large=True))],
+    ids=lambda words: words[1],
 )
 def test_a_stack_of_the_readme_runs(words: list[str]) -> None:
     assert json.loads(_done([*words, *SHORT]))["dropped"] == []
