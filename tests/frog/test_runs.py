@@ -9,11 +9,7 @@ import pytest
 
 from tests.frog.changes import FEATURE, TEMPLATE, swap
 from tests.frog.scripted import applied, scripted
-from tests.support.commands import run
 from tests.support.frog import Run, run_frog
-from tests.support.paths import FROG
-from tests.support.ports import free_port
-from tests.support.renderers import without_opengl
 
 SECONDS = 10
 
@@ -56,18 +52,3 @@ def test_the_detector_is_exchanged_while_the_mission_runs_which_does_not_notice(
     assert run.summary["distance"] == before["distance"]
     assert run.summary["pictures"]["camera"] == before["pictures"]["camera"] + 4
     assert run.summary["visits"] == before["visits"]
-
-
-def test_without_opengl_all_cameras_together_say_once_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    options = ("--set", f"gateway.port={free_port()}", "--speed", "max", "--for", "0.5")
-    environment = without_opengl(tmp_path / "none")
-    done = run("up", str(FROG), "--headless", *options, environment=environment, fresh=True)
-    assert done.returncode == 0, done.stderr
-    told = done.stdout + done.stderr
-    assert told.count("no OpenGL here (libEGL.so.1 and libOSMesa.so.8 cannot be loaded)") == 1
-    assert told.count("apt-get install libegl1") == 1
-    assert "NoneType" not in told
-    assert "renderer ray" in told.splitlines()[-1]
