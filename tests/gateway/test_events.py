@@ -76,6 +76,13 @@ def tell(running: Running, kind: str, text: str = "") -> None:
     runtime.post(lambda: runtime.reporter.event(kind, text))
 
 
+@pytest.fixture
+def running(shared: Running) -> Running:
+    """Return the robot of the file, once the readers of the test before have left."""
+    wait_until(lambda: buffer_of(shared).readers == 0, "the readers to leave")
+    return shared
+
+
 def test_events_are_sent_as_they_happen(running: Running) -> None:
     with reading(running) as events:
         tell(running, "battery.low", "7 % left")

@@ -10,7 +10,7 @@ import pytest
 
 from regraft.services.bt_executor.executor import Executor
 from tests.gateway.conftest import start_gateway
-from tests.gateway.contract import Contract
+from tests.gateway.contract import contract
 from tests.gateway.test_events import Told, parse
 from tests.support.site import Site
 from tests.support.waiting import PATIENCE, wait_until
@@ -29,7 +29,7 @@ def http(site: Site) -> Iterator[httpx.Client]:
     site.start(Executor, "bt_executor")
     url = start_gateway(site)
     with httpx.Client(base_url=url, timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+        http.event_hooks["response"] = [contract(http).check]
         yield http
 
 

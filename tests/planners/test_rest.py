@@ -16,7 +16,7 @@ from regraft.bus_schema.model.robots.planners import planner_service
 from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
 from tests.gateway.conftest import start_gateway
-from tests.gateway.contract import Contract
+from tests.gateway.contract import contract
 from tests.planners.parts import SPEEDS, SmallManager, spec
 from tests.support.site import Site
 from tests.support.waiting import PATIENCE, wait_until
@@ -45,7 +45,7 @@ def served() -> Iterator[Served]:
     manager.architecture = replace(robot, components={**robot.components, "bandits": spec(BanditPlanner, "bandits")})
     site.start(BanditPlanner, "bandits")
     with httpx.Client(base_url=start_gateway(site), timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+        http.event_hooks["response"] = [contract(http).check]
         yield Served(site, manager, http)
     site.close()
 
