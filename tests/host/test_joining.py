@@ -181,7 +181,7 @@ def test_a_thousand_messages_a_second_cross_three_hubs_in_order_and_without_loss
     site.wait_active("listener")
     site.join("edge")
     site.wait_active("pulse")
-    wait_until(lambda: site.snapshot("listener")["heard"] > 3000, "three thousand pulses")
+    wait_until(lambda: site.snapshot("listener")["heard"] > 1000, "a thousand pulses")
     assert site.snapshot("listener")["wrong"] == 0
     status = site.system.client.components()["listener"].status
     assert status is not None
