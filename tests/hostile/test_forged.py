@@ -67,10 +67,17 @@ def _status(name: str, incarnation: int) -> ComponentStatus:
     return ComponentStatus(name, incarnation, State.FINALIZED, 99, 1e9, "forged", detail="http://forged:1/api/v1")
 
 
-@pytest.mark.parametrize("incarnation", [0, 2, 1000, 2**32 - 1, 2**63 - 1])
-def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, incarnation: int) -> None:
-    system = _up(start)
-    stopped = False
+@pytest.fixture(scope="module")
+def often_hung(start_for_all: Start) -> System:
+    """Return a system whose component may hang as often as it likes."""
+    return start_for_all(HANGING.replace("'}", "', restart: {limit: 100}}"))
+
+
+@pytest.mark.parametrize("other", [0, "the next", 1000, 2**32 - 1, 2**63 - 1])
+def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(often_hung: System, other: int | str) -> None:
+    system, stopped = often_hung, False
+    run = system.wait_running("hanging").incarnation
+    incarnation = other if isinstance(other, int) else run + 1
 
     def forge() -> None:
         with stranger(system.info) as raw:
@@ -81,7 +88,7 @@ def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, 
     forging = in_parallel(forge)
     try:
         _hang(system)
-        again = system.wait_running("hanging", 2)
+        again = system.wait_running("hanging", run + 1)
     finally:
         stopped = True
         forging.join()
