@@ -21,6 +21,11 @@ from tests.support.waiting import PATIENCE, wait_until
 GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
 
 
+def client(url: str) -> httpx.Client:
+    """Return a client of a gateway; it reads no certificates, which takes longer than most requests."""
+    return httpx.Client(base_url=url, timeout=PATIENCE, verify=False)
+
+
 @dataclass
 class Running:
     """A small robot with its gateway; ``http`` checks every answer against the API's own document."""
@@ -43,7 +48,7 @@ class Running:
 
     def connect(self) -> httpx.Client:
         """Return another client, without checks."""
-        return httpx.Client(base_url=self.url, timeout=PATIENCE)
+        return client(self.url)
 
 
 def forget_routes() -> None:
@@ -79,7 +84,7 @@ def small_robot(site: Site) -> Iterator[Running]:
     site.start(Drive, "drive")
     host = HostStub(site.session(), site.keys)
     url = start_gateway(site)
-    with httpx.Client(base_url=url, timeout=PATIENCE) as http:
+    with client(url) as http:
         http.event_hooks["response"] = [contract(http).check]
         yield Running(site, manager, executor, host, url, http)
     host.close()

@@ -56,6 +56,103 @@ def _ask(system: System, name: str, service: str, count: int = 0) -> None:
     system.ask_until_it_ends(name, lambda: system.client.call(service, Tick(count), Tick, 0.2))
 
 
+# --- systems of their own ---
+
+
+def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
+    system = start(TICKER + "  deep: {class: 'tests.host.parts:Deep'}\n")
+    system.wait_running("deep")
+    call = system.client.call
+    wait_until(lambda: call("heard", Tick(0), Tick, PATIENCE).count > 10)
+    assert call("sink", Tick(2000), Tick, PATIENCE) == Tick(2000)
+    assert call("missing", Tick(0), Tick, PATIENCE) == Tick(0)
+    assert system.processes()["deep"].incarnation == 1
+
+
+def test_nothing_is_left_when_the_system_ends(start: Start) -> None:
+    system = start(TICKER + MOODY + "  stubborn: {class: 'tests.host.parts:Stubborn'}\n")
+    for name in ("ticker", "moody", "stubborn"):
+        system.wait_running(name)
+    pids = children_of(system.process.pid)
+    assert len(pids) == 4
+    assert system.end() == 0
+    assert not [pid for pid in pids if exists(pid)]
+
+
+def test_nothing_is_left_when_the_host_is_killed(start: Start) -> None:
+    system = start(TICKER + MOODY)
+    pids = children_of(system.process.pid)
+    os.kill(system.wait_running("moody").pid, signal.SIGSTOP)
+    pids = children_of(system.process.pid)
+    system.process.kill()
+    wait_gone(pids)
+
+
+def test_a_system_whose_zygote_is_killed_ends_with_an_error_and_leaves_nothing(start: Start) -> None:
+    system = start(TICKER + MOODY)
+    system.wait_running("ticker")
+    pids = children_of(system.process.pid)
+    zygote = next(pid for pid in pids if len(children_of(pid)) == len(pids) - 1)
+    os.kill(zygote, signal.SIGKILL)
+    assert system.process.wait(PATIENCE) != 0
+    wait_gone(pids)
+
+
+DAEMON = """  nest:
+    command: [sh, -c, "setsid sh -c 'sleep 1000 & echo daemon $!'; exec sleep 1000"]
+    managed: false
+    restart: never
+"""
+
+
+@pytest.mark.parametrize("ends", ["the program", "the system", "the host", "the zygote"])
+def test_what_a_program_has_daemonised_ends_too(start: Start, ends: str) -> None:
+    system = start(DAEMON + TICKER)
+    nest = system.wait_running("nest").pid
+    wait_until(lambda: any(line.startswith("daemon ") for line in system.client.logs("nest")), "the daemon")
+    daemon = next(int(line.split()[1]) for line in system.client.logs("nest") if line.startswith("daemon "))
+    (zygote,) = [pid for pid in children_of(system.process.pid) if nest in children_of(pid)]
+    assert exists(daemon)
+    if ends == "the program":
+        os.kill(nest, signal.SIGKILL)
+    elif ends == "the system":
+        assert system.end() == 0
+        assert not exists(daemon)
+    else:
+        os.kill(system.process.pid if ends == "the host" else zygote, signal.SIGKILL)
+    wait_gone([daemon, nest])
+
+
+def test_what_a_module_starts_while_it_is_imported_ends_with_the_system(start: Start) -> None:
+    system = start("  forking: {class: 'tests.host.forking:Forking'}\n")
+    system.wait_running("forking")
+    before = [pid for pid in children_of(system.process.pid) if exists(pid)]
+    assert system.end() == 0
+    assert not [pid for pid in before if exists(pid)]
+
+
+CHATTY = """  chatty:
+    command: [sh, -c, "while sleep 0.01; do head -c 1000000 /dev/zero | tr '\\\\0' x; echo; done"]
+    managed: false
+"""
+
+
+def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
+    system = start(CHATTY)
+    system.wait_running("chatty")
+    log = run_directory.folder("tests") / "logs" / "chatty.log"
+    kept = log.with_name("chatty.log.1")
+    wait_until(lambda: kept.exists() and log.stat().st_size > MAX_LOG_SIZE // 2, "the log to grow after it began anew")
+    assert kept.read_bytes()[:1000] == b"x" * 1000
+    assert kept.stat().st_size <= 2 * MAX_LOG_SIZE
+    assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+    before = kept.stat().st_mtime_ns
+    wait_until(lambda: kept.stat().st_mtime_ns != before, "it to begin anew again")
+
+
+# --- one system for all ---
+
+
 def test_under_the_real_clock_a_component_is_no_batch_work(system: System) -> None:
     assert os.sched_getscheduler(system.wait_running("ticker").pid) == os.SCHED_OTHER
 
@@ -155,97 +252,3 @@ def test_what_a_program_started_ends_with_it(system: System) -> None:
     brood = children_of(nest)
     os.kill(nest, signal.SIGKILL)
     wait_gone(brood)
-
-
-# --- systems of their own ---
-
-
-def test_whoever_holds_the_interpreter_in_c_code_keeps_its_link(start: Start) -> None:
-    system = start(TICKER + "  deep: {class: 'tests.host.parts:Deep'}\n")
-    system.wait_running("deep")
-    call = system.client.call
-    wait_until(lambda: call("heard", Tick(0), Tick, PATIENCE).count > 10)
-    assert call("sink", Tick(2000), Tick, PATIENCE) == Tick(2000)
-    assert call("missing", Tick(0), Tick, PATIENCE) == Tick(0)
-    assert system.processes()["deep"].incarnation == 1
-
-
-def test_nothing_is_left_when_the_system_ends(start: Start) -> None:
-    system = start(TICKER + MOODY + "  stubborn: {class: 'tests.host.parts:Stubborn'}\n")
-    for name in ("ticker", "moody", "stubborn"):
-        system.wait_running(name)
-    pids = children_of(system.process.pid)
-    assert len(pids) == 4
-    assert system.end() == 0
-    assert not [pid for pid in pids if exists(pid)]
-
-
-def test_nothing_is_left_when_the_host_is_killed(start: Start) -> None:
-    system = start(TICKER + MOODY)
-    pids = children_of(system.process.pid)
-    os.kill(system.wait_running("moody").pid, signal.SIGSTOP)
-    pids = children_of(system.process.pid)
-    system.process.kill()
-    wait_gone(pids)
-
-
-def test_a_system_whose_zygote_is_killed_ends_with_an_error_and_leaves_nothing(start: Start) -> None:
-    system = start(TICKER + MOODY)
-    system.wait_running("ticker")
-    pids = children_of(system.process.pid)
-    zygote = next(pid for pid in pids if len(children_of(pid)) == len(pids) - 1)
-    os.kill(zygote, signal.SIGKILL)
-    assert system.process.wait(PATIENCE) != 0
-    wait_gone(pids)
-
-
-DAEMON = """  nest:
-    command: [sh, -c, "setsid sh -c 'sleep 1000 & echo daemon $!'; exec sleep 1000"]
-    managed: false
-    restart: never
-"""
-
-
-@pytest.mark.parametrize("ends", ["the program", "the system", "the host", "the zygote"])
-def test_what_a_program_has_daemonised_ends_too(start: Start, ends: str) -> None:
-    system = start(DAEMON + TICKER)
-    nest = system.wait_running("nest").pid
-    wait_until(lambda: any(line.startswith("daemon ") for line in system.client.logs("nest")), "the daemon")
-    daemon = next(int(line.split()[1]) for line in system.client.logs("nest") if line.startswith("daemon "))
-    (zygote,) = [pid for pid in children_of(system.process.pid) if nest in children_of(pid)]
-    assert exists(daemon)
-    if ends == "the program":
-        os.kill(nest, signal.SIGKILL)
-    elif ends == "the system":
-        assert system.end() == 0
-        assert not exists(daemon)
-    else:
-        os.kill(system.process.pid if ends == "the host" else zygote, signal.SIGKILL)
-    wait_gone([daemon, nest])
-
-
-def test_what_a_module_starts_while_it_is_imported_ends_with_the_system(start: Start) -> None:
-    system = start("  forking: {class: 'tests.host.forking:Forking'}\n")
-    system.wait_running("forking")
-    before = [pid for pid in children_of(system.process.pid) if exists(pid)]
-    assert system.end() == 0
-    assert not [pid for pid in before if exists(pid)]
-
-
-CHATTY = """  chatty:
-    command: [sh, -c, "while sleep 0.01; do head -c 1000000 /dev/zero | tr '\\\\0' x; echo; done"]
-    managed: false
-"""
-
-
-def test_a_log_stays_bounded_while_its_component_writes(start: Start) -> None:
-    system = start(CHATTY)
-    system.wait_running("chatty")
-    log = run_directory.folder("tests") / "logs" / "chatty.log"
-    kept = log.with_name("chatty.log.1")
-    wait_until(lambda: kept.exists() and log.stat().st_size > MAX_LOG_SIZE // 2, "the log to grow after it began anew")
-    assert kept.read_bytes()[:1000] == b"x" * 1000
-    assert kept.stat().st_size <= 2 * MAX_LOG_SIZE
-    assert stat.S_IMODE(kept.stat().st_mode) == 0o600
-    before = kept.stat().st_mtime_ns
-    wait_until(lambda: kept.stat().st_mtime_ns != before, "it to begin anew again")
