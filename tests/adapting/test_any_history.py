@@ -25,7 +25,7 @@ PORTS = (
 MAX_TICKS = 400
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     node_type=st.sampled_from(NODE_TYPES),
     child=st.lists(st.just("RUNNING"), max_size=8),

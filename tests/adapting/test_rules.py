@@ -211,7 +211,7 @@ def test_rules_written_by_the_tree_that_make_no_sense_fail_the_tree_and_name_the
 PIECES = ": ; , ? ( ) [ ] ' a n.b := += -= = 1 0.5 within connect to x/y activate set < && ! - . @ { } é \\ 1e999"
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(st.lists(st.sampled_from(PIECES.split()), max_size=14).map(" ".join))
 def test_no_rule_table_however_odd_does_worse_than_to_be_refused(table: str) -> None:
     try:

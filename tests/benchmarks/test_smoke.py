@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks.__main__ import ALL
 from benchmarks.harness import Result
-from benchmarks.qualities import SWITCHED
+from benchmarks.robots.qualities import SWITCHED
 from benchmarks.stacks import eight_frogs, two_epucks
 from regraft.stack import load
 from tests.support.paths import FROG, ROOT

@@ -65,7 +65,7 @@ deeds = st.one_of(st.sampled_from(Command), broken, st.floats(0.05, 4.0), writes
 Deed = Command | tuple[Command, str] | float | dict[str, PlainValue]
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(deeds, max_size=14))
 def test_legal_commands_are_obeyed_and_all_others_are_refused(sequence: list[Deed]) -> None:
     with Rig() as rig:

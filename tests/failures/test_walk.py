@@ -98,16 +98,12 @@ def test_whenever_the_host_dies_of_what_is_changed_all_of_it_has_happened_or_non
 def test_whatever_fails_at_some_steps_of_several_changes_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start()
     several, swap = (_walks(place, kind, KINDS[kind], WAYS, OF_HAND_OVERS) for kind in ("several", "swap"))
-    assert _walk_all(place, [*several[::9], *swap[::7]])[Outcome.ROLLED_BACK] > 0
+    disconnect = _walks(place, "disconnect", KINDS["disconnect"], WAYS)
+    walks = [*several[::18], *swap[::9], *disconnect[1::9]]
+    assert _walk_all(place, walks)[Outcome.ROLLED_BACK] > 0
 
 
 def test_whatever_fails_at_some_steps_of_a_move_all_of_it_has_happened_or_none(start: Start) -> None:
     place = start(hosts=2)
     walks = _walks(place, "move", KINDS_OF_TWO_HOSTS["move"], (*WAYS, *OF_HOSTS), OF_HAND_OVERS)
-    assert _walk_all(place, walks[3::9])[Outcome.ROLLED_BACK] > 0
-
-
-def test_whatever_fails_at_some_steps_of_a_disconnection_all_of_it_has_happened_or_none(start: Start) -> None:
-    place = start()
-    walks = _walks(place, "disconnect", KINDS["disconnect"], WAYS)
-    assert _walk_all(place, walks[1::6])[Outcome.ROLLED_BACK] > 0
+    assert _walk_all(place, walks[3::13])[Outcome.ROLLED_BACK] > 0

@@ -53,18 +53,25 @@ def _run(folder: Path, decision: str, *faults: str, planner: str = "forecast") -
     text += f"  judge: {{class: 'tests.faults.ledger:Judge'}}\n  {planner}:\n    class: {CLASSES[planner]}\n"
     stack = write(folder, text + "    parameters: {decisions: decisions}\n")
     options = [word for fault in faults for word in ("--fault", fault)]
-    done = run("up", str(stack), "--headless", "--json", "--for", "8", *options, environment=in_home(folder / "home"))
+    done = run("up", str(stack), "--headless", "--json", "--for", "7", *options, environment=in_home(folder / "home"))
     assert done.stdout, done.stderr
     found: dict[str, Any] = json.loads(done.stdout)
     return found
 
 
-def _agree(folder: Path, decision: str, *faults: str, planner: str = "forecast") -> dict[str, Any]:
-    """Run it twice; return what both runs say."""
-    runs = [_run(folder / str(number), decision, *faults, planner=planner) for number in range(2)]
+def _agree(folder: Path, decision: str, *faults: str, times: int, planner: str = "forecast") -> dict[str, Any]:
+    """Run it so many times; return what all runs say."""
+    runs = [_run(folder / str(number), decision, *faults, planner=planner) for number in range(times)]
     assert all(found["reproducible"] for found in runs), runs
     assert len({found["digest"] for found in runs}) == 1, runs
     return runs[0]
+
+
+@pytest.fixture(params=[1, pytest.param(5, marks=pytest.mark.evidence)])
+def times(request: pytest.FixtureRequest) -> int:
+    """Return how many runs are compared."""
+    count: int = request.param
+    return count
 
 
 def _activations(found: dict[str, Any]) -> list[str]:
@@ -72,28 +79,32 @@ def _activations(found: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["kill", "stop", "hang"])
-def test_what_has_failed_is_left_in_its_tick_and_taken_again_when_it_is_back(tmp_path: Path, kind: str) -> None:
-    found = _agree(tmp_path, HAND, f"2 driver {kind}")
+def test_what_has_failed_is_left_in_its_tick_and_taken_again_when_it_is_back(
+    tmp_path: Path, kind: str, times: int
+) -> None:
+    found = _agree(tmp_path, HAND, f"2 driver {kind}", times=times)
     assert _activations(found) == ["spare.activate at 2.05", "spare.deactivate at 2.55"]
     assert found["visits"]["driver.recovered"] == 1
 
 
-def test_the_bandits_leave_what_has_failed_in_the_same_tick(tmp_path: Path) -> None:
-    assert _activations(_agree(tmp_path, HAND, "2 driver kill", planner="bandits"))[0] == "spare.activate at 2.05"
+def test_the_bandits_leave_what_has_failed_in_the_same_tick(tmp_path: Path, times: int) -> None:
+    found = _agree(tmp_path, HAND, "2 driver kill", planner="bandits", times=times)
+    assert _activations(found)[0] == "spare.activate at 2.05"
 
 
-def test_what_is_quarantined_stays_excluded(tmp_path: Path) -> None:
-    found = _agree(tmp_path, HAND, *(f"{second} driver kill" for second in range(1, 7)))
+def test_what_is_quarantined_stays_excluded(tmp_path: Path, times: int) -> None:
+    found = _agree(tmp_path, HAND, *(f"{second} driver kill" for second in range(1, 7)), times=times)
     assert found["visits"]["driver.quarantined"] == 1
     assert _activations(found)[-1].startswith("spare.activate")
 
 
-def test_faults_of_which_a_decision_does_not_speak_are_no_reason_to_decide(tmp_path: Path) -> None:
-    assert _activations(_agree(tmp_path, HAND, "2 judge kill", "3 driver exception")) == []
+def test_faults_of_which_a_decision_does_not_speak_are_no_reason_to_decide(tmp_path: Path, times: int) -> None:
+    assert _activations(_agree(tmp_path, HAND, "2 judge kill", "3 driver exception", times=times)) == []
 
 
-def test_a_requirement_is_decided_upon_in_the_tick_in_which_it_turns(tmp_path: Path) -> None:
-    visits = _agree(tmp_path, PACE)["visits"]
+@pytest.mark.parametrize("times", [2])
+def test_a_requirement_is_decided_upon_in_the_tick_in_which_it_turns(tmp_path: Path, times: int) -> None:
+    visits = _agree(tmp_path, PACE, times=times)["visits"]
     assert [what for what in visits if what.startswith("driver {")] == [
         "driver {'gain': 0.5} at 3.00",
         "driver {'gain': 1.0} at 4.00",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import pytest
 
@@ -18,48 +18,78 @@ from regraft.bus_schema.messages.protocol.control import ControlCode, ControlErr
 from regraft.bus_schema.model.adaptation import JOURNAL
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.scheduled_faults import FaultKind, ScheduledFault
+from regraft.client import Client
 from tests.faults.parts import Sample
 from tests.faults.stacks import UNDER_THE_REAL_CLOCK, write
-from tests.support.commands import in_home, run
-from tests.support.systems import System
+from tests.support.commands import run
+from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
 KILL = "  - {at: 2.0, component: driver, kind: kill}\n"
 
 
-@pytest.fixture
-def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[System]:
+@dataclass
+class Heard:
+    """What is heard of the system from its start."""
+
+    faults: list[SystemFaults] = field(default_factory=list)
+    states: list[SystemStates] = field(default_factory=list)
+    decided: list[Sample] = field(default_factory=list)
+
+    def listen(self, client: Client) -> None:
+        """Hear it."""
+        client.topic("decided", Sample, lambda sample: self.decided.append(sample.message))
+        client.topic("system/faults", SystemFaults, lambda sample: self.faults.append(sample.message))
+        client.topic("system/states", SystemStates, lambda sample: self.states.append(sample.message))
+
+
+@pytest.fixture(scope="module")
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory, heard: Heard) -> Iterator[System]:
     """The system under the real clock, in which the driver is killed."""
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    made = System(write(tmp_path, UNDER_THE_REAL_CLOCK, KILL))
-    yield made
-    made.end()
+    folder = tmp_path_factory.mktemp("faults")
+    with home(folder / "home"), all_ended() as started:
+        started.append(System(write(folder, UNDER_THE_REAL_CLOCK, KILL)))
+        heard.listen(started[0].client)
+        yield started[0]
 
 
-def test_a_scheduled_kill_is_decided_upon_as_in_simulated_time(system: System) -> None:
-    told: list[SystemFaults] = []
-    states: list[SystemStates] = []
-    decided: list[Sample] = []
-    system.client.topic("decided", Sample, lambda sample: decided.append(sample.message))
-    system.client.topic("system/faults", SystemFaults, lambda sample: told.append(sample.message))
-    system.client.topic("system/states", SystemStates, lambda sample: states.append(sample.message))
+def test_a_scheduled_kill_is_decided_upon_as_in_simulated_time(system: System, heard: Heard) -> None:
     wait_until(lambda: system.said("fault.injected", "driver"), "the kill")
-    wait_until(lambda: _kinds(told)[:2] == [SystemFaultKind.DIED, SystemFaultKind.RECOVERED], "the end and the return")
-    wait_until(lambda: len(decided) == 2, "two decisions")
-    assert [(sample.source, sample.value > 0) for sample in decided] == [("died", True), ("recovered", True)]
-    wait_until(lambda: states[-1].state_of("spare") is State.INACTIVE, "the spare one to rest again")
-    assert states[-1].state_of("driver") is State.ACTIVE
+    seen = [SystemFaultKind.DIED, SystemFaultKind.RECOVERED]
+    wait_until(lambda: _kinds(heard.faults)[:2] == seen, "the end and the return")
+    wait_until(lambda: len(heard.decided) == 2, "two decisions")
+    assert [(sample.source, sample.value > 0) for sample in heard.decided] == [("died", True), ("recovered", True)]
+    wait_until(lambda: heard.states[-1].state_of("spare") is State.INACTIVE, "the spare one to rest again")
+    assert heard.states[-1].state_of("driver") is State.ACTIVE
 
 
-def test_the_journal_has_lines_of_a_failure_and_its_end(system: System, tmp_path: Path) -> None:
+def test_the_journal_has_lines_of_a_failure_and_its_end(system: System) -> None:
     def lines() -> list[SystemFaultKind]:
         page = system.client.call(JOURNAL, JournalRequest(), JournalPage, PATIENCE)
         return [fault.kind for fault in page.faults if fault.component == "driver"]
 
     wait_until(lambda: len(lines()) == 2, "two lines")
     assert lines() == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED]
-    wait_until(lambda: "recovered" in _listed(tmp_path), "the lines to be listed")
-    assert "driver ended: killed by SIGKILL" in _listed(tmp_path)
+    wait_until(lambda: "recovered" in _listed(), "the lines to be listed")
+    assert "driver ended: killed by SIGKILL" in _listed()
+
+
+def test_a_component_has_no_fault_that_is_not_on_the_schedule(system: System) -> None:
+    wait_until(lambda: system.said("component.transition", "spare"), "the spare one")
+    bus = open_bus(system.info.hub)
+    try:
+        hang = codec.encode(ScheduledFault(3.0, "spare", FaultKind.HANG))
+        (answer,) = bus.query(system.client.keys.control("spare", 1, "fault"), hang, PATIENCE)
+    finally:
+        bus.close()
+    assert answer.error
+    assert codec.decode(answer.payload, ControlError).code is ControlCode.REFUSED
+    assert system.client.view("spare").component == "spare"
 
 
 def test_the_journal_keeps_its_lines_when_the_manager_is_killed(system: System) -> None:
@@ -76,21 +106,8 @@ def test_the_journal_keeps_its_lines_when_the_manager_is_killed(system: System) 
     wait_until(lambda: kinds()[-2:] == [SystemFaultKind.RECOVERED, SystemFaultKind.DIED], "the same lines again")
 
 
-def test_a_component_has_no_fault_that_is_not_on_the_schedule(system: System) -> None:
-    wait_until(lambda: system.said("component.transition", "spare"), "the spare one")
-    bus = open_bus(system.info.hub)
-    try:
-        hang = codec.encode(ScheduledFault(3.0, "spare", FaultKind.HANG))
-        (answer,) = bus.query(system.client.keys.control("spare", 1, "fault"), hang, PATIENCE)
-    finally:
-        bus.close()
-    assert answer.error
-    assert codec.decode(answer.payload, ControlError).code is ControlCode.REFUSED
-    assert system.client.view("spare").component == "spare"
-
-
-def _listed(folder: Path) -> str:
-    return run("journal", environment=in_home(folder / "home")).stdout
+def _listed() -> str:
+    return run("journal").stdout
 
 
 def _kinds(told: list[SystemFaults]) -> list[SystemFaultKind]:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,18 @@ from fastapi.dependencies import models
 
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.dashboard_api.gateway import Gateway
-from tests.gateway.contract import Contract
+from tests.gateway.contract import contract
 from tests.gateway.parts import Drive, HostStub, Navigator, ScriptedExecutor, ScriptedManager
 from tests.support.site import Site
+from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
 GATEWAY = {"port": 0, "answer_within": 10.0, "adaptation_within": 20.0}
+
+
+def client(url: str) -> httpx.Client:
+    """Return a client of a gateway; it reads no certificates, which takes longer than most requests."""
+    return httpx.Client(base_url=url, timeout=PATIENCE, verify=False)
 
 
 @dataclass
@@ -41,7 +48,7 @@ class Running:
 
     def connect(self) -> httpx.Client:
         """Return another client, without checks."""
-        return httpx.Client(base_url=self.url, timeout=PATIENCE)
+        return client(self.url)
 
 
 def forget_routes() -> None:
@@ -58,24 +65,46 @@ def start_gateway(site: Site, **parameters: Any) -> str:
     return str(site.runtimes["gateway"].reporter.status.values["url"])
 
 
-@pytest.fixture
-def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
-    monkeypatch.setenv("REGRAFT_HOME", str(tmp_path / "home"))
-    site = Site("memory")
-    yield site
-    site.close()
-    forget_routes()
+@contextmanager
+def empty_site(folder: Path) -> Iterator[Site]:
+    """Give a site in a home of its own."""
+    with home(folder):
+        site = Site("memory")
+        yield site
+        site.close()
+        forget_routes()
 
 
-@pytest.fixture
-def running(site: Site) -> Iterator[Running]:
+@contextmanager
+def small_robot(site: Site) -> Iterator[Running]:
+    """Give a small robot with its gateway."""
     manager = site.start(ScriptedManager, "adaptation_manager")
     executor = site.start(ScriptedExecutor, "bt_executor")
     site.start(Navigator, "navigator")
     site.start(Drive, "drive")
     host = HostStub(site.session(), site.keys)
     url = start_gateway(site)
-    with httpx.Client(base_url=url, timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+    with client(url) as http:
+        http.event_hooks["response"] = [contract(http).check]
         yield Running(site, manager, executor, host, url, http)
     host.close()
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    with empty_site(tmp_path / "home") as made:
+        yield made
+
+
+@pytest.fixture
+def running(site: Site) -> Iterator[Running]:
+    """Return a small robot that the test has for itself."""
+    with small_robot(site) as robot:
+        yield robot
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """Return the small robot of a file, for tests that leave it as it was."""
+    with empty_site(tmp_path_factory.mktemp("shared") / "home") as site, small_robot(site) as robot:
+        yield robot

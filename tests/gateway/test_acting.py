@@ -191,15 +191,15 @@ def test_another_user_who_hangs_up_at_once_is_not_taken_for_root(running: Runnin
 
 @AS_ROOT
 @pytest.mark.parametrize("name", ["X-Forwarded-For", "Forwarded", "X-Real-IP"])
-def test_another_user_cannot_claim_the_connection_of_somebody_else(running: Running, name: str) -> None:
-    with running.connect() as http, http.stream("GET", "/events") as stream:
+def test_another_user_cannot_claim_the_connection_of_somebody_else(shared: Running, name: str) -> None:
+    with shared.connect() as http, http.stream("GET", "/events") as stream:
         host, port = stream.extensions["network_stream"].get_extra_info("client_addr")
         claims = (f"{host}:{port}", host)
         ask = [
             ("POST", "/api/v1/adaptations", {"Content-Type": "application/json", name: claim}, '{"changes": []}')
             for claim in claims
         ]
-        assert [status for status, _, _ in ask_as(NOBODY, running.url, ask)] == [403] * len(claims)
+        assert [status for status, _, _ in ask_as(NOBODY, shared.url, ask)] == [403] * len(claims)
 
 
 def test_where_the_kernel_cannot_say_a_token_is_needed(
@@ -288,8 +288,8 @@ def test_what_names_a_file_or_configures_a_planner_or_the_mission_is_administere
         assert running.post("/adaptations", {"changes": [change]}).status_code != 403
 
 
-def test_every_acting_route_declares_a_role_and_every_role_a_route(running: Running) -> None:
-    document = running.http.get("/openapi.json").json()
+def test_every_acting_route_declares_a_role_and_every_role_a_route(shared: Running) -> None:
+    document = shared.http.get("/openapi.json").json()
     found = {
         (method.upper(), path.removeprefix("/api/v1"))
         for path, method, _ in operations(document)

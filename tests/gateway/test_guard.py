@@ -30,22 +30,22 @@ def raw(url: str, request: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost:8000", "LOCALHOST", "[::1]:80", "127.8.8.8"])
-def test_loopback_names_are_answered(running: Running, host: str) -> None:
-    assert running.http.get("/hosts", headers={"Host": host}).status_code == 200
+def test_loopback_names_are_answered(shared: Running, host: str) -> None:
+    assert shared.http.get("/hosts", headers={"Host": host}).status_code == 200
 
 
 @pytest.mark.parametrize(
     "host", ["evil.example", "localhost.evil.example", "192.0.2.7:8000", "0.0.0.0", "[::1", "evil@localhost.x", ""]
 )
-def test_a_rebound_host_name_is_refused(running: Running, host: str) -> None:
+def test_a_rebound_host_name_is_refused(shared: Running, host: str) -> None:
     for method in ("GET", "POST"):
-        response = running.http.request(method, "/hosts", headers={"Host": host})
+        response = shared.http.request(method, "/hosts", headers={"Host": host})
         assert response.status_code == 421
         assert response.headers["content-type"] == "application/problem+json"
 
 
-def test_a_request_without_a_host_is_refused(running: Running) -> None:
-    assert raw(running.url, b"GET /api/v1/hosts HTTP/1.0\r\n\r\n").startswith(b"HTTP/1.1 421 ")
+def test_a_request_without_a_host_is_refused(shared: Running) -> None:
+    assert raw(shared.url, b"GET /api/v1/hosts HTTP/1.0\r\n\r\n").startswith(b"HTTP/1.1 421 ")
 
 
 @pytest.mark.parametrize(
@@ -60,16 +60,16 @@ def test_a_request_without_a_host_is_refused(running: Running) -> None:
         {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"},
     ],
 )
-def test_a_page_of_another_origin_cannot_adapt(running: Running, headers: dict[str, str]) -> None:
-    response = running.post("/adaptations", ADAPTATION, headers=headers)
+def test_a_page_of_another_origin_cannot_adapt(shared: Running, headers: dict[str, str]) -> None:
+    response = shared.post("/adaptations", ADAPTATION, headers=headers)
     assert response.status_code == 403
-    assert running.http.post("/mission/halt", headers=headers).status_code == 403
-    assert running.manager.requests == []
+    assert shared.http.post("/mission/halt", headers=headers).status_code == 403
+    assert shared.manager.requests == []
 
 
-def test_a_page_of_another_origin_cannot_read(running: Running) -> None:
-    assert running.http.get("/hosts", headers={"Origin": "https://evil.example"}).status_code == 403
-    assert running.http.get("/hosts", headers={"Sec-Fetch-Site": "cross-site"}).status_code == 403
+def test_a_page_of_another_origin_cannot_read(shared: Running) -> None:
+    assert shared.http.get("/hosts", headers={"Origin": "https://evil.example"}).status_code == 403
+    assert shared.http.get("/hosts", headers={"Sec-Fetch-Site": "cross-site"}).status_code == 403
 
 
 def test_the_own_page_and_a_followed_link_are_welcome(running: Running) -> None:
@@ -140,39 +140,39 @@ def test_a_connection_of_a_kind_that_is_not_known_is_refused(kind: str, passes: 
     assert bool(reached) is passes
 
 
-def test_no_other_origin_is_ever_allowed_in_advance(running: Running) -> None:
+def test_no_other_origin_is_ever_allowed_in_advance(shared: Running) -> None:
     preflight = {"Origin": "https://evil.example", "Access-Control-Request-Method": "POST"}
-    response = running.http.options("/adaptations", headers=preflight)
+    response = shared.http.options("/adaptations", headers=preflight)
     assert response.status_code == 403
     assert not any(name.startswith("access-control") for name in response.headers)
 
 
-def test_a_huge_body_is_refused_by_its_announced_length(running: Running) -> None:
+def test_a_huge_body_is_refused_by_its_announced_length(shared: Running) -> None:
     head = b"POST /api/v1/adaptations HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999\r\n"
-    answer = raw(running.url, head + b"Content-Type: application/json\r\nConnection: close\r\n\r\n")
+    answer = raw(shared.url, head + b"Content-Type: application/json\r\nConnection: close\r\n\r\n")
     assert answer.startswith(b"HTTP/1.1 413 ")
     assert b"application/problem+json" in answer
 
 
-def test_a_huge_body_is_refused_without_an_announced_length(running: Running) -> None:
+def test_a_huge_body_is_refused_without_an_announced_length(shared: Running) -> None:
     chunks = (b" " * 65536 for _ in range(64))
     headers = {"Content-Type": "application/json"}
     try:
-        response = running.http.post("/adaptations", content=chunks, headers=headers)
+        response = shared.http.post("/adaptations", content=chunks, headers=headers)
     except httpx.WriteError:
         return  # the server has hung up on us before we had sent it all
     assert response.status_code == 413
 
 
-def test_a_body_just_small_enough_is_read(running: Running) -> None:
+def test_a_body_just_small_enough_is_read(shared: Running) -> None:
     body = b" " * (1024 * 1024 - 2) + b"{}"
     headers = {"Content-Type": "application/json"}
-    assert running.http.post("/adaptations", content=body, headers=headers).status_code == 422
-    assert running.http.post("/adaptations", content=b" " + body, headers=headers).status_code == 413
+    assert shared.http.post("/adaptations", content=body, headers=headers).status_code == 422
+    assert shared.http.post("/adaptations", content=b" " + body, headers=headers).status_code == 413
 
 
-def test_answers_are_neither_cached_nor_guessed_at(running: Running) -> None:
-    headers = running.http.get("/hosts").headers
+def test_answers_are_neither_cached_nor_guessed_at(shared: Running) -> None:
+    headers = shared.http.get("/hosts").headers
     assert headers["cache-control"] == "no-store"
     assert headers["x-content-type-options"] == "nosniff"
     assert "server" not in headers

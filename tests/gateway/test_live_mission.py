@@ -9,11 +9,11 @@ import httpx
 import pytest
 
 from regraft.services.bt_executor.executor import Executor
-from tests.gateway.conftest import start_gateway
-from tests.gateway.contract import Contract
+from tests.gateway.conftest import client, start_gateway
+from tests.gateway.contract import contract
 from tests.gateway.test_events import Told, parse
 from tests.support.site import Site
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.waiting import wait_until
 
 WAIT = '<Sleep name="wait" msec="1000000"/>'
 
@@ -28,8 +28,8 @@ def tree(body: str, name: str = "Main") -> str:
 def http(site: Site) -> Iterator[httpx.Client]:
     site.start(Executor, "bt_executor")
     url = start_gateway(site)
-    with httpx.Client(base_url=url, timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+    with client(url) as http:
+        http.event_hooks["response"] = [contract(http).check]
         yield http
 
 
@@ -45,7 +45,7 @@ def following(http: httpx.Client, last: str = "") -> Iterator[Iterator[Told]]:
     """Follow the mission, beginning when the stream is open."""
     headers = {"Last-Event-ID": last} if last else {}
     with (
-        httpx.Client(base_url=http.base_url, timeout=PATIENCE) as mine,
+        client(str(http.base_url)) as mine,
         mine.stream("GET", "/mission/events", headers=headers) as response,
     ):
         assert response.status_code == 200

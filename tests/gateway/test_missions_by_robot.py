@@ -12,8 +12,8 @@ from regraft.component.component import class_path, describe
 from regraft.dashboard_api.http.roles import configures
 from regraft.services.bt_executor.executor import Executor
 from regraft.stack.sections.components import services
-from tests.gateway.conftest import start_gateway
-from tests.gateway.contract import Contract
+from tests.gateway.conftest import client, start_gateway
+from tests.gateway.contract import contract
 from tests.gateway.parts import HostStub
 from tests.gateway.test_events import parse
 from tests.gateway.test_live_mission import start, tree
@@ -37,8 +37,8 @@ def http(site: Site) -> Iterator[httpx.Client]:
         site.start(Executor, name, scope=robot)
     host = HostStub(site.session(), site.keys)
     host.architecture = Architecture("site", 1, False, {name: executor(name) for name in names}, TOPICS)
-    with httpx.Client(base_url=start_gateway(site), timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+    with client(start_gateway(site)) as http:
+        http.event_hooks["response"] = [contract(http).check]
         for robot in ROBOTS:
             http.params = {"robot": robot}
             start(http, tree('<Script code="n := 7"/>', robot.title()))

@@ -12,9 +12,9 @@ from tests.gateway.conftest import Running
 METHODS = ("get", "post", "patch", "delete", "put")
 
 
-@pytest.fixture
-def document(running: Running) -> dict[str, Any]:
-    document: dict[str, Any] = running.http.get("/openapi.json").json()
+@pytest.fixture(scope="module")
+def document(shared: Running) -> dict[str, Any]:
+    document: dict[str, Any] = shared.http.get("/openapi.json").json()
     return document
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -39,26 +40,33 @@ def reworded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RequestRefused, "__init__", init)
 
 
+@pytest.fixture
+def refusing(shared: Running) -> Iterator[Running]:
+    """Return the robot of the file, whose manager is to refuse during the test."""
+    yield shared
+    shared.manager.refusal = None
+
+
 @pytest.mark.parametrize("code", [code for code in RefusalCode if code is not RefusalCode.NOT_FOUND])
-def test_the_code_decides_the_answer_whatever_the_text_says(running: Running, code: RefusalCode) -> None:
+def test_the_code_decides_the_answer_whatever_the_text_says(refusing: Running, code: RefusalCode) -> None:
     for words in WORDINGS:
-        running.manager.refusal = RequestRefused(words, code)
-        answer = running.post("/adaptations", adaptation())
+        refusing.manager.refusal = RequestRefused(words, code)
+        answer = refusing.post("/adaptations", adaptation())
         assert (answer.status_code, answer.json()["type"]) == (KINDS[code][0], f"urn:regraft:problem:{KINDS[code][1]}")
         assert answer.json()["detail"] == (words or "refused")
         assert ("retry-after" in answer.headers) is (answer.status_code == 503)
 
 
 @pytest.mark.parametrize("code", [RefusalCode.THROTTLED, RefusalCode.QUEUE_FULL, RefusalCode.STARTING])
-def test_a_refusal_says_when_to_come_again(running: Running, code: RefusalCode) -> None:
+def test_a_refusal_says_when_to_come_again(refusing: Running, code: RefusalCode) -> None:
     for seconds, told in ((0.2, "1"), (1.2, "2"), (7.0, "7")):
-        running.manager.refusal = RequestRefused("later", code, retry_after=seconds)
-        assert running.post("/adaptations", adaptation()).headers["retry-after"] == told
+        refusing.manager.refusal = RequestRefused("later", code, retry_after=seconds)
+        assert refusing.post("/adaptations", adaptation()).headers["retry-after"] == told
 
 
-def test_a_refusal_names_the_field_at_fault(running: Running) -> None:
-    running.manager.refusal = RequestRefused("must be a topic", RefusalCode.MALFORMED, field="changes.0.topic")
-    (violation,) = running.post("/adaptations", adaptation()).json()["violations"]
+def test_a_refusal_names_the_field_at_fault(refusing: Running) -> None:
+    refusing.manager.refusal = RequestRefused("must be a topic", RefusalCode.MALFORMED, field="changes.0.topic")
+    (violation,) = refusing.post("/adaptations", adaptation()).json()["violations"]
     assert (violation["field"], violation["problem"]) == ("changes.0.topic", "must be a topic")
 
 

@@ -9,8 +9,8 @@ from tests.gateway.conftest import Running
 from tests.support.waiting import wait_for, wait_until
 
 
-def test_the_system_is_shown_in_one_answer(running: Running) -> None:
-    system = running.http.get("/system").json()
+def test_the_system_is_shown_in_one_answer(shared: Running) -> None:
+    system = shared.http.get("/system").json()
     assert system["system"] == "site"
     assert system["revision"] == 1
     assert system["simulated"] is False
@@ -25,8 +25,8 @@ def test_a_component_that_should_be_there_and_is_not_is_a_problem(running: Runni
     wait_until(lambda: running.http.get("/system").json()["problems"] == ["drive should be active, but is not there"])
 
 
-def test_components_are_shown_as_they_should_be_and_as_they_are(running: Running) -> None:
-    listed = running.http.get("/components").json()
+def test_components_are_shown_as_they_should_be_and_as_they_are(shared: Running) -> None:
+    listed = shared.http.get("/components").json()
     assert listed["revision"] == 1
     navigator = next(line for line in listed["components"] if line["name"] == "navigator")
     assert (navigator["desired"], navigator["state"], navigator["alive"]) == ("active", "active", True)
@@ -34,76 +34,76 @@ def test_components_are_shown_as_they_should_be_and_as_they_are(running: Running
     assert {line["name"] for line in listed["components"]} >= {"drive", "gateway", "adaptation_manager"}
 
 
-def test_a_component_is_shown_with_its_live_parameters_and_connections(running: Running) -> None:
-    details = running.http.get("/components/navigator").json()
+def test_a_component_is_shown_with_its_live_parameters_and_connections(shared: Running) -> None:
+    details = shared.http.get("/components/navigator").json()
     assert details["spec"]["parameters"] == {"max_velocity": 0.26}
     assert details["now"]["parameters"] == {"max_velocity": 0.26}
     assert details["now"]["connect"] == {"velocity": "velocity"}
     assert details["process"]["pid"] == 4711
 
 
-def test_a_component_tells_its_qualities(running: Running) -> None:
+def test_a_component_tells_its_qualities(shared: Running) -> None:
     url = "/components/navigator/qualities"
-    assert running.http.get(url).json()["estimated"] == {"speed": 0.26}
-    assert running.http.post(url, json={"parameters": {"max_velocity": 0.1}}).json()["estimated"] == {"speed": 0.1}
-    refused = running.http.post(url, json={"parameters": {"max_velocity": 9.0}})
+    assert shared.http.get(url).json()["estimated"] == {"speed": 0.26}
+    assert shared.http.post(url, json={"parameters": {"max_velocity": 0.1}}).json()["estimated"] == {"speed": 0.1}
+    refused = shared.http.post(url, json={"parameters": {"max_velocity": 9.0}})
     assert refused.status_code == 422
     assert "at most 0.26" in refused.json()["violations"][0]["problem"]
-    assert running.http.post(url, json={"colour": "red"}).status_code == 422
-    assert running.http.get("/components/nobody/qualities").status_code == 404
+    assert shared.http.post(url, json={"colour": "red"}).status_code == 422
+    assert shared.http.get("/components/nobody/qualities").status_code == 404
 
 
-def test_measured_qualities_are_listed_with_their_declaration(running: Running) -> None:
+def test_measured_qualities_are_listed_with_their_declaration(shared: Running) -> None:
     def known() -> Any:
-        (line,) = running.http.get("/qualities").json()["qualities"]
+        (line,) = shared.http.get("/qualities").json()["qualities"]
         return line if line["value"] is not None else None
 
     line = wait_for(known, "a measured speed")
     assert (line["component"], line["quality"], line["value"]) == ("navigator", "speed", 0.13)
     assert (line["unit"], line["better"], line["minimum"], line["why"]) == ("m/s", "higher", 0.0, "")
-    assert running.http.get("/qualities", params={"robot": "nobody"}).status_code == 404
+    assert shared.http.get("/qualities", params={"robot": "nobody"}).status_code == 404
 
 
-def test_an_unknown_component_is_not_found(running: Running) -> None:
-    response = running.http.get("/components/nobody")
+def test_an_unknown_component_is_not_found(shared: Running) -> None:
+    response = shared.http.get("/components/nobody")
     assert response.status_code == 404
     assert "nobody" in response.json()["detail"]
 
 
-def test_logs_come_from_the_components_host(running: Running) -> None:
-    assert running.http.get("/components/navigator/logs?lines=2").json()["lines"] == ["line 998", "line 999"]
-    assert running.http.get("/components/drive/logs").status_code == 404
-    assert running.http.get("/components/navigator/logs?lines=0").status_code == 422
+def test_logs_come_from_the_components_host(shared: Running) -> None:
+    assert shared.http.get("/components/navigator/logs?lines=2").json()["lines"] == ["line 998", "line 999"]
+    assert shared.http.get("/components/drive/logs").status_code == 404
+    assert shared.http.get("/components/navigator/logs?lines=0").status_code == 422
 
 
-def test_topics_are_shown_with_their_writers_and_readers(running: Running) -> None:
-    (topic,) = running.http.get("/topics").json()["topics"]
+def test_topics_are_shown_with_their_writers_and_readers(shared: Running) -> None:
+    (topic,) = shared.http.get("/topics").json()["topics"]
     assert topic["name"] == "velocity"
     assert (topic["writers"], topic["readers"]) == (["navigator.velocity"], ["drive.velocity"])
 
 
-def test_hosts_are_shown_with_their_processes(running: Running) -> None:
-    (host,) = running.http.get("/hosts").json()["hosts"]
+def test_hosts_are_shown_with_their_processes(shared: Running) -> None:
+    (host,) = shared.http.get("/hosts").json()["hosts"]
     assert host["alive"]
     assert host["status"]["processes"][0]["component"] == "navigator"
 
 
-def test_hosts_are_shown_with_what_they_offer_and_what_their_components_need(running: Running) -> None:
+def test_hosts_are_shown_with_what_they_offer_and_what_their_components_need(shared: Running) -> None:
     for query in ("", "?measured=true"):
-        (host,) = running.http.get(f"/hosts{query}").json()["hosts"]
+        (host,) = shared.http.get(f"/hosts{query}").json()["hosts"]
         assert host["capability"]["devices"] == []
         cpu, memory = host["capability"]["amounts"]
         assert (cpu["name"], cpu["unit"], cpu["offered"], cpu["declared"]) == ("cpu", "cores", None, 0.0)
         assert (memory["name"], memory["measured"]) == ("memory", 9.5 if query else None)
-    assert running.http.get("/hosts?measured=perhaps").status_code == 422
+    assert shared.http.get("/hosts?measured=perhaps").status_code == 422
 
 
-def test_the_revision_is_the_etag_of_the_architecture(running: Running) -> None:
-    response = running.http.get("/architecture")
+def test_the_revision_is_the_etag_of_the_architecture(shared: Running) -> None:
+    response = shared.http.get("/architecture")
     assert response.headers["etag"] == '"1"'
     assert response.json()["revision"] == 1
-    assert running.http.get("/architecture", headers={"If-None-Match": '"1"'}).status_code == 304
-    assert running.http.get("/architecture", headers={"If-None-Match": '"0"'}).status_code == 200
+    assert shared.http.get("/architecture", headers={"If-None-Match": '"1"'}).status_code == 304
+    assert shared.http.get("/architecture", headers={"If-None-Match": '"0"'}).status_code == 200
 
 
 def test_former_revisions_can_be_read_and_compared(running: Running) -> None:
@@ -146,14 +146,14 @@ def test_overviews_stand_while_the_manager_is_silent(running: Running) -> None:
     ],
 )
 def test_a_problem_of_an_unknown_component_names_the_one_that_may_be_meant(
-    running: Running, method: str, path: str, body: Any
+    shared: Running, method: str, path: str, body: Any
 ) -> None:
-    response = running.http.request(method, path, json=body)
+    response = shared.http.request(method, path, json=body)
     assert response.status_code == 404
     assert "did you mean 'navigator'?" in response.json()["detail"]
 
 
-def test_a_field_that_is_not_there_is_told_with_the_one_that_may_be_meant(running: Running) -> None:
-    response = running.post("/components/navigator/transition", {"transtion": "activate"})
+def test_a_field_that_is_not_there_is_told_with_the_one_that_may_be_meant(shared: Running) -> None:
+    response = shared.post("/components/navigator/transition", {"transtion": "activate"})
     assert response.status_code == 422
     assert "did you mean 'transition'?" in response.json()["detail"]

@@ -55,7 +55,7 @@ def ready(site: Processes, cls: type[Component] = Totaller) -> int:
     return successor
 
 
-@pytest.mark.parametrize("swaps", [50, pytest.param(300, marks=[pytest.mark.evidence, pytest.mark.timeout(900)])])
+@pytest.mark.parametrize("swaps", [30, pytest.param(300, marks=[pytest.mark.evidence, pytest.mark.timeout(900)])])
 def test_all_goes_on_while_a_component_is_handed_over_again_and_again(site: Processes, swaps: int) -> None:
     begin(site)
     site.start(Caller, "caller")

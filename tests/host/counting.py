@@ -35,7 +35,7 @@ class Counter(Component):
         while self.counts[me] < goal.n:
             self.counts[me] += 1
             self.kit.feedback(Number(self.counts[me]))
-            await self.kit.sleep(0.01)
+            await self.kit.sleep(0.02)
         return Number(self.counts.pop(me))
 
     def snapshot(self) -> PlainValue:

@@ -1,4 +1,4 @@
-"""A counted stream at 1 kHz over two hosts, with a service and an action, whose middle part can be moved."""
+"""A counted stream over two hosts, with a service and an action, whose middle part can be moved."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ topics:
   adaptations: {type: regraft/AdaptationReport}
   architecture: {type: regraft/Architecture}
 components:
-  source: {class: 'tests.handover.parts:Source'}
+  source: {class: 'tests.handover.parts:Source', parameters: {rate: RATE}}
   totaller: {class: 'CLASS', host: AT, parameters: {offset: 3}}
   sink: {class: 'tests.handover.parts:Sink'}
-  caller: {class: 'tests.handover.parts:Caller'}
+  caller: {class: 'tests.handover.parts:Caller', parameters: {rate: CALLS}}
   sleeper: {class: 'tests.host.parts:Sleeper', parameters: {where: activate, seconds: 0.5}, state: inactive}
   adaptation_manager:
     class: regraft.adaptation_manager.manager:AdaptationManager
@@ -51,12 +51,22 @@ class Moving:
     """The system, and the hosts that have joined it."""
 
     def __init__(
-        self, site: Site, cls: str = TOTALLER, at: str = "local", hosts: str = "", *, pictures: bool = False
+        self,
+        site: Site,
+        cls: str = TOTALLER,
+        at: str = "local",
+        hosts: str = "",
+        *,
+        rate: float = 1000.0,
+        pictures: bool = False,
     ) -> None:
+        """Start it; ``rate`` is that of the stream in Hz, calls are a fifth of it."""
         self.site = site
+        self._some = int(max(20.0, rate / 10))
         stack = site.folder / "stack.yaml"
         hosts = hosts or "{edge: {lost_after: 1.0}, arm: {lost_after: 1.0}}"
         text = STACK.replace("HOSTS", hosts).replace("CLASS", cls).replace("AT,", f"{at},")
+        text = text.replace("RATE", f"{rate:g}").replace("CALLS", f"{rate / 5:g}")
         if pictures:
             text = text.replace("topics:\n", f"topics:\n{TOPICS_OF_PICTURES}")
             text = text.replace(TOTALLER, "tests.host.pictures:Looker")
@@ -76,7 +86,7 @@ class Moving:
         """Wait until all run and totals flow."""
         for name in ("source", "totaller", "sink", "caller"):
             self.site.wait_active(name)
-        hears_on(self.system, 50)
+        self.hears_on()
 
     def adapt(self, *changes: Change, **more: Any) -> AdaptationReport:
         """Have it adapted."""
@@ -114,7 +124,7 @@ class Moving:
 
         Where the totaller was not there from the start, there were ``calls`` that had nobody to answer them.
         """
-        hears_on(self.system, 100)
+        hears_on(self.system, self._some)
         found = faults(self.system)
         assert found == NOTHING, f"lost, doubled, disordered, wrong: {found}"
         if not calls:
@@ -131,7 +141,7 @@ class Moving:
 
     def hears_on(self) -> None:
         """Wait until more totals have come."""
-        hears_on(self.system, 100)
+        hears_on(self.system, self._some)
 
     def ended(self, report: AdaptationReport) -> AdaptationReport:
         """Return the line of an adaptation once it has ended."""

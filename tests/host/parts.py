@@ -262,7 +262,7 @@ class DyingTotaller(Totaller):
     @Totaller.items.handler
     def add(self, item: Item) -> None:
         super().add(item)
-        if item.number > 2000:
+        if item.number > 400:
             os._exit(1)
 
 

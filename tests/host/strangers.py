@@ -1,4 +1,4 @@
-"""Connections from nobody: many at a time, opened again as soon as they are closed."""
+"""Connections from nobody: many at a time, opened again soon after they are closed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import selectors
 import socket
 import ssl
 import threading
+
+PAUSE = 0.1
+"""Seconds between two looks at what was closed: connections in a loop would take the processors from all others."""
 
 
 def hello() -> bytes:
@@ -26,7 +29,7 @@ class Strangers:
         self.closed = 0
         """How many of them the other end has closed."""
         self._port, self._word, self._source = port, word, source
-        self._over = False
+        self._over = threading.Event()
         self._selector = selectors.DefaultSelector()
         for _ in range(count):
             self._open()
@@ -35,7 +38,7 @@ class Strangers:
 
     def end(self) -> None:
         """Close all."""
-        self._over = True
+        self._over.set()
         self._thread.join()
         for key in list(self._selector.get_map().values()):
             self._close(key.fileobj)
@@ -52,7 +55,7 @@ class Strangers:
         link.close()
 
     def _stay(self) -> None:
-        while not self._over:
+        while not self._over.wait(PAUSE):
             for key, _ in self._selector.select(0.05):
                 link = key.fileobj
                 assert isinstance(link, socket.socket)

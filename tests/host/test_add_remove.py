@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.lifecycle import State
 from tests.host.conftest import HEAD, Start
 from tests.support.processes import children_of, exists
-from tests.support.systems import System
+from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
 STACK = """\
@@ -31,8 +33,11 @@ TOPICS = """\
   adaptations: {type: regraft/AdaptationReport}
   architecture: {type: regraft/Architecture}
 """
-MORE = TopicSpec("more", "host_tests/Tick")
+ALL = HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS)
+KEPT = {"ticker", "adaptation_manager"}
+MORE, OTHERS = (TopicSpec(name, "host_tests/Tick") for name in ("more", "others"))
 TICKER = ComponentSpec(cls="tests.host.parts:Ticker", connections={"ticks": "more"}, parameters={"step": 2})
+OTHER = replace(TICKER, connections={"ticks": "others"})
 LATE = '''\
 """A module that nobody has imported before it is needed."""
 
@@ -56,20 +61,29 @@ class Late(Component):
 '''
 
 
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
+    """Return a ticker and a manager, and modules beside the stack that are not imported yet."""
+    folder = tmp_path_factory.mktemp("adding")
+    for module in ("late", "later"):
+        (folder / f"{module}.py").write_text(LATE)
+    (folder / "deadly_import.py").write_text("import os\nos._exit(7)\n")
+    stack = folder / "stack.yaml"
+    stack.write_text(ALL + STACK)
+    with home(folder / "home"), all_ended() as started:
+        started.append(System(stack))
+        yield started[0]
+
+
 @pytest.fixture
-def running(start: Start, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> System:
-    """Return a ticker and a manager, and a module beside the stack that is not imported yet."""
-    (tmp_path / "late.py").write_text(LATE)
-    (tmp_path / "deadly_import.py").write_text("import os\nos._exit(7)\n")
-    monkeypatch.setattr("tests.host.conftest.HEAD", _head())
-    system = start(STACK)
-    system.wait_running("ticker")
-    system.wait_running("adaptation_manager")
-    return system
-
-
-def _head() -> str:
-    return HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS)
+def running(shared: System) -> System:
+    """Return the system once only the ticker and the manager run in it."""
+    for name in sorted(_names(shared) - KEPT):
+        assert _adapt(shared, Remove(name)).outcome is Outcome.APPLIED
+    wait_until(lambda: _names(shared) == KEPT, "only the ticker and the manager to run")
+    shared.wait_running("ticker")
+    shared.wait_running("adaptation_manager")
+    return shared
 
 
 def _adapt(system: System, *changes: Change, **more: Any) -> AdaptationReport:
@@ -100,7 +114,7 @@ def test_a_component_comes_and_goes_and_comes_back(running: System) -> None:
     removed = _adapt(running, Remove("second"))
     assert removed.outcome is Outcome.APPLIED, removed
     assert not exists(again.pid)
-    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    wait_until(lambda: _names(running) == KEPT)
     assert children_of(running.process.pid) == before
     assert running.said("component.removed", "second")
     assert not [event for event in running.said("component.restarted", "second") if "incarnation 3" in event.text]
@@ -112,27 +126,27 @@ def test_a_component_comes_and_goes_and_comes_back(running: System) -> None:
 
 
 def test_undoing_a_removal_continues_from_the_last_checkpoint_and_a_fresh_addition_begins_anew(running: System) -> None:
-    assert _adapt(running, Add("second", TICKER, (MORE,))).outcome is Outcome.APPLIED
-    wait_until(lambda: _count(running) > 100)
-    before = _count(running)
-    removed = _adapt(running, Remove("second"))
+    assert _adapt(running, Add("third", OTHER, (OTHERS,))).outcome is Outcome.APPLIED
+    wait_until(lambda: _count(running, "third") > 100)
+    before = _count(running, "third")
+    removed = _adapt(running, Remove("third"))
     assert _undo(running, removed).outcome is Outcome.APPLIED
-    begins = [line for line in running.client.logs("second") if line.startswith("ticker begins at")]
+    begins = [line for line in running.client.logs("third") if line.startswith("ticker begins at")]
     assert int(begins[-1].split()[-1]) >= before - 50
-    assert _adapt(running, Remove("second")).outcome is Outcome.APPLIED
-    assert _adapt(running, Add("second", TICKER)).outcome is Outcome.APPLIED
-    begins = [line for line in running.client.logs("second") if line.startswith("ticker begins at")]
+    assert _adapt(running, Remove("third")).outcome is Outcome.APPLIED
+    assert _adapt(running, Add("third", OTHER)).outcome is Outcome.APPLIED
+    begins = [line for line in running.client.logs("third") if line.startswith("ticker begins at")]
     assert begins[-1] == "ticker begins at 0"
 
 
-def _count(system: System) -> int:
-    snapshot = system.client.control("second", "state")
+def _count(system: System, name: str) -> int:
+    snapshot = system.client.control(name, "state")
     assert isinstance(snapshot, Snapshot)
     count: int = snapshot.state["count"]
     return count
 
 
-def test_a_class_that_nobody_has_imported_yet_is_added(running: System, tmp_path: Path) -> None:
+def test_a_class_that_nobody_has_imported_yet_is_added(running: System) -> None:
     report = _adapt(running, Add("late", ComponentSpec(cls="late:Late", parameters={"path": "some/file"})))
     assert report.outcome is Outcome.APPLIED, report
 
@@ -140,18 +154,23 @@ def test_a_class_that_nobody_has_imported_yet_is_added(running: System, tmp_path
         status = running.client.components()["late"].status
         return status.detail if status else ""
 
-    wait_until(lambda: says() == str(tmp_path / "some" / "file"))
+    wait_until(lambda: says() == str(_folder(running) / "some" / "file"))
 
 
-def test_what_needs_a_file_is_not_added_without_it(running: System, tmp_path: Path) -> None:
-    (tmp_path / "wheels.json").write_text("")
-    spec = ComponentSpec(cls="late:Late", parameters={"needed": "wheel.json"})
-    report = _adapt(running, Add("late", spec))
+def _folder(system: System) -> Path:
+    """Return the folder of the stack."""
+    return Path(system.info.stack).parent
+
+
+def test_what_needs_a_file_is_not_added_without_it(running: System) -> None:
+    (_folder(running) / "wheels.json").write_text("")
+    spec = ComponentSpec(cls="later:Late", parameters={"needed": "wheel.json"})
+    report = _adapt(running, Add("needy", spec))
     assert report.outcome is Outcome.REJECTED
     (violation,) = report.violations
-    assert (violation.component, violation.field) == ("late", "parameters.needed")
-    assert violation.problem.startswith(f"'{tmp_path / 'wheel.json'}': there is no such file; did you mean")
-    assert "late" not in running.client.components()
+    assert (violation.component, violation.field) == ("needy", "parameters.needed")
+    assert violation.problem.startswith(f"'{_folder(running) / 'wheel.json'}': there is no such file; did you mean")
+    assert "needy" not in running.client.components()
 
 
 def test_a_program_is_added_and_removed(running: System) -> None:
@@ -170,7 +189,7 @@ def test_a_program_is_added_and_removed(running: System) -> None:
     ("cls", "text"),
     [
         ("deadly_import:Nobody", "exit code 7"),
-        ("late:Nobody", "has no class 'Nobody'"),
+        ("later:Nobody", "has no class 'Nobody'"),
         ("os:getpid", "is no subclass"),
     ],
 )
@@ -197,18 +216,18 @@ def test_what_breaks_as_it_starts_leaves_no_process_behind(running: System, spec
     assert report.outcome is Outcome.ROLLED_BACK, report
     assert text in report.error
     assert children_of(running.process.pid) == before
-    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    wait_until(lambda: _names(running) == KEPT)
     assert running.client.view("ticker").state is State.ACTIVE
     assert running.processes()["ticker"].incarnation == 1
 
 
 def test_the_manager_killed_while_it_adds_leaves_no_process_behind(running: System) -> None:
-    before = running.processes()["adaptation_manager"].pid
+    before = running.wait_running("adaptation_manager")
     spec = ComponentSpec(cls="tests.host.parts:Sleeper", parameters={"where": "configure", "seconds": 0.25})
     pending = _adapt(running, Add("sleeper", spec), Remove("ticker"), wait=False)
     wait_until(lambda: "sleeper" in _names(running) and running.processes()["sleeper"].pid)
-    os.kill(before, signal.SIGKILL)
-    running.wait_running("adaptation_manager", 2)
+    os.kill(before.pid, signal.SIGKILL)
+    running.wait_running("adaptation_manager", before.incarnation + 1)
 
     def line() -> AdaptationReport:
         return running.client.call(
@@ -217,7 +236,7 @@ def test_the_manager_killed_while_it_adds_leaves_no_process_behind(running: Syst
 
     wait_until(lambda: line().outcome is not Outcome.PENDING)
     assert line().outcome is Outcome.ROLLED_BACK
-    wait_until(lambda: _names(running) == {"ticker", "adaptation_manager"})
+    wait_until(lambda: _names(running) == KEPT)
     assert running.client.view("ticker").state is State.ACTIVE
 
 
@@ -229,7 +248,7 @@ def test_what_is_removed_stubbornly_is_ended_by_force(running: System) -> None:
 
 
 def test_a_quarantined_component_can_be_removed(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tests.host.conftest.HEAD", _head())
+    monkeypatch.setattr("tests.host.conftest.HEAD", ALL)
     dying = "  dying: {class: 'tests.host.parts:Stillborn', restart: {limit: 0, window: 30}}\n"
     system = start(dying + STACK)
     system.wait_for("dying", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")

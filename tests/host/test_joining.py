@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.model.adaptation import Add, Outcome
 from regraft.bus_schema.model.architecture import ComponentSpec, TopicSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
+from tests.cli.app import whole
 from tests.host.several import Site
 from tests.support.commands import run
 from tests.support.hosts import state_of, wait_state
@@ -66,82 +69,6 @@ def test_the_end_of_the_system_is_the_end_of_its_hosts(site: Site) -> None:
     wait_gone(pids)
 
 
-@pytest.fixture(scope="module")
-def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    """Return a site whose host edge has joined, for all those who cannot."""
-    folder = tmp_path_factory.mktemp("joined")
-    with home(folder / "home"):
-        made = Site(folder)
-        made.up()
-        made.join()
-        yield made
-        made.close()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "text"),
-    [
-        (("--join", "ENDPOINT", "--name", "local"), 2, "is the name of a system's first host"),
-        (("--join", "ENDPOINT", "--name", "two words"), 2, "cannot name a host"),
-        (("--join", "ENDPOINT", "--name", "edge"), 2, "a host 'edge' has joined already"),
-        (("--join", "ENDPOINT", "--name", "arm", "--system", "other"), 3, "no system named 'other'"),
-        (("--join", "tcp/127.0.0.1:9", "--name", "arm"), 3, "cannot reach tcp/127.0.0.1:9"),
-        (("--join", "ENDPOINT"), 2, "--join needs a --name"),
-        (("--name", "arm"), 2, "belong to --join"),
-        (("--join", "nonsense", "--name", "arm"), 2, "is no endpoint"),
-    ],
-)
-def test_who_cannot_join_is_told_why(joined: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
-    command = [word.replace("ENDPOINT", joined.system.info.endpoint) for word in arguments]
-    done = run("host", *command)
-    assert text in done.stderr
-    assert done.returncode == code
-
-
-def test_a_class_that_the_other_machine_has_not_got_is_said_when_it_joins(site: Site) -> None:
-    (site.folder / "here_only.py").write_text("from regraft import Component\n\n\nclass Here(Component):\n    pass\n")
-    site.up("  here: {class: 'here_only:Here', host: edge}\n")
-    elsewhere = site.folder / "elsewhere"
-    elsewhere.mkdir()
-    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
-    assert guest.process.wait(PATIENCE) == 2
-    assert "cannot import 'here_only'" in guest.log.read_text()
-
-
-def test_a_class_whose_import_ends_the_process_is_said_when_its_host_joins(site: Site) -> None:
-    (site.folder / "here.py").write_text(HERE)
-    site.up("  here: {class: 'here:Here', host: edge}\n")
-    elsewhere = site.folder / "elsewhere"
-    elsewhere.mkdir()
-    (elsewhere / "here.py").write_text("import os; os._exit(0)")
-    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
-    assert guest.process.wait(PATIENCE) == 2
-    assert "'here:Here': importing 'here' ends the process: exit code 0" in guest.log.read_text()
-
-
-HERE = """
-import os, signal
-from regraft import Component
-
-class Here(Component):
-    pass
-"""
-INTERRUPTING = "os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))"
-
-
-def test_a_host_that_is_interrupted_before_it_has_joined_leaves_nothing(site: Site) -> None:
-    (site.folder / "here.py").write_text(HERE)
-    system = site.up("  here: {class: 'here:Here', host: edge}\n")
-    elsewhere = site.folder / "elsewhere"
-    elsewhere.mkdir()
-    (elsewhere / "here.py").write_text(HERE + INTERRUPTING)
-    guest = site.begin("edge", "", "--stack-folder", str(elsewhere))
-    assert guest.process.wait(PATIENCE) == 130, guest.log.read_text()
-    assert not system.said("host.joined", "edge")
-    site.join()
-    site.wait_active("here")
-
-
 # --- adapting over hosts ---
 
 
@@ -181,8 +108,100 @@ def test_a_thousand_messages_a_second_cross_three_hubs_in_order_and_without_loss
     site.wait_active("listener")
     site.join("edge")
     site.wait_active("pulse")
-    wait_until(lambda: site.snapshot("listener")["heard"] > 3000, "three thousand pulses")
+    wait_until(lambda: site.snapshot("listener")["heard"] > 1000, "a thousand pulses")
     assert site.snapshot("listener")["wrong"] == 0
     status = site.system.client.components()["listener"].status
     assert status is not None
     assert status.lost == 0
+
+
+# --- what does not join ---
+
+
+@pytest.fixture(scope="module")
+def joined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a site whose host edge has joined, for all those who cannot."""
+    folder = tmp_path_factory.mktemp("joined")
+    with home(folder / "home"):
+        made = Site(folder)
+        made.up()
+        made.join()
+        yield made
+        made.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("--join", "ENDPOINT", "--name", "local"), 2, "is the name of a system's first host"),
+        (("--join", "ENDPOINT", "--name", "two words"), 2, "cannot name a host"),
+        (("--join", "ENDPOINT", "--name", "edge"), 2, "a host 'edge' has joined already"),
+        (("--join", "ENDPOINT", "--name", "arm", "--system", "other"), 3, "no system named 'other'"),
+        (("--join", "tcp/127.0.0.1:9", "--name", "arm"), 3, "cannot reach tcp/127.0.0.1:9"),
+    ],
+)
+def test_who_cannot_join_is_told_why(joined: Site, arguments: tuple[str, ...], code: int, text: str) -> None:
+    command = [word.replace("ENDPOINT", joined.system.info.endpoint) for word in arguments]
+    done = run("host", *command)
+    assert text in done.stderr
+    assert done.returncode == code
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("--join", "tcp/127.0.0.1:9"), "--join needs a --name"),
+        (("--name", "arm"), "belong to --join"),
+        (("--join", "nonsense", "--name", "arm"), "is no endpoint"),
+    ],
+)
+def test_what_is_mistyped_is_told_before_anything_is_joined(arguments: tuple[str, ...], text: str) -> None:
+    done = CliRunner().invoke(whole(), ["host", *arguments])
+    assert text in done.stderr
+    assert done.exit_code == 2
+
+
+HERE = """
+import os, signal
+from regraft import Component
+
+class Here(Component):
+    pass
+"""
+ENDING = "import os; os._exit(0)"
+INTERRUPTING = "os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))"
+
+
+@pytest.fixture(scope="module")
+def waiting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a site that waits for its host edge, which is to run a class of the stack's folder."""
+    folder = tmp_path_factory.mktemp("waiting")
+    (folder / "here.py").write_text(HERE)
+    with home(folder / "home"):
+        made = Site(folder)
+        made.up("  here: {class: 'here:Here', host: edge}\n")
+        yield made
+        made.close()
+
+
+def test_a_class_that_the_other_machine_has_not_got_is_said_when_it_joins(waiting: Site, tmp_path: Path) -> None:
+    guest = waiting.begin("edge", "", "--stack-folder", str(tmp_path))
+    assert guest.process.wait(PATIENCE) == 2
+    assert "cannot import 'here'" in guest.log.read_text()
+
+
+def test_a_class_whose_import_ends_the_process_is_said_when_its_host_joins(waiting: Site, tmp_path: Path) -> None:
+    (tmp_path / "here.py").write_text(ENDING)
+    guest = waiting.begin("edge", "", "--stack-folder", str(tmp_path))
+    assert guest.process.wait(PATIENCE) == 2
+    assert "'here:Here': importing 'here' ends the process: exit code 0" in guest.log.read_text()
+
+
+def test_a_host_that_is_interrupted_before_it_has_joined_leaves_nothing(waiting: Site, tmp_path: Path) -> None:
+    (tmp_path / "here.py").write_text(HERE + INTERRUPTING)
+    guest = waiting.begin("edge", "", "--stack-folder", str(tmp_path))
+    assert guest.process.wait(PATIENCE) == 130, guest.log.read_text()
+    assert not waiting.system.said("host.joined", "edge")
+    joined = waiting.join()
+    waiting.wait_active("here")
+    assert joined.end() == 0

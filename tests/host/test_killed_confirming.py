@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
+import signal
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
-from regraft import CallFailed
+from regraft import CallFailed, run_directory
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -18,27 +21,54 @@ from regraft.bus_schema.model.adaptation import (
 )
 from regraft.bus_schema.model.watched import BreachCode, Condition
 from tests.adaptation.watching.gauging import POINTS
-from tests.host.conftest import HEAD, Start
+from tests.host.conftest import HEAD
 from tests.host.killing import TOPICS
-from tests.support.systems import System
+from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
 MANAGER = "adaptation_manager"
 STACK = """\
-  gauge: {{class: 'tests.adaptation.watching.gauging:Gauge'}}
-  other: {{class: 'tests.adaptation.watching.gauging:Gauge'}}
+  gauge: {class: 'tests.adaptation.watching.gauging:Gauge'}
+  other: {class: 'tests.adaptation.watching.gauging:Gauge'}
   adaptation_manager:
-    class: tests.adaptation.watching.gauging:DyingManager
-    parameters: {{journal: $RUN/journal.sqlite, point: {point}, died: {died}}}
-    restart: {{limit: 10, window: 30, backoff: 0.0}}
+    class: tests.host.dying:ToldManager
+    parameters: {journal: $RUN/journal.sqlite, told: $RUN/told, died: $RUN/died}
+    restart: {limit: 100, window: 30, backoff: 0.0}
 """
 HOLDS = Condition(quality="gauge.level", at_least=4.0)
 FINAL = "after it is final"
 
 
-def _request(shown: float, key: str) -> AdaptationRequest:
+INITIAL = 5.0
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
+    """Return two gauges, and a manager that can be told where it is to be killed."""
+    folder = tmp_path_factory.mktemp("confirming")
+    head = HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS)
+    (folder / "stack.yaml").write_text(head + STACK)
+    with home(folder / "home"), all_ended() as started:
+        started.append(System(folder / "stack.yaml"))
+        started[0].wait_running(MANAGER)
+        wait_until(lambda: started[0].client.last_measured("gauge"), "the gauge to measure")
+        yield started[0]
+
+
+def _dies_at(system: System, point: str) -> None:
+    """Have the next run of the manager be killed at a point."""
+    folder = run_directory.folder("tests")
+    (folder / "died").unlink(missing_ok=True)
+    (folder / "told").write_text(point)
+    run = system.wait_running(MANAGER)
+    os.kill(run.pid, signal.SIGKILL)
+    system.wait_running(MANAGER, run.incarnation + 1)
+    wait_until(lambda: not (folder / "told").exists(), "the manager to know")
+
+
+def _request(shown: float, key: str, **more: Any) -> AdaptationRequest:
     changes = (SetParameters("gauge", {"shown": shown}), SetParameters("other", {"shown": shown}))
-    return AdaptationRequest(changes, key=key, confirm=0.6, watch=(HOLDS,))
+    return AdaptationRequest(changes, key=key, **more)
 
 
 def _asked(system: System, request: AdaptationRequest) -> AdaptationReport:
@@ -56,20 +86,16 @@ def _shown(system: System) -> set[object]:
 
 
 @pytest.mark.parametrize("point", POINTS)
-def test_a_manager_that_is_killed_there_leaves_nothing_half_done(
-    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: str
-) -> None:
-    monkeypatch.setattr("tests.host.conftest.HEAD", HEAD.replace("  ticks: {type: host_tests/Tick}\n", TOPICS))
-    died = tmp_path / "died"
-    system = start(STACK.format(point=point, died=died))
-    system.wait_running(MANAGER)
-    wait_until(lambda: system.client.last_measured("gauge"), "the gauge to measure")
+def test_a_manager_that_is_killed_there_leaves_nothing_half_done(system: System, point: str) -> None:
+    assert _asked(system, _request(INITIAL, f"{point}, initially")).outcome is Outcome.APPLIED
+    _dies_at(system, point)
+    run = system.wait_running(MANAGER).incarnation
     shown = 3.0 if point in ("before it is withdrawn", "after it is undone") else 9.0
-    report = _asked(system, _request(shown, "first"))
-    assert died.exists()
-    assert system.wait_running(MANAGER, 2)
+    report = _asked(system, _request(shown, f"{point}, first", confirm=0.6, watch=(HOLDS,)))
+    assert (run_directory.folder("tests") / "died").exists()
+    assert system.wait_running(MANAGER, run + 1)
     page = system.client.call(JOURNAL, JournalRequest(), JournalPage, PATIENCE)
-    (line,) = [line for line in page.entries if line.request.key == "first"]
+    (line,) = [line for line in page.entries if line.request.key == f"{point}, first"]
     assert line.outcome is report.outcome
     if point == FINAL or point in ("before it notes how things are", "before its first step"):
         # It was final, or nothing had been written: it was asked for again.
@@ -79,6 +105,6 @@ def test_a_manager_that_is_killed_there_leaves_nothing_half_done(
     assert report.outcome is Outcome.ROLLED_BACK, report
     begun = point not in ("after its first step is written", "before it is confirming")
     assert [breach.code for breach in report.broken] == [BreachCode.INTERRUPTED] * begun
-    assert _shown(system) == {5.0}
-    assert _asked(system, _request(9.0, "second")).outcome is Outcome.APPLIED
+    assert _shown(system) == {INITIAL}
+    assert _asked(system, _request(9.0, f"{point}, second", confirm=0.6, watch=(HOLDS,))).outcome is Outcome.APPLIED
     assert _shown(system) == {9.0}

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
-from regraft.bus_schema.messages.management.manager import CancelAdaptation, UndoAdaptation
+from regraft.bus_schema.messages.management.manager import CancelAdaptation
 from regraft.bus_schema.model.adaptation import AdaptationReport, Outcome, SetParameters
 from tests.host.moving import HOME, TO_EDGE, Ask, Item, Moving
 from tests.host.several import Site
 from tests.support.processes import children_of, exists
+from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
 
-@pytest.fixture
-def moving(site: Site) -> Moving:
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Moving]:
     """Return the stream, with the host edge."""
-    made = Moving(site)
-    made.join()
-    made.wait_flowing()
-    return made
+    folder = tmp_path_factory.mktemp("moving")
+    with home(folder / "home"):
+        site = Site(folder)
+        made = Moving(site)
+        made.join()
+        made.wait_flowing()
+        yield made
+        site.close()
 
 
 def test_a_component_goes_on_at_another_host_and_comes_back_and_nobody_misses_anything(moving: Moving) -> None:
@@ -43,10 +50,12 @@ def test_a_component_goes_on_at_another_host_and_comes_back_and_nobody_misses_an
     assert moving.system.client.view("totaller").parameters["offset"] == 4
     assert goal.result(PATIENCE) == Item(300)
 
-    undone = moving.system.client.call("adaptation_manager/undo", UndoAdaptation(back.id), AdaptationReport, PATIENCE)
+    undone = moving.undo(back)
     assert undone.outcome is Outcome.APPLIED, undone
     moving.wait_alone("edge")
     moving.check()
+    assert moving.adapt(HOME).outcome is Outcome.APPLIED
+    moving.wait_alone("local")
 
 
 def test_a_move_that_is_not_confirmed_hands_the_living_state_back_to_the_process_of_before(moving: Moving) -> None:

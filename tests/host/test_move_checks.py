@@ -49,7 +49,7 @@ def moving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Moving]:
     folder = tmp_path_factory.mktemp("moving")
     with home(folder / "home"):
         site = Site(folder)
-        made = Moving(site, hosts=HOSTS)
+        made = Moving(site, hosts=HOSTS, rate=200.0)
         made.join()
         made.wait_flowing()
         yield made

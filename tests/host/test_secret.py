@@ -17,12 +17,12 @@ from regraft.bus.interface import BusError
 from regraft.bus.zenoh_bus import open_bus
 from regraft.bus.zenoh_config import Endpoints
 from regraft.security.system_secret import BadSecret, make, read
-from tests.host.conftest import Start
+from tests.host.conftest import HEAD, Start
 from tests.host.several import TICKER, WAIT, Site
 from tests.support.commands import run
 from tests.support.ports import free_port
 from tests.support.processes import children_of
-from tests.support.systems import System
+from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE
 
 TICKERS = "  ticker: {class: 'tests.host.parts:Ticker'}\n"
@@ -79,9 +79,18 @@ def refused(endpoint: str, secret: str = "") -> None:
         open_bus(Endpoints(connect=(endpoint,), secret=secret))
 
 
-def test_no_door_of_a_system_lets_a_session_in_that_has_no_or_another_secret(tmp_path: Path, start: Start) -> None:
-    system = start(TICKERS)
-    system.wait_running("ticker")
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
+    """Return a system with a ticker."""
+    folder = tmp_path_factory.mktemp("secret")
+    (folder / "stack.yaml").write_text(HEAD + TICKERS)
+    with home(folder / "home"), all_ended() as started:
+        started.append(System(folder / "stack.yaml"))
+        started[0].wait_running("ticker")
+        yield started[0]
+
+
+def test_no_door_of_a_system_lets_a_session_in_that_has_no_or_another_secret(system: System) -> None:
     ports = set(listening(system.process.pid))
     assert ports == {int(system.info.endpoint.rpartition(":")[2])}
     for port in ports:
@@ -106,8 +115,7 @@ def test_the_worlds_own_door_is_as_narrow(tmp_path: Path, monkeypatch: pytest.Mo
         system.end()
 
 
-def test_a_router_that_is_no_member_is_not_linked(start: Start) -> None:
-    system = start(TICKERS)
+def test_a_router_that_is_no_member_is_not_linked(system: System) -> None:
     listen = f"tcp/127.0.0.1:{free_port()}"
     bus = open_bus(Endpoints((listen,), (system.info.endpoint,), router=True, secret="y" * 43))
     try:
@@ -116,9 +124,7 @@ def test_a_router_that_is_no_member_is_not_linked(start: Start) -> None:
         bus.close()
 
 
-def test_only_its_user_can_read_what_a_system_keeps(start: Start) -> None:
-    system = start(TICKERS)
-    system.wait_running("ticker")
+def test_only_its_user_can_read_what_a_system_keeps(system: System) -> None:
     assert not stat.S_IMODE(run_directory.folder("tests").stat().st_mode) & 0o077, "nobody else reaches what is in it"
     assert stat.S_IMODE((run_directory.folder("tests") / "run.json").stat().st_mode) == 0o600
     assert system.info.secret not in Path(system.log).read_text()
@@ -127,8 +133,7 @@ def test_only_its_user_can_read_what_a_system_keeps(start: Start) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as another user")
-def test_another_user_of_the_machine_gets_neither_in_nor_at_the_secret(start: Start) -> None:
-    system = start(TICKERS)
+def test_another_user_of_the_machine_gets_neither_in_nor_at_the_secret(system: System) -> None:
     pid = system.wait_running("ticker").pid
     files = [str(run_directory.folder("tests") / "run.json"), f"/proc/{pid}/environ", f"/proc/{system.process.pid}/mem"]
     command = [sys.executable, "-c", OTHER_USER, system.info.endpoint, *files]

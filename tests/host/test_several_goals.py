@@ -73,19 +73,19 @@ def counting(start: Start, monkeypatch: pytest.MonkeyPatch) -> System:
 
 
 def test_each_goal_goes_on_through_swaps_and_failed_swaps(counting: System) -> None:
-    goals = [Counted(counting, to) for to in (FOR_EVER, 600, 400)]
-    for cls in ("OtherCounter", "LameCounter", "Counter") * 3:
+    goals = [Counted(counting, to) for to in (FOR_EVER, 150, 100)]
+    for cls in ("OtherCounter", "LameCounter", "Counter") * 2:
         for goal in goals:
             if not goal.goal.done:
                 goal.goes_on()
         outcome = adapt(counting, Swap("counter", f"{HERE}:{cls}")).outcome
         assert outcome is (Outcome.ROLLED_BACK if cls == "LameCounter" else Outcome.APPLIED)
-    assert [goal.goal.result(PATIENCE) for goal in goals[1:]] == [Number(600), Number(400)]
+    assert [goal.goal.result(PATIENCE) for goal in goals[1:]] == [Number(150), Number(100)]
     goals[0].goal.cancel()
     with pytest.raises(CallFailed) as cancelled:
         goals[0].goal.result(PATIENCE)
     assert cancelled.value.answer is Answer.CANCELLED
-    wait_until(lambda: len(goals[1].heard) == 600)
+    wait_until(lambda: len(goals[1].heard) == 150)
     assert all(goal.has_missed_nothing() for goal in goals)
 
 

@@ -24,7 +24,7 @@ class Rest:
         self.port = free_port()
         gateway = f"  gateway: {{class: 'regraft.dashboard_api.gateway:Gateway', parameters: {{port: {self.port}}}}}\n"
         self.system = start(components + MANAGER + gateway)
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=PATIENCE)
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=PATIENCE, verify=False)
         wait_until(self._ready, "the manager and the gateway")
 
     def _ready(self) -> bool:

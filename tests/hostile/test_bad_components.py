@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from regraft import CallFailed
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from tests.hostile.conftest import SINK, SOURCE, Start
@@ -20,45 +22,11 @@ def heard(system: System, patience: float = PATIENCE) -> int:
     return system.client.call("heard", Word(""), Word, patience).count
 
 
-def test_a_component_that_cannot_be_made_is_quarantined_and_its_log_says_why(start: Start) -> None:
-    system = start(f"  unborn: {{class: 'tests.hostile.parts:Unborn', {LITTLE}}}\n" + SOURCE)
-    system.wait_for("unborn", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
-    assert any("cannot be made" in line for line in system.client.logs("unborn"))
-    system.wait_running("source")
-
-
-def test_a_handler_that_always_fails_is_said_once_and_harms_nobody(start: Start) -> None:
-    system = start("  clumsy: {class: 'tests.hostile.parts:Clumsy'}\n" + SOURCE + SINK)
-    wait_until(lambda: heard(system) > 20)
-    wait_until(lambda: system.said("component.fault", "clumsy"))
-    assert len(system.said("component.fault", "clumsy")) == 1
-    assert "I drop everything" in system.said("component.fault", "clumsy")[0].text
-    assert system.processes()["clumsy"].incarnation == 1
-
-
-def test_a_number_that_is_none_is_never_sent_and_the_author_is_told(start: Start) -> None:
-    system = start("  nan: {class: 'tests.hostile.parts:Nan'}\n" + SINK)
-    wait_until(lambda: system.said("component.fault", "nan"))
-    assert "value" in system.said("component.fault", "nan")[0].text
-    assert heard(system) == 0
-
-
-def test_publishing_from_a_thread_is_refused_where_it_happens(start: Start) -> None:
-    system = start("  sneaky: {class: 'tests.hostile.parts:Sneaky', services: {failure: failure}}\n" + SINK)
-    system.wait_running("sneaky")
-    wait_until(lambda: "own thread" in system.client.call("failure", Word(""), Word).text)
-    assert heard(system) == 0
-
-
-def test_a_component_that_is_deaf_to_the_request_to_end_is_ended(start: Start) -> None:
-    system = start("  deaf: {class: 'tests.hostile.parts:Deaf'}\n" + SOURCE)
-    system.wait_running("deaf")
-    assert system.end() == 0
-
-
-def test_a_component_that_clings_to_its_activity_is_ended(start: Start) -> None:
-    system = start("  clinging: {class: 'tests.hostile.parts:Clinging'}\n" + SOURCE)
-    system.wait_running("clinging")
+def test_components_that_are_deaf_to_the_request_to_end_or_cling_to_their_activity_are_ended(start: Start) -> None:
+    clinging = "  clinging: {class: 'tests.hostile.parts:Clinging'}\n"
+    system = start("  deaf: {class: 'tests.hostile.parts:Deaf'}\n" + clinging + SOURCE)
+    for name in ("deaf", "clinging"):
+        system.wait_running(name)
     assert system.end() == 0
 
 
@@ -88,3 +56,47 @@ def test_a_flood_is_survived_by_those_who_hear_it_and_those_beside_it(start: Sta
 
 def _resident(pid: int) -> int:
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096
+
+
+@pytest.fixture(scope="module")
+def faulty(start_for_all: Start) -> System:
+    """Return a system in which one component cannot be made, and another fails at each number."""
+    unborn = f"  unborn: {{class: 'tests.hostile.parts:Unborn', {LITTLE}}}\n"
+    return start_for_all(unborn + "  clumsy: {class: 'tests.hostile.parts:Clumsy'}\n" + SOURCE + SINK)
+
+
+@pytest.fixture(scope="module")
+def silent(start_for_all: Start) -> System:
+    """Return a system whose sink hears nothing, since nobody publishes what may be published."""
+    nan = "  nan: {class: 'tests.hostile.parts:Nan'}\n"
+    return start_for_all(nan + "  sneaky: {class: 'tests.hostile.parts:Sneaky', services: {failure: failure}}\n" + SINK)
+
+
+def test_a_component_that_cannot_be_made_is_quarantined_and_its_log_says_why(faulty: System) -> None:
+    system = faulty
+    system.wait_for("unborn", lambda p: p.state is ProcessState.QUARANTINED, "quarantined")
+    assert any("cannot be made" in line for line in system.client.logs("unborn"))
+    system.wait_running("source")
+
+
+def test_a_handler_that_always_fails_is_said_once_and_harms_nobody(faulty: System) -> None:
+    system = faulty
+    wait_until(lambda: heard(system) > 20)
+    wait_until(lambda: system.said("component.fault", "clumsy"))
+    assert len(system.said("component.fault", "clumsy")) == 1
+    assert "I drop everything" in system.said("component.fault", "clumsy")[0].text
+    assert system.processes()["clumsy"].incarnation == 1
+
+
+def test_a_number_that_is_none_is_never_sent_and_the_author_is_told(silent: System) -> None:
+    system = silent
+    wait_until(lambda: system.said("component.fault", "nan"))
+    assert "value" in system.said("component.fault", "nan")[0].text
+    assert heard(system) == 0
+
+
+def test_publishing_from_a_thread_is_refused_where_it_happens(silent: System) -> None:
+    system = silent
+    system.wait_running("sneaky")
+    wait_until(lambda: "own thread" in system.client.call("failure", Word(""), Word).text)
+    assert heard(system) == 0

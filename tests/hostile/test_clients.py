@@ -18,7 +18,7 @@ from tests.support.paths import ROOT
 from tests.support.systems import System
 from tests.support.waiting import wait_until
 
-FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 6.0}}\n"
+FLOOD = "  flood: {class: 'tests.hostile.parts:Flood', parameters: {size: 100000, seconds: 3.0}}\n"
 
 
 def _goes_on(system: System) -> None:

@@ -67,10 +67,24 @@ def _status(name: str, incarnation: int) -> ComponentStatus:
     return ComponentStatus(name, incarnation, State.FINALIZED, 99, 1e9, "forged", detail="http://forged:1/api/v1")
 
 
-@pytest.mark.parametrize("incarnation", [0, 2, 1000, 2**32 - 1, 2**63 - 1])
-def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, incarnation: int) -> None:
-    system = _up(start)
-    stopped = False
+@pytest.fixture(scope="module")
+def often_hung(start_for_all: Start) -> System:
+    """Return a system whose component may hang as often as it likes."""
+    return start_for_all(HANGING.replace("'}", "', restart: {limit: 100}}"))
+
+
+@pytest.mark.parametrize("incarnation", [0, 1000, 2**32 - 1, 2**63 - 1])
+def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(often_hung: System, incarnation: int) -> None:
+    _found_hung_all_the_same(often_hung, incarnation)
+
+
+def test_a_heartbeat_of_the_next_run_keeps_no_hung_component_alive(start: Start) -> None:
+    _found_hung_all_the_same(_up(start), 2)
+
+
+def _found_hung_all_the_same(system: System, incarnation: int) -> None:
+    """Hang a component while somebody forges heartbeats of a run of it, and see that it is restarted."""
+    run, stopped = system.wait_running("hanging").incarnation, False
 
     def forge() -> None:
         with stranger(system.info) as raw:
@@ -81,7 +95,7 @@ def test_a_heartbeat_of_another_run_keeps_no_hung_component_alive(start: Start, 
     forging = in_parallel(forge)
     try:
         _hang(system)
-        again = system.wait_running("hanging", 2)
+        again = system.wait_running("hanging", run + 1)
     finally:
         stopped = True
         forging.join()

@@ -85,6 +85,7 @@ def test_nothing_of_hosts_clients_and_killed_components_stays(stack: Write, tmp_
         used |= _files([*everybody, *(pid for process in everybody for pid in children_of(process))])
         killed = _pid_of("source")
         os.kill(killed, signal.SIGKILL)
+        _wait_for(logs["up"], "source ended: killed by SIGKILL")  # asking costs what it takes to start a command
         wait_until(lambda: _pid_of("source") not in (0, killed), "another source")
         used |= _files([*everybody, *(pid for process in everybody for pid in children_of(process))])
     assert len(used) >= 6

@@ -64,8 +64,18 @@ def _log(stack: Path) -> str:
     return (stack.parent / "up.log").read_text()
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize("processes", [1, 2, 5])
+@pytest.mark.parametrize(
+    ("signum", "processes"),
+    [
+        *((signal.SIGINT, processes) for processes in (1, 2, 5)),
+        *((signum, 2) for signum in (signal.SIGTERM, signal.SIGHUP)),
+        *(
+            pytest.param(signum, processes, marks=pytest.mark.evidence)
+            for signum in (signal.SIGTERM, signal.SIGHUP)
+            for processes in (1, 5)
+        ),
+    ],
+)
 def test_a_start_that_is_interrupted_leaves_nothing(
     stack: Write, begin: Begin, signum: signal.Signals, processes: int
 ) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.commands import REGRAFT, run
+from tests.support.commands import Command, run
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE
 
@@ -32,9 +32,9 @@ def having(installed: Path, home: Path) -> dict[str, str]:
 
 def regraft(environment: dict[str, str], *words: str, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
     """Run a command to its end."""
-    return run(*words, environment=environment, cwd=cwd, fresh=True)
+    return run(*words, environment=environment, cwd=cwd, imported="frog")
 
 
-def started(environment: dict[str, str], *words: str, cwd: Path = ROOT) -> subprocess.Popen[bytes]:
+def started(environment: dict[str, str], *words: str, log: Path, cwd: Path = ROOT) -> Command:
     """Start a command that runs until it is interrupted."""
-    return subprocess.Popen([*REGRAFT, *words], env=environment, stdin=subprocess.DEVNULL, cwd=cwd)
+    return Command(*words, log=log, cwd=cwd, environment=environment, imported="frog")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
+import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from regraft import run_directory
 from regraft.bus_schema.model.adaptation import AdaptationReport, AdaptationRequest, Move, Outcome
 from regraft.client import Client
 from tests.outside.installing import having, installed_package, started
+from tests.support.commands import Command
+from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 
 PACKAGE = Path(__file__).parent / "robot_package"
@@ -31,34 +34,40 @@ components:
 """
 
 
-@pytest.fixture
-def installations(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Return the folders in which two hosts have the package."""
-    return installed_package(PACKAGE, tmp_path_factory), installed_package(PACKAGE, tmp_path_factory)
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder in which the first host has the package."""
+    return installed_package(PACKAGE, tmp_path_factory)
 
 
 @pytest.fixture
-def yard(
-    installations: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[run_directory.RunInfo]:
+def elsewhere(installed: Path, tmp_path: Path) -> Path:
+    """Return the folder in which the other host has the package."""
+    return shutil.copytree(installed, tmp_path / "installed")
+
+
+@pytest.fixture(scope="module")
+def yard(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[run_directory.RunInfo]:
     """Run the stack on the first host, which waits for the other."""
-    environment = having(installations[0], tmp_path / "home")
-    monkeypatch.setenv("REGRAFT_HOME", environment["REGRAFT_HOME"])
-    stack = tmp_path / "stack.yaml"
-    stack.write_text(STACK.format(installed=installations[0]))
-    process = started(environment, "up", str(stack), "--headless", "--speed", "max", "--system", "tests")
-    try:
-        wait_until(lambda: process.poll() is not None or run_directory.running(), "the stack to be up")
-        yield run_directory.find("tests")
-    finally:
-        process.terminate()
-        process.wait(PATIENCE)
+    folder = tmp_path_factory.mktemp("yard")
+    stack = folder / "stack.yaml"
+    stack.write_text(STACK.format(installed=installed))
+    with home(folder / "home"):
+        words = ("up", str(stack), "--headless", "--system", "tests")
+        command = started(having(installed, folder / "home"), *words, log=folder / "up.log")
+        try:
+            wait_until(lambda: command.process.poll() is not None or run_directory.running(), "the stack to be up")
+            command.must_run()
+            yield run_directory.find("tests")
+        finally:
+            command.end()
 
 
-def joining(installed: Path, yard: run_directory.RunInfo, tmp_path: Path) -> subprocess.Popen[bytes]:
+def joining(installed: Path, yard: run_directory.RunInfo, tmp_path: Path) -> Command:
     """Start the other host."""
     words = ("host", "--join", yard.join, "--name", "edge")
-    return started(having(installed, tmp_path / "home"), *words, cwd=tmp_path)
+    environment = having(installed, Path(os.environ["REGRAFT_HOME"]))
+    return started(environment, *words, log=tmp_path / "edge.log", cwd=tmp_path)
 
 
 def runs(client: Client, component: str) -> bool:
@@ -78,33 +87,31 @@ def files_in(installed: Path) -> set[str]:
     return {f"{installed}/acme_rover/{file}" for file in ("yard/yard.xml", "rover/rover.xml")}
 
 
-def test_the_files_of_an_installed_robot_are_those_of_the_host_that_reads_them_also_after_a_move(
-    installations: tuple[Path, Path], yard: run_directory.RunInfo, tmp_path: Path
+def test_a_missing_file_of_a_robot_is_reported_by_the_host_that_lacks_it(
+    elsewhere: Path, yard: run_directory.RunInfo, tmp_path: Path
 ) -> None:
-    edge = joining(installations[1], yard, tmp_path)
+    missing = elsewhere / "acme_rover" / "rover" / "rover.xml"
+    missing.unlink()
+    edge = joining(elsewhere, yard, tmp_path)
+    assert edge.ended() == 2
+    assert f"host 'edge': eye.robots.0.model: '{missing}': there is no such file" in edge.log.read_text()
+
+
+def test_the_files_of_an_installed_robot_are_those_of_the_host_that_reads_them_also_after_a_move(
+    installed: Path, elsewhere: Path, yard: run_directory.RunInfo, tmp_path: Path
+) -> None:
+    edge = joining(elsewhere, yard, tmp_path)
     client = Client.connect(yard)
     try:
-        wait_until(lambda: edge.poll() is not None or runs(client, "eye"), "the eye to be there")
-        assert edge.poll() is None
-        assert files(client) == files_in(installations[1])
+        wait_until(lambda: edge.process.poll() is not None or runs(client, "eye"), "the eye to be there")
+        edge.must_run()
+        assert files(client) == files_in(elsewhere)
         wait_until(lambda: runs(client, "adaptation_manager"), "the adaptation manager to be there")
-        for host, installed in zip(("local", "edge"), installations, strict=True):
+        for host, there in (("local", installed), ("edge", elsewhere)):
             request = AdaptationRequest((Move("eye", host),))
             report = client.call("adaptation_manager/adapt", request, AdaptationReport, PATIENCE)
             assert report.outcome is Outcome.APPLIED, report
-            assert files(client) == files_in(installed)
+            assert files(client) == files_in(there)
     finally:
         client.close()
-        edge.terminate()
-        assert edge.wait(PATIENCE) == 0
-
-
-def test_a_missing_file_of_a_robot_is_reported_by_the_host_that_lacks_it(
-    installations: tuple[Path, Path], yard: run_directory.RunInfo, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    missing = installations[1] / "acme_rover" / "rover" / "rover.xml"
-    missing.unlink()
-    edge = joining(installations[1], yard, tmp_path)
-    assert edge.wait(2 * PATIENCE) == 2
-    errors = capfd.readouterr().err
-    assert f"host 'edge': eye.robots.0.model: '{missing}': there is no such file" in errors
+        assert edge.end() == 0

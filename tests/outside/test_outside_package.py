@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 
 from regraft import run_directory
 from tests.outside.installing import having, installed_package, regraft, started
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.waiting import wait_until
 
 PACKAGE = Path(__file__).parent / "package"
 
@@ -27,11 +26,12 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
 ) -> None:
     environment = having(installed, tmp_path)
     monkeypatch.setenv("REGRAFT_HOME", str(tmp_path))
-    process = started(environment, "run", "acme_weather.station:Station", "--name", "station")
+    words = ("run", "acme_weather.station:Station", "--name", "station")
+    command = started(environment, *words, log=tmp_path / "station.log")
     try:
         wait_until(lambda: run_directory.running(), "the component to be up")
         system = run_directory.running()[0].system
-        assert process.poll() is None
+        command.must_run()
 
         def echo() -> subprocess.CompletedProcess[str]:
             return regraft(environment, "--system", system, "topic", "echo", "weather", "--count", "1", "--json")
@@ -43,8 +43,7 @@ def test_a_component_from_another_package_runs_alone_and_is_seen_by_the_tools(
         assert done.returncode == 0, done.stderr
         assert "300.0" in echo().stdout
     finally:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) in (0, 130)
+        assert command.end() in (0, 130)
 
 
 def test_its_message_type_can_be_named_in_a_stack(installed: Path, tmp_path: Path) -> None:

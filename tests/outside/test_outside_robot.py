@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -14,7 +13,8 @@ import pytest
 
 from regraft import run_directory
 from tests.outside.installing import having, installed_package, regraft, started
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.commands import Command
+from tests.support.waiting import wait_until
 
 PACKAGE = Path(__file__).parent / "robot_package"
 FAILING = "world.failures=[{at: 3, device: north/compass, failure: bias}]"
@@ -42,18 +42,18 @@ def run_yard(
     with ExitStack() as running:
 
         def start(stack: str) -> dict[str, str]:
-            process = started(user, "up", stack, "--headless", "--speed", "max", "--system", "yard", cwd=tmp_path)
-            running.callback(_end, process)
-            wait_until(lambda: process.poll() is not None or run_directory.running(), "the stack to be up")
-            assert process.poll() is None
+            words = ("up", stack, "--headless", "--system", "yard")
+            command = started(user, *words, log=tmp_path / "up.log", cwd=tmp_path)
+            running.callback(_end, command)
+            wait_until(lambda: command.process.poll() is not None or run_directory.running(), "the stack to be up")
+            command.must_run()
             return user
 
         yield start
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.send_signal(signal.SIGINT)
-    assert process.wait(PATIENCE) in (0, 130)
+def _end(command: Command) -> None:
+    assert command.end() in (0, 130)
 
 
 def shown(user: dict[str, str], *words: str) -> str:

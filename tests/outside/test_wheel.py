@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from regraft.sim_service.cameras.renderers import FORCE
 from tests.support.paths import ROOT
 from tests.support.waiting import PATIENCE
 from tests.support.wheels import wheel_of_the_run
@@ -28,7 +29,7 @@ components:
   station: {class: 'acme_weather.station:Station', parameters: {temperature: 280}}
 """
 PACKAGE = Path(__file__).parent / "package"
-SHORT = ("--headless", "--json", "--speed", "max", "--for", "2", "--set", "gateway.port=0")
+SHORT = ("--headless", "--json", "--speed", "max", "--for", "1", "--set", "gateway.port=0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ class Installed:
         """Run a program of the environment in a folder that has nothing to do with the project."""
         elsewhere = self.folder / "elsewhere"
         elsewhere.mkdir(exist_ok=True)
-        environment = {**os.environ, "REGRAFT_HOME": str(self.folder / "home")}
+        environment = {**os.environ, "REGRAFT_HOME": str(self.folder / "home"), FORCE: "ray"}
         environment.pop("PYTHONPATH", None)
         return subprocess.run(
             [str(self.folder / "bin" / program), *arguments],
@@ -103,7 +104,7 @@ def test_its_stacks_run_by_their_names(installed: Installed, stack: str) -> None
 
 def test_its_studies_run(installed: Installed) -> None:
     out = installed.folder / "out"
-    asked = ("frog-tasks", "--runs", "1", "--configurations", "exploring", "--for", "5", "--out", str(out))
+    asked = ("frog-tasks", "--runs", "1", "--configurations", "exploring", "--for", "2", "--out", str(out))
     done = installed.run("regraft", "evaluate", *asked)
     assert done.returncode == 0, done.stderr
     assert list(out.rglob("*.md"))

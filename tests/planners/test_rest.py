@@ -15,11 +15,11 @@ from regraft.bus_schema.model.adaptation import Outcome
 from regraft.bus_schema.model.robots.planners import planner_service
 from regraft.dashboard_api.http.callers import user_name
 from regraft.dashboard_api.routes.planners import PROPOSAL_EXAMPLE
-from tests.gateway.conftest import start_gateway
-from tests.gateway.contract import Contract
+from tests.gateway.conftest import client, start_gateway
+from tests.gateway.contract import contract
 from tests.planners.parts import SPEEDS, SmallManager, spec
 from tests.support.site import Site
-from tests.support.waiting import PATIENCE, wait_until
+from tests.support.waiting import wait_until
 
 PROPOSE = "/planners/bandits/propose"
 
@@ -44,8 +44,8 @@ def served() -> Iterator[Served]:
     robot = manager.architecture
     manager.architecture = replace(robot, components={**robot.components, "bandits": spec(BanditPlanner, "bandits")})
     site.start(BanditPlanner, "bandits")
-    with httpx.Client(base_url=start_gateway(site), timeout=PATIENCE) as http:
-        http.event_hooks["response"] = [Contract(http.get("/openapi.json").json()).check]
+    with client(start_gateway(site)) as http:
+        http.event_hooks["response"] = [contract(http).check]
         yield Served(site, manager, http)
     site.close()
 

@@ -97,7 +97,7 @@ def spaces(draw: st.DrawFn) -> tuple[list[Slot], list[dict[str, Any]]]:
 
 
 @given(spaces())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_the_options_are_the_filtered_product_in_its_order(space: tuple[list[Slot], list[Any]]) -> None:
     dimensions, constraints = space
     names = [d.name for d in dimensions]

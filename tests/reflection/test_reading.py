@@ -92,7 +92,7 @@ def have_what_is_promised(kind: MessageType) -> None:
                 assert problem or value is None or is_plain(value), f"{reading}: {value} {message}"
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.sampled_from(KINDS),
     st.lists(st.one_of(st.sampled_from(("stamp", "0", "x", "", "ranges")), st.text(max_size=5)), max_size=5),

@@ -56,20 +56,20 @@ def test_random_bytes_are_refused_cleanly(data: bytes) -> None:
     loads_or_refuses(data)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.integers(0, len(GOOD)), st.integers(0, 40), st.lists(PIECES, max_size=4))
 def test_good_file_with_a_piece_replaced_loads_or_is_refused_cleanly(at: int, gone: int, pieces: list[str]) -> None:
     loads_or_refuses((GOOD[:at] + "".join(pieces) + GOOD[at + gone :]).encode())
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.lists(st.integers(0, len(LINES) - 1), max_size=6), st.integers(0, len(LINES) - 1))
 def test_good_file_with_lines_lost_and_moved_loads_or_is_refused_cleanly(lost: list[int], moved: int) -> None:
     kept = [line for number, line in enumerate(LINES) if number not in lost]
     loads_or_refuses("".join([*kept, LINES[moved]]).encode())
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.integers(0, len(LINES) - 1), VALUES)
 def test_good_file_with_any_value_anywhere_loads_or_is_refused_cleanly(number: int, value: str) -> None:
     key, colon, _ = LINES[number].partition(":")

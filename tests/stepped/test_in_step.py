@@ -33,13 +33,13 @@ def _digest(kind: str, goal: float = 3.0) -> str:
         steps.start(Adviser, "adviser")
         steps.start(Witness, "witness")
         steps.start(Clerk, "clerk")
-        steps.start_world(TinyWorld, EVERYBODY, 10.0)
+        steps.start_world(TinyWorld, EVERYBODY, 5.0)
         told = steps.wait_finished()
         assert told.reproducible
-        assert told.tick == 200
+        assert told.tick == 100
         witness: Witness = steps.component("witness")
-        assert len([entry for entry in witness.seen if entry[0] == "position"]) >= 190
-        assert len([entry for entry in witness.seen if entry[0] == "push"]) >= 95
+        assert len([entry for entry in witness.seen if entry[0] == "position"]) >= 90
+        assert len([entry for entry in witness.seen if entry[0] == "push"]) >= 45
         return witness.digest()
     finally:
         steps.close()
@@ -129,7 +129,7 @@ def test_a_member_that_comes_back_goes_on(steps: StepSite) -> None:
     steps.start(Adviser, "adviser", incarnation=2)
     told = steps.told(lambda t: "adviser" in t.dropped and "adviser" in t.members, "the adviser's second run to join")
     world: TinyWorld = steps.component("world")
-    steps.wait_for_time(told.time / 1e9 + 20.0)
+    steps.wait_for_time(told.time / 1e9 + 8.0)
     wait_until(lambda: world.x == pytest.approx(3.0, abs=0.2), "the world to be where it should")
 
 
