@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,7 @@ from regraft.bus_schema.messages.management.modes import (
     RuleStatus,
     SystemModes,
 )
+from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.adaptation import (
     ADAPT,
@@ -70,6 +72,7 @@ class Director(Component):
     def on_activate(self) -> None:
         """Begin to act."""
         self.done = False
+        self.restarted = ""
         self.failure: BaseException | None = None
         self.kit.spawn(self.act(), "acting")
 
@@ -103,6 +106,19 @@ class Director(Component):
         self.system.running[name].kill()
         self.system.host.ended(name)
 
+    def strike(self, name: str) -> None:
+        """Have a component die as soon as its present handler returns; then its next run starts, as by a host."""
+        struck = self.system.running[name]
+        struck.runtime.post(_die)
+
+        def restart() -> None:
+            struck.join()
+            self.system.host.ended(name, ProcessState.WAITING)
+            self.start(name)
+            self.restarted = name
+
+        threading.Thread(target=restart, daemon=True).start()
+
     def start(self, name: str) -> None:
         """Start the next run of a component, without a checkpoint."""
         self.system.start(name, self.system.running[name].runtime.assignment.incarnation + 1)
@@ -125,6 +141,10 @@ class Director(Component):
     def tell(self, requirement: str, satisfied: bool | None, **more: Any) -> None:
         """Report how a requirement is met."""
         self.kit.report_quality(Quality(self.kit.now(), requirement, "drive", satisfied=satisfied, **more))
+
+
+def _die() -> None:
+    raise SystemExit
 
 
 @contextmanager
