@@ -6,15 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from regraft.bus_schema.encoding import codec
 from regraft.bus_schema.messages.management.manager import ArchitectureRequest
-from regraft.bus_schema.model.adaptation import ARCHITECTURE, AdaptationRequest
+from regraft.bus_schema.model.adaptation import ARCHITECTURE
 from regraft.bus_schema.model.architecture import Architecture
-from regraft.bus_schema.model.modes.modes import is_in_force
 from tests.adaptation.system import System
 from tests.modes.in_memory import MANAGER, PLANNER, STACK, Director, perform, running
 from tests.modes.parts import Killer
 from tests.modes.stacks import MODES, RULES
+from tests.modes.wholes import whole_modes
 from tests.support.waiting import PATIENCE
 
 ONCE = STACK.replace("failures: 0", "failures: 1") + MODES + RULES
@@ -35,11 +34,7 @@ def _no_revision_is_half_a_mode(system: System) -> None:
     assert not [line for line in page.entries if line.outcome.value == "stuck"], page.entries
     for revision in sorted({line.revision_after for line in page.entries}):
         found = system.client.call(ARCHITECTURE, ArchitectureRequest(revision), Architecture, PATIENCE)
-        whole = [
-            name
-            for name, changes in found.modes.items()
-            if is_in_force(codec.from_plain({"changes": changes}, AdaptationRequest).changes, found)
-        ]
+        whole = whole_modes(found)
         assert len(whole) == 1, (revision, found)
         assert found.asked_modes in ({}, {"": whole[0]})
 

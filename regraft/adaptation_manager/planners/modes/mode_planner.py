@@ -6,7 +6,7 @@ from typing import Final, TypeVar
 
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
-from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times
+from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times, entered_by
 from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, Values, values_of
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
@@ -26,7 +26,7 @@ News = tuple[SystemStates | None, SystemFaults | None, SystemQualities | None]
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the conditions."""
 JOURNAL_LINES: Final = 20
-"""Lines of the journal among which the newest change is looked for."""
+"""Lines of the journal among which modes are looked for that an earlier run entered."""
 
 
 def _seconds(default: float, description: str) -> Parameter[float]:
@@ -160,7 +160,7 @@ class ModePlanner(Component):
         self._enforcement.take_rules(architecture.mode_rules)
         self._names = names_of(architecture.mode_rules, architecture)
         modes = await self.kit.call(SHARED + MODES, ModesRequest(), SystemModes, timeout=self.answer_within)
-        own = await self._last_own() if self._is_new else ""
+        own = await self._own_modes(architecture) if self._is_new else {}
         self._is_new = False
         for part in self._enforcement.see(modes, self.kit.now(), self._times(), own):
             whose = part or "the system"
@@ -169,17 +169,11 @@ class ModePlanner(Component):
         self._modes = modes
         return architecture, modes
 
-    async def _last_own(self) -> str:
-        """Return the mode that the newest adaptation entered, if an earlier run of this planner asked for it.
-
-        That run may have ended before its checkpoint.
-        """
+    async def _own_modes(self, architecture: Architecture) -> dict[str, str]:
+        """Return the modes that earlier runs of this planner entered last, whatever they remembered."""
         journal = JournalRequest(limit=JOURNAL_LINES)
         page = await self.kit.call(SHARED + JOURNAL, journal, JournalPage, timeout=self.answer_within)
-        newest = next((line for line in page.entries if line.revision_after != line.revision_before), None)
-        if newest is None or newest.request.actor != self.kit.name:
-            return ""
-        return next((change.mode for change in newest.request.changes if isinstance(change, EnterMode)), "")
+        return entered_by(self.kit.name, page.entries, architecture.mode_parts)
 
     # --- acting ---
 
