@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from regraft.bus_schema.errors import BadMessage
+from regraft.bus_schema.suggestions import near
 
 JsonSchema = dict[str, Any]
 
@@ -198,8 +199,10 @@ class EnumShape:
         try:
             return self.members(plain)
         except ValueError:
-            known = ", ".join(str(member.value) for member in self.members)
-            raise BadMessage(f"is {plain!r}, must be one of: {known}") from None
+            known = [str(member.value) for member in self.members]
+            meant = near(plain, known) if isinstance(plain, str) else None
+            hint = f"; did you mean {meant!r}?" if meant else ""
+            raise BadMessage(f"is {plain!r}, must be one of: {', '.join(known)}{hint}") from None
 
     def json_schema(self) -> JsonSchema:
         """Return the values as ``enum``."""

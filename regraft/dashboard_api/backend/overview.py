@@ -113,8 +113,7 @@ class Overview:
         if not robot:
             return found
         view = view_of(robot, self._manager.last_architecture() or self._manager.architecture())
-        own = (part for part in found.parts if part.part == robot or view.has_component(part.part))
-        return replace(found, parts=tuple(own))
+        return replace(found, parts=tuple(part for part in found.parts if view.has_part(part.part)))
 
     def logs(self, name: str, lines: int) -> tuple[str, ...]:
         """Return the last lines of a component's log; raises Problem."""

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
+from regraft.adaptation_manager.execution import transaction
+from regraft.adaptation_manager.execution.actions import perform
+from regraft.adaptation_manager.targets.context import ExecutionContext
 from regraft.bus_schema.model.adaptation import ChangeState, EnterMode, Outcome, SetParameters
 from regraft.bus_schema.model.lifecycle import State, Transition
 from tests.adaptation.system import System, small_architecture
+from tests.support.waiting import wait_until
 
 QUIET = [
     {"change": "set_parameters", "component": "talker", "parameters": {"rate": 10.0}},
@@ -86,3 +91,40 @@ def test_a_mode_that_cannot_be_entered_is_rejected_under_its_index(
     assert (violation.change, violation.field) == (1, field)
     assert text in violation.problem
     assert modal.views() == before
+
+
+def _by_itself(system: System, name: str, transition: Transition) -> None:
+    """Have a component be in another state than its architecture says."""
+    runtime = system.running[name].runtime
+    before = runtime.state
+    runtime.post(lambda: runtime.lifecycle.perform(transition))
+    wait_until(lambda: runtime.state is not before)
+
+
+def test_the_architecture_follows_what_is_as_a_mode_wants_it_already(modal: System) -> None:
+    _by_itself(modal, "scanner", Transition.ACTIVATE)
+    states = [modal.host.specs["scanner"].state]
+    report = modal.adapt(EnterMode("watchful"))
+    states.append(modal.host.specs["scanner"].state)
+    assert (report.outcome, [step.component for step in report.steps]) == (Outcome.APPLIED, ["fragile", "fragile"])
+    assert states == [State.INACTIVE, State.ACTIVE]
+    assert modal.view("scanner").state is State.ACTIVE
+
+
+def test_a_run_that_began_by_an_earlier_spec_meanwhile_undoes_the_mode_and_it_can_be_entered_again(
+    modal: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _by_itself(modal, "fragile", Transition.DEACTIVATE)
+    _by_itself(modal, "fragile", Transition.CLEANUP)
+
+    async def perform_and_restart(site: ExecutionContext, action: Any, *more: Any) -> None:
+        await perform(site, action, *more)
+        if modal.running["fragile"].runtime.assignment.incarnation == 1:
+            modal.restart("fragile")
+
+    monkeypatch.setattr(transaction, "perform", perform_and_restart)
+    report = modal.adapt(EnterMode("watchful"))
+    assert report.outcome is Outcome.ROLLED_BACK, report
+    assert "fragile: state is 'active', should be 'unconfigured'" in report.error
+    assert modal.adapt(EnterMode("watchful")).outcome is Outcome.APPLIED
+    assert modal.view("fragile").state is State.UNCONFIGURED

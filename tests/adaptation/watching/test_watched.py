@@ -25,6 +25,7 @@ from regraft.bus_schema.model.adaptation import (
 from regraft.bus_schema.model.architecture import Architecture, TopicSpec
 from regraft.bus_schema.model.lifecycle import State, Transition
 from regraft.bus_schema.model.watched import Breach, BreachCode, Condition
+from tests.adaptation.conditions import MALFORMED
 from tests.adaptation.host_stub import HostStub
 from tests.adaptation.parts import ADAPT, Ticker
 from tests.adaptation.system import SYSTEM, System, small_architecture, spec_of, started
@@ -216,31 +217,11 @@ def test_a_time_that_is_shorter_than_a_period_is_refused(gauged: System) -> None
     assert "measures its qualities every 0.05 s, 'confirm' is 0.01 s" in report.violations[0].problem
 
 
-@pytest.mark.parametrize(
-    ("plain", "where", "problem"),
-    [
-        ({"quality": "gauge.level"}, "watch.0", "must have bounds"),
-        ({"quality": "level", "at_least": 1}, "watch.0.quality", "must be 'component.quality'"),
-        ({"quality": "a.b", "at_leas": 1}, "watch.0", "did you mean 'at_least'?"),
-        ({"quality": "a.b", "at_least": 3, "at_most": 1}, "watch.0.at_least", "must be at most the upper bound, 1"),
-        ({"quality": "a.b", "within": [1]}, "watch.0.within", "must have two"),
-        ({"quality": "a.b", "within": [1, 2], "at_most": 3}, "watch.0.within", "no place next to at_least"),
-        ({"quality": "a.b", "at_least": float("nan")}, "watch.0.at_least", "must be a finite number"),
-        ({"quality": "a.b", "at_least": 1, "unknown_for": -1}, "watch.0.unknown_for", "must be at least 0"),
-        ({"quality": "a.b", "at_least": 1, "require": "a.b > 1"}, "watch.0", "must have one of"),
-        ({"component": "a"}, "watch.0.state", "is missing, must be one of: unconfigured"),
-        ({"component": "a", "state": "activating"}, "watch.0.state", "is 'activating'"),
-        ({"requirement": "A", "unknown_for": 1}, "watch.0.unknown_for", "no place next to 'requirement'"),
-        ({"require": "speed > 1"}, "watch.0.require", "'speed' is no 'component.parameter'"),
-        ({"require": "a.b >"}, "watch.0.require", "is no expression"),
-        ({}, "watch.0", "has none of them"),
-        (3, "watch.0", "must be a map"),
-    ],
-)
+@pytest.mark.parametrize(("plain", "where", "problem"), MALFORMED)
 def test_a_condition_that_means_nothing_is_refused_by_field(plain: Any, where: str, problem: str) -> None:
     with pytest.raises(BadMessage) as caught:
         codec.from_plain({"changes": [], "confirm": 1, "watch": [plain]}, AdaptationRequest)
-    assert ".".join(caught.value.where) == where
+    assert ".".join(caught.value.where) == ".".join(filter(None, ("watch.0", where)))
     assert problem in caught.value.why
 
 

@@ -27,8 +27,8 @@ def as_needed(
 ) -> tuple[Change, ...]:
     """Return the changes of a mode with the transitions that lead from how things are, after ``earlier`` changes.
 
-    ``found`` has the states that components really are in. One that has failed is lower than it should be. A mode that
-    wants it there keeps its transition, because the architecture has to follow.
+    ``found`` has the states that components really are in. One that has failed is lower than it should be. Where a mode
+    wants a component as it is already, its transition is kept if the architecture has to follow.
     """
     wanted = {name: spec.state for name, spec in architecture.components.items()}
     states = wanted | {name: state for name, state in (found or {}).items() if name in wanted}
@@ -49,7 +49,10 @@ def as_needed(
         elif start not in goals:
             way = route(start, goals[0])
             needed += [ChangeState(change.component, step) for step in way] if way else [change]
-            states[change.component] = goals[0]
+            wanted[change.component] = states[change.component] = goals[0]
+        elif change.transition not in DOWNWARD and wanted[change.component] not in goals:
+            needed.append(change)
+            wanted[change.component] = start
     return tuple(needed)
 
 

@@ -41,6 +41,10 @@ class RobotView:
         """Return whether a mode does."""
         return not self.robot or name.startswith(f"{self.robot}/")
 
+    def has_part(self, name: str) -> bool:
+        """Return whether a part with modes does: the robot itself, a component or subsystem of it."""
+        return not self.robot or name == self.robot or name.startswith(f"{self.robot}.")
+
 
 ALL = RobotView("")
 
