@@ -12,8 +12,8 @@ import pytest
 
 from regraft.bus_schema.messages.quality import Quality
 from tests.adaptation.conditions import HOLDING, MALFORMED, UNKNOWN
-from tests.adaptation.watching.gauging import Gauge
 from tests.adaptation.system import System, small_architecture, spec_of
+from tests.adaptation.watching.gauging import Gauge
 from tests.gateway.real_manager import served
 from tests.support.tables import check_each
 from tests.support.waiting import wait_until
