@@ -12,7 +12,7 @@ from tests.adaptation.failures.test_restored import as_told, some_change, some_w
 from tests.adaptation.system import System as SmallSystem
 from tests.attack.tally import Tally
 from tests.host.conftest import HEAD
-from tests.host.killing import STACK, TOPICS, adapt_through_kills
+from tests.host.processes.killing import STACK, TOPICS, adapt_through_kills
 from tests.support.systems import System
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]

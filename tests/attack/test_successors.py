@@ -11,7 +11,7 @@ import pytest
 from regraft.bus_schema.model.adaptation import Outcome, Swap
 from tests.attack.tally import Tally
 from tests.evidence.test_swapping import CALLER, OFTEN
-from tests.host.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
+from tests.host.adapting.test_swap import HEAD, NOTHING, STACK, adapt, faults, hears_on
 from tests.support.systems import System
 
 pytestmark = [pytest.mark.attack, pytest.mark.timeout(900)]

@@ -14,8 +14,8 @@ import pytest
 
 from regraft.sim_service.cameras.renderers import FORCE
 from tests.support.commands import Command, in_home, run
+from tests.support.machine.ports import free_port
 from tests.support.paths import ROOT
-from tests.support.ports import free_port
 from tests.support.waiting import PATIENCE, wait_until
 
 PAGE = (ROOT / "docs" / "components.md").read_text()

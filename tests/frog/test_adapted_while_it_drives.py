@@ -21,8 +21,8 @@ from tests.frog.changes import NO_SECOND_DETECTOR, SECOND_DETECTOR, TEMPLATE
 from tests.support.commands import run
 from tests.support.frog import Frog, speed_of
 from tests.support.hosts import JoinedHost
+from tests.support.machine.ports import free_port
 from tests.support.paths import FROG
-from tests.support.ports import free_port
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 

@@ -15,7 +15,7 @@ from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import ProcessState
 from regraft.bus_schema.messages.sensors import Odometry
 from tests.support.frog import Frog, speed_of
-from tests.support.processes import children_of, wait_gone
+from tests.support.machine.processes import children_of, wait_gone
 from tests.support.systems import home
 from tests.support.waiting import wait_until
 

@@ -14,7 +14,7 @@ from regraft.dashboard_api.gateway import Gateway
 from regraft.runtime.core.assignment import Assignment
 from tests.adaptation.system import SYSTEM, System, in_thread, started
 from tests.gateway.conftest import GATEWAY, forget_routes
-from tests.gateway.contract import Contract
+from tests.gateway.http.contract import Contract
 from tests.support.systems import home
 from tests.support.waiting import PATIENCE, wait_until
 

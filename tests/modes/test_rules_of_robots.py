@@ -9,7 +9,7 @@ import pytest
 from regraft.bus_schema.model.mode_rules import ModeRule
 from regraft.bus_schema.model.modes.mode_conditions import NameKind, names_of
 from regraft.stack import load
-from tests.stack.folders import ROBOT, SINGLE, TWO, at, rovers, told
+from tests.stack.reading.folders import ROBOT, SINGLE, TWO, at, rovers, told
 
 PLANNER = (
     "  mode_planner: {class: 'regraft.adaptation_manager.planners.modes.mode_planner:ModePlanner'}\n"

@@ -34,10 +34,9 @@ from regraft.runtime.core.assignment import Assignment
 from regraft.runtime.data import status_reporter, stream
 from regraft.runtime.handover import incumbent, successor
 from regraft.runtime.requests import request_server
+from tests.schema.spelling import line_of, members_of
+from tests.schema.strategies import all_types
 from tests.support.paths import ROOT
-
-from .spelling import line_of, members_of
-from .strategies import all_types
 
 PAGE = (ROOT / "docs" / "protocol.md").read_text()
 FENCES = re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.support.commands import run
+from tests.support.machine.renderers import without_opengl
 from tests.support.paths import FROG
-from tests.support.renderers import without_opengl
 
 STACK = f"""\
 system: cameras

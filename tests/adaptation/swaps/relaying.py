@@ -15,7 +15,7 @@ from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, T
 from tests.adaptation.parts import Fragile
 from tests.adaptation.system import SYSTEM, System, spec_of, started
 from tests.handover.parts import Ask, Item, Report, Sink, Source, Totaller
-from tests.support.threads import ComponentThread
+from tests.support.machine.threads import ComponentThread
 from tests.support.waiting import PATIENCE, wait_until
 
 ITEM = "handover_tests/Item"

@@ -17,7 +17,7 @@ from tests.adaptation.parts import Fragile, Ticker
 from tests.adaptation.swaps.holding import Clumsy, Holder
 from tests.adaptation.system import SYSTEM, System, spec_of
 from tests.handover.parts import Ask, Item, Report, Sink, Source
-from tests.support.ports import free_port
+from tests.support.machine.ports import free_port
 from tests.support.waiting import PATIENCE, wait_until
 
 HERE = "tests.adaptation.swaps.holding"
