@@ -113,6 +113,23 @@ def test_a_mode_that_an_earlier_run_has_entered_is_not_taken_for_a_manual_one() 
     assert made.see(_modes("normal"), 2.0, TIMES) == [""]
 
 
+def test_a_mode_that_a_component_has_fallen_out_of_is_entered_again_while_its_rule_holds() -> None:
+    made = _begun("normal")
+
+    def due(now: float, *fallen: str, bad: bool = False) -> str:
+        made.look({"bad": bad}, now, fallen)
+        rule = made.due(now, TIMES)
+        return rule.mode if rule else ""
+
+    assert [due(now, "normal") for now in (1.0, 1.9)] == ["", ""]
+    assert due(1.95) == ""
+    assert [due(now, "normal") for now in (2.0, 2.9, 3.0)] == ["", "", "normal"]
+    made.entered(RECOVER, 3.0, TIMES)
+    assert due(3.9, "normal") == ""
+    assert due(4.5, "normal", bad=True) == ""
+    assert due(4.7, "normal", bad=True) == "degraded"
+
+
 def _line(actor: str, *modes: str, applied: bool = True, undoes: str = "") -> AdaptationReport:
     changes: tuple[Change, ...] = tuple(map(EnterMode, modes)) or (SetParameters("laser", {"rate": 1.0}),)
     outcome = Outcome.APPLIED if applied else Outcome.ROLLED_BACK

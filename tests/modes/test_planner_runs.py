@@ -120,6 +120,34 @@ def test_it_sees_what_is_so_on_its_return(
         assert not [event for event in system.events if event.kind == "modes.manual"]
 
 
+EAGER = ONCE.replace(":ModePlanner'", ":ModePlanner', parameters: {manual_hold: 0.0}")
+"""What others enter is not left alone."""
+BRIEF = EAGER.replace("failures: 1", "failures: 1, recovers_after: 0.2")
+
+
+@pytest.mark.parametrize("how", ["dead", "inactive", "settling"])
+def test_a_component_that_failed_and_recovered_unseen_is_brought_back_by_the_rule_that_holds(
+    tmp_path: Path, how: str
+) -> None:
+    states = []
+
+    async def script(director: Director) -> None:
+        await director.adapt(EnterMode("normal"))
+        if how != "settling":
+            await _stop(director, how, 0.5, 4.0)
+        else:
+            await director.until(FAILS_AT + 0.6)
+        states.append((await director.modes("laser")).state)
+        await director.kit.sleep(2.5)
+        states.append((await director.modes("laser")).state)
+        assert (await director.modes()).actual == "normal"
+
+    with running(tmp_path, BRIEF.replace("mode: degraded\n", "mode: degraded\n    settle: 0.5\n"), script) as system:
+        perform(system)
+        assert states == ["unconfigured", "active"]
+        assert entered(system) == [NORMAL]
+
+
 SECOND = ComponentSpec(cls=CLASS)
 
 

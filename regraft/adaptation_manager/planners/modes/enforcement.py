@@ -78,6 +78,7 @@ class Enforcement:
         self.suspended: dict[str, float] = {}
         self._since: dict[str, float] = {}
         self._unknown: dict[str, str] = {}
+        self._fallen_since: dict[str, float] = {}
         self.parts: dict[str, PartMemory] = {}
         if memory:
             self.suspended = dict(memory["suspended"])
@@ -121,8 +122,12 @@ class Enforcement:
             memory.target, memory.as_asked, memory.asked = target, as_asked, ""
         return changed
 
-    def look(self, values: Mapping[str, Any], now: float) -> None:
-        """Take the values of the names in conditions; a rule whose condition is not known does not hold."""
+    def look(self, values: Mapping[str, Any], now: float, fallen: Collection[str] = ()) -> None:
+        """Take the values of the names in conditions; a rule whose condition is not known does not hold.
+
+        ``fallen`` are the modes that want more of a component than it does, though it has not failed.
+        """
+        self._fallen_since = {mode: self._fallen_since.get(mode, now) for mode in fallen}
         self._unknown.clear()
         for rule in self.rules:
             try:
@@ -146,7 +151,8 @@ class Enforcement:
             if memory is None or part in decided or not self._counts(rule, memory, now, times):
                 continue
             decided.add(part)
-            stands = memory.target == rule.mode and memory.as_asked
+            fallen = now >= self._fallen_since.get(rule.mode, now) + times.retry - ROUNDING
+            stands = memory.target == rule.mode and memory.as_asked and not fallen
             if not stands and now >= max(memory.dwell_until, memory.manual_until, memory.retry_at) - ROUNDING:
                 return rule
         return None

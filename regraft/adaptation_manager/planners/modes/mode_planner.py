@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times, entered_by
-from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, Values, values_of
+from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, Values, fallen_out, values_of, wanted_by
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
@@ -75,6 +75,7 @@ class ModePlanner(Component):
         self._architecture: Architecture | None = None
         self._modes: SystemModes | None = None
         self._names: dict[str, ConditionName] = {}
+        self._wanted: dict[str, tuple[str, ...]] = {}
         self._values = self._measured_values = Values({}, {})
         self._measure_at = 0.0
         self._seen_states: SystemStates | None = None
@@ -134,7 +135,7 @@ class ModePlanner(Component):
             self._measure_at = self.kit.now() + self.measure_every
         self._values = values_of(self._names, states, faults, requirements, modes, self._measured_values)
         now = self.kit.now()
-        self._enforcement.look(self._values, now)
+        self._enforcement.look(self._values, now, fallen_out(self._wanted, architecture, states, faults))
         rule = self._enforcement.due(now, self._times())
         if rule is not None:
             await self._enter(rule, architecture)
@@ -159,6 +160,7 @@ class ModePlanner(Component):
         architecture = self._architecture = await self._manager.architecture(self.answer_within)
         self._enforcement.take_rules(architecture.mode_rules)
         self._names = names_of(architecture.mode_rules, architecture)
+        self._wanted = wanted_by((rule.mode for rule in architecture.mode_rules), architecture)
         modes = await self.kit.call(SHARED + MODES, ModesRequest(), SystemModes, timeout=self.answer_within)
         own = await self._own_modes(architecture) if self._is_new else {}
         self._is_new = False

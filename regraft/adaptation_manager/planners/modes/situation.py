@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from regraft import Kit
@@ -12,8 +12,10 @@ from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.management.modes import SystemModes
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.model.adaptation import ChangeState
+from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Unknown
-from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.lifecycle import DOWNWARD, PRIMARY, State, Transition, is_lower
 from regraft.bus_schema.model.modes.mode_conditions import GONE, ConditionName, NameKind, values_of_modes
 
 Names = Mapping[str, ConditionName]
@@ -57,6 +59,42 @@ def _of_component(known: ConditionName, states: SystemStates | None, faults: Sys
     if known.kind is NameKind.ACTIVE:
         return state.state is State.ACTIVE
     return state.state.value if state.state else GONE
+
+
+def fallen_out(
+    wanted: Mapping[str, Collection[str]],
+    architecture: Architecture,
+    states: SystemStates | None,
+    faults: SystemFaults | None,
+) -> list[str]:
+    """Return the modes of which a component does less than it should, and has not failed: nobody has brought it back.
+
+    ``wanted`` are the components that each mode configures or activates.
+    """
+    if states is None or faults is None:
+        return []
+    failed = {each.component for each in faults.present if each.kind is not SystemFaultKind.RAISED}
+
+    def has_fallen(name: str) -> bool:
+        spec, state = architecture.components.get(name), states.state_of(name)
+        if spec is None or state not in PRIMARY or name in failed:
+            return False
+        return is_lower(state, spec.state)
+
+    return [mode for mode, components in wanted.items() if any(map(has_fallen, components))]
+
+
+def wanted_by(modes: Iterable[str], architecture: Architecture) -> dict[str, tuple[str, ...]]:
+    """Return the components that each mode configures or activates."""
+    return {
+        mode: tuple(
+            change["component"]
+            for change in architecture.modes[mode]
+            if change["change"] == ChangeState.change and Transition(change["transition"]) not in DOWNWARD
+        )
+        for mode in modes
+        if mode in architecture.modes
+    }
 
 
 def _requirement(known: ConditionName, requirements: SystemQualities | None) -> tuple[Any, str]:
