@@ -1,7 +1,7 @@
 """Decorators that depend on the time.
 
-They never wait: while there is nothing to do they return RUNNING, and the tree's `next_wake_up` is when a
-timer comes due.
+They never wait: while there is nothing to do they return RUNNING, and the tree's `next_wake_up` is when a timer comes
+due.
 """
 
 from ..nodes.decorator import Decorator

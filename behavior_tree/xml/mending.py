@@ -1,7 +1,7 @@
 """Mends what is no XML but read by BehaviorTree.CPP's parser all the same.
 
-Comments end at the first ``-->``, with any content. In attributes and in text, ``&`` and ``<`` may mean
-themselves, as in ``_skipIf="a < 2 && b"``. Blanks may come before the XML declaration, and anything behind the root.
+Comments end at the first ``-->``, with any content. In attributes and in text, ``&`` and ``<`` may mean themselves, as
+in ``_skipIf="a < 2 && b"``. Blanks may come before the XML declaration, and anything behind the root.
 """
 
 import re

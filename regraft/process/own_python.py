@@ -17,8 +17,8 @@ def own_python(*arguments: str) -> list[str]:
 def own_environment() -> dict[str, str]:
     """Return the environment for ``own_python``: this process's, and where it finds modules.
 
-    The folder of this installation is among those. Without it, a folder named as one of our packages hides that
-    package where it is installed in place: Python asks the finder of such packages last.
+    The folder of this installation is among those. Without it, a folder named as one of our packages hides that package
+    where it is installed in place: Python asks the finder of such packages last.
     """
     folders = dict.fromkeys([*(folder or os.getcwd() for folder in sys.path), str(INSTALLED_IN)])
     return {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}

@@ -20,9 +20,9 @@ FIELD_IN_FILE = {"name": "", "resources": "", "description": ""}
 def stack_problems(architecture: Architecture) -> Iterator[tuple[str, str]]:
     """Yield the dotted path in the file and the text of everything that is wrong.
 
-    Where the class of a component is not known, neither is what it would read and write; connections and the
-    source of time are not judged then, because most of it would be wrong. That a component lacks its class or its
-    description is reported where it is read.
+    Where the class of a component is not known, neither is what it would read and write; connections and the source of
+    time are not judged then, because most of it would be wrong. That a component lacks its class or its description is
+    reported where it is read.
     """
     complete = all(spec.description or not spec.managed for spec in architecture.components.values())
     for violation in violations(architecture):

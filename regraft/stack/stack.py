@@ -20,9 +20,9 @@ class Stack:
     """A checked stack. ``duration`` (seconds of the system's time) None runs until it is ended.
 
     ``file`` is the stack file as it was named. ``document`` is its content with all that it includes, and the lines.
-    ``imports`` are modules to import for the message types that they define.
-    ``references`` has the values of ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself.
-    ``faults`` are on the schedule of the run.
+    ``imports`` are modules to import for the message types that they define. ``references`` has the values of
+    ``$world``, ``$robots`` and all else, by robot; the empty name is the stack itself. ``faults`` are on the schedule
+    of the run.
     """
 
     file: Path

@@ -1,7 +1,7 @@
 """The short way through a record: two functions per message type, written out field by field when it is registered.
 
-A message that fits takes this way, which costs a third of the walk along its shapes. One that does not
-fit takes the walk after all: shapes alone decide what is wrong, and report it.
+A message that fits takes this way, which costs a third of the walk along its shapes. One that does not fit takes the
+walk after all: shapes alone decide what is wrong, and report it.
 """
 
 from __future__ import annotations

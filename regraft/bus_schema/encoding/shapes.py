@@ -1,7 +1,7 @@
 """How one kind of value is checked, packed and described: a shape per kind, composed into records by ``records``.
 
-A shape turns a Python value into plain data for MessagePack (``pack``) and back (``unpack``). Both check: a bad
-value is refused by its publisher already, and again by its receivers.
+A shape turns a Python value into plain data for MessagePack (``pack``) and back (``unpack``). Both check: a bad value
+is refused by its publisher already, and again by its receivers.
 """
 
 from __future__ import annotations

@@ -82,9 +82,8 @@ class Limits:
 class ComponentSpec:
     """One component as it should be. ``cls`` is ``module:Class``; a component with a ``command`` runs any program.
 
-    ``connections`` maps every port to its topic, None for none; ``services`` maps every offered service to the name
-    it is offered under.
-    ``description`` is that of its class; None for an unmanaged process, which has no lifecycle.
+    ``connections`` maps every port to its topic, None for none; ``services`` maps every offered service to the name it
+    is offered under. ``description`` is that of its class; None for an unmanaged process, which has no lifecycle.
     ``name`` may be left out where the spec is listed under it. Where ``limits`` have none, those of the architecture
     hold.
     """
@@ -176,11 +175,11 @@ class Constraint:
 class Architecture:
     """All components, topics, hosts and constraints of a system, under one revision.
 
-    ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s.
-    A host without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the
-    revision, while that is not final; empty once it is. ``limits`` hold for every component without its own.
-    ``mode_parts`` has the modes of other parts that a mode enters, and ``mode_rules`` are for the mode planner.
-    ``asked_modes`` is the mode that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`).
+    ``modes`` has the changes that enter each mode, as plain data in the form of `regraft/AdaptationRequest`'s. A host
+    without ``host_rules`` has the usual ones. ``unconfirmed`` is the id of the adaptation that gave the revision, while
+    that is not final; empty once it is. ``limits`` hold for every component without its own. ``mode_parts`` has the
+    modes of other parts that a mode enters, and ``mode_rules`` are for the mode planner. ``asked_modes`` is the mode
+    that was asked for last, by part (`regraft.bus_schema.model.modes.mode_parts`).
     """
 
     system: str

@@ -122,13 +122,13 @@ def check_amounts(amounts: Mapping[str, float]) -> None:
 class Description:
     """A component: its class's description of itself, given the read-only parameters.
 
-    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` is whether
-    it is a member of simulated time. ``removal_forbidden`` is why a running system cannot be without it, empty if it
-    can. ``stateful`` is whether it gives a state, of version ``state_version``; ``restores`` are the
-    versions of a state that it restores. ``is_time_source`` is true of the source of simulated time. One that is
-    ``exclusive`` holds, while it is configured, what no other process can hold at the same time. Those ``qualities``
-    that it measures are published every ``evaluate_every`` seconds; None: never. One that
-    ``estimates_from_inputs`` does so from the qualities of what feeds it.
+    ``handler_timeout`` is how long one handler may keep the loop before it counts as hung. ``lockstep`` is whether it
+    is a member of simulated time. ``removal_forbidden`` is why a running system cannot be without it, empty if it can.
+    ``stateful`` is whether it gives a state, of version ``state_version``; ``restores`` are the versions of a state
+    that it restores. ``is_time_source`` is true of the source of simulated time. One that is ``exclusive`` holds, while
+    it is configured, what no other process can hold at the same time. Those ``qualities`` that it measures are
+    published every ``evaluate_every`` seconds; None: never. One that ``estimates_from_inputs`` does so from the
+    qualities of what feeds it.
     """
 
     cls: ClassPath

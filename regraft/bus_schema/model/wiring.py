@@ -21,8 +21,8 @@ from regraft.bus_schema.suggestions import LISTED, instead_of
 def wiring_violations(architecture: Architecture) -> Iterator[Violation]:
     """Yield everything wrong with the connections of ``architecture``.
 
-    Only components that should be active write: the others feed no reader and conflict with none. A port that is
-    not required may be left out of ``connections``, or have no topic. An inactive component may have any port so.
+    Only components that should be active write: the others feed no reader and conflict with none. A port that is not
+    required may be left out of ``connections``, or have no topic. An inactive component may have any port so.
     """
     writers = _writers(architecture)
     for name, spec in sorted(architecture.components.items()):

@@ -127,8 +127,8 @@ def _shown(value: Any) -> str:
 def plain_summary(summaries: Mapping[str, RunSummary]) -> dict[str, Any]:
     """Return a run's summary as plain data, empty without one.
 
-    Several, by their components, are summed up; each is in ``summaries``, too. Counted things have
-    the names of their robots then: ``left/middle_box``.
+    Several are summed up; ``summaries`` has each, by its component. Counted things have the names of their
+    robots then: ``left/middle_box``.
     """
     plain: dict[str, dict[str, Any]] = {name: codec.to_plain(summary) for name, summary in summaries.items()}
     if len(plain) < 2:

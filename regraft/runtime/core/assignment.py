@@ -29,9 +29,9 @@ class Assignment:
     topics that drop rather than block. ``members`` (time sources only) are the components to wait for. A run that
     ``succeeds`` another waits, silently, until it is asked to take over. ``secret`` proves to the hub that it belongs
     to the system. ``lease`` is the path of a file with the time until which it may act; empty: always.
-    ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names
-    the component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the
-    component's own on the schedule of the run, for time sources all of them.
+    ``handler_timeout`` takes the place of what its class states. ``scope`` is the robot among several whose names the
+    component's names are (`regraft.bus_schema.model.robots.scopes`); empty for none. ``faults`` are the component's own
+    on the schedule of the run, for time sources all of them.
     """
 
     system: str

@@ -286,8 +286,8 @@ class Inbound:
     def told(self, read: Container[str]) -> None:
         """Take note that others know from now on which keys are read.
 
-        The next marker on a key that is read no longer, or again, begins again. Pauses that the
-        coordinator has not seen do not count: no message comes while time is still.
+        The next marker on a key that is read no longer, or again, begins again. Pauses that the coordinator has not
+        seen do not count: no message comes while time is still.
         """
         asleep = {key for key in (*self.consumers, *self.patterns) if key not in read}
         for key in asleep ^ self._asleep:

@@ -31,9 +31,9 @@ class Leap:
 class Stream:
     """The state of one (key, source). ``handled`` is the last sequence given out, None before the first sample.
 
-    ``wired`` is set by the first marker; ``marked`` is how far the numbering had come by the last one.
-    ``waiting`` holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation
-    that is known of, if it continues with the numbering of another.
+    ``wired`` is set by the first marker; ``marked`` is how far the numbering had come by the last one. ``waiting``
+    holds what has arrived but may not be given out yet. ``since`` is the first sequence of this incarnation that is
+    known of, if it continues with the numbering of another.
 
     Samples of a run that is ``gone`` are dropped. A marker shows that it is back; another run is taken, too.
 

@@ -32,9 +32,9 @@ IMPOSSIBLE_FOR = 5.0  # s without a way on the map until a drive is given up: th
 class Tolerances:
     """When a goal counts as reached, and how long to put up with what.
 
-    `position` (m) and `yaw` (rad) around where the robot drives; `goal` (m): how far from a goal at which
-    the robot cannot be, it may be sent instead; `replan` (s) between plans; a scan older than `scan` (s)
-    stops the robot, and one older than `blind` (s) fails the drive.
+    `position` (m) and `yaw` (rad) around where the robot drives; `goal` (m): how far from a goal at which the robot
+    cannot be, it may be sent instead; `replan` (s) between plans; a scan older than `scan` (s) stops the robot, and one
+    older than `blind` (s) fails the drive.
     """
 
     position: float = 0.08
@@ -48,8 +48,8 @@ class Tolerances:
 class Command:
     """The present action: the twist to command (m/s, rad/s), and the state of the drive.
 
-    `distance_left` (m) along the path and `time_left` (s) are estimates. `recoveries` counts since the
-    start of the drive. `reason` states why `phase` is `failed`. `faults` are what is wrong now.
+    `distance_left` (m) along the path and `time_left` (s) are estimates. `recoveries` counts since the start of the
+    drive. `reason` states why `phase` is `failed`. `faults` are what is wrong now.
     """
 
     v: float

@@ -56,8 +56,8 @@ class SensorNoise:
 class CameraSettings:
     """Which camera of the world to render, and how.
 
-    `width` and `height` (pixels) default to the camera's resolution in the MJCF. With `always_lit` the camera
-    sees full light at any level of the lamps.
+    `width` and `height` (pixels) default to the camera's resolution in the MJCF. With `always_lit` the camera sees full
+    light at any level of the lamps.
     """
 
     name: str

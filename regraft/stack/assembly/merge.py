@@ -32,8 +32,7 @@ FIELD = Kind("field")
 def merge(base: Node, over: Node, report: Report, at: str = "", *, fixed: tuple[str, ...] = ()) -> Node:
     """Return ``base`` with the values of ``over``, at the dotted path ``at``.
 
-    A change or removal of something that is not there is noted and left out. The sections ``fixed`` get no new
-    entries.
+    A change or removal of something that is not there is noted and left out. The sections ``fixed`` get no new entries.
     """
     return _Merge(report, at, fixed).merged(base, over, ())
 

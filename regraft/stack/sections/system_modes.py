@@ -1,9 +1,9 @@
 """Reads the modes files of ROS 2's system_modes (micro-ROS/system_modes) as they are.
 
-A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes
-have the state and mode of each part. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out
-come from ``__DEFAULT__``. ``parts`` has nothing that the default mode has not, and is ignored. ``rules`` become
-rules of the stack, for the planner that enforces them.
+A *node* is a component; its modes are sets of parameters. A *system* has parts, nodes or other systems; its modes have
+the state and mode of each part. Every mode becomes one of ours, named ``PART.MODE``. Parts that a mode leaves out come
+from ``__DEFAULT__``. ``parts`` has nothing that the default mode has not, and is ignored. ``rules`` become rules of the
+stack, for the planner that enforces them.
 """
 
 from __future__ import annotations

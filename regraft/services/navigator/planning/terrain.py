@@ -142,8 +142,8 @@ class Ground:
         grid = self.terrain.grid
         cells = (points - np.array([grid.origin_x, grid.origin_y])) / grid.resolution
         starts, ways = cells[:-1], np.diff(cells, axis=0)
-        # A segment changes cells where it meets a grid line; between two neighbouring meetings it stays in
-        # one cell, that of the point halfway.
+        # A segment changes cells where it meets a grid line; between two neighbouring meetings it stays in one cell,
+        # that of the point halfway.
         lines = math.ceil(float(np.abs(ways).max(initial=0.0))) + 1
         first = np.floor(np.minimum(starts, starts + ways)) + 1.0
         meetings = first[:, None, :] + np.arange(lines)[None, :, None]

@@ -22,8 +22,8 @@ def root_of(kit: DeviceKit, site: int) -> int:
 def obstacles(kit: DeviceKit, start: Point, end: Point, *spared: int, most: int = MAX_CASTS) -> int:
     """Return how many things lie between two points (m, map frame); counting stops at ``most``.
 
-    Each static geom is a thing, since a room may be one body. A body that moves is one with all that
-    hangs on it. ``spared`` are outermost bodies that are not counted: the robots at both ends.
+    Each static geom is a thing, since a room may be one body. A body that moves is one with all that hangs on it.
+    ``spared`` are outermost bodies that are not counted: the robots at both ends.
     """
     way = end - start
     length = float(np.linalg.norm(way))

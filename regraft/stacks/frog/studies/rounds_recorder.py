@@ -29,11 +29,11 @@ LIDAR_LEAST = 0.12
 class RoundsRecorder(RowRecorder):
     """Writes down how FROG makes its rounds: what it does, what it sees, what it takes, what it is set to.
 
-    ``speed`` is the mean of the true speed over the second, ``speed_now`` the speed at its end. ``nearest`` is
-    the last scan's nearest echo (m). ``motion_power`` is the mean over the second (W), ``picture_energy`` what on-board
-    pictures have taken so far (J). ``looks`` counts calls of the detector, and ``squares`` adds up the squares of
-    their pictures, as the published account does. ``leg`` counts the drives to a goal, ``driving`` is whether one is
-    under way. Each requirement has a column: 1 satisfied, 0 not, empty while its task does not run or it is unknown.
+    ``speed`` is the mean of the true speed over the second, ``speed_now`` the speed at its end. ``nearest`` is the last
+    scan's nearest echo (m). ``motion_power`` is the mean over the second (W), ``picture_energy`` what on-board pictures
+    have taken so far (J). ``looks`` counts calls of the detector, and ``squares`` adds up the squares of their
+    pictures, as the published account does. ``leg`` counts the drives to a goal, ``driving`` is whether one is under
+    way. Each requirement has a column: 1 satisfied, 0 not, empty while its task does not run or it is unknown.
     """
 
     ground_truth = Input(GroundTruth, keep=256, description="how fast the robot really is")

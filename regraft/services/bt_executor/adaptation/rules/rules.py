@@ -3,8 +3,8 @@
     rules="safety &lt; 0.09 || power > 5.0 : max_velocity -= 0.08 within [0.10, 0.26];
            safety > 0.15 || power &lt; 4.0 : max_velocity += 0.08 within [0.10, 0.26]"
 
-Conditions and values are scripts over the blackboard. The first rule whose condition holds wins. A rule with an
-empty entry cannot be evaluated, and then no later rule is evaluated either: the order of rules matters.
+Conditions and values are scripts over the blackboard. The first rule whose condition holds wins. A rule with an empty
+entry cannot be evaluated, and then no later rule is evaluated either: the order of rules matters.
 """
 
 from __future__ import annotations
