@@ -333,6 +333,11 @@ def test_without_the_planner_the_rounds_go_on() -> None:
         ("rounds_external", "silent"),
         ("rounds_rewired", Outcome.STUCK),
         ("rounds_rewired", "silent"),
+        *(
+            pytest.param(mission, fate, marks=pytest.mark.evidence)
+            for mission in ("rounds_external", "rounds_rewired")
+            for fate in FATES
+        ),
     ],
     ids=lambda part: getattr(part, "value", part),
 )

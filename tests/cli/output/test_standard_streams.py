@@ -14,6 +14,10 @@ from tests.support.waiting import PATIENCE
 
 CLOSED, FULL = (">&-", "it is closed"), (">/dev/full", "No space left on device")
 ALL_CLOSED = "<&- >&- 2>&-"
+SILENT = ("2>&-", "2>/dev/full", ALL_CLOSED)
+COMMANDS = ("--help", "ps", "types", "doctor", "evaluate --help")
+REFUSED = ("up nowhere", "run nowhere:Class", "up")
+UNREACHED = ("events", "planner list")
 
 
 def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess[str]:
@@ -30,7 +34,11 @@ def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess
     )
 
 
-# Each of these cases starts an interpreter. Every way to print meets one redirection, the most frequent one both.
+def evidence(*case: object) -> object:
+    """Return a case for make evidence: each starts an interpreter, and the first ones show every way to print."""
+    return pytest.param(*case, marks=pytest.mark.evidence)
+
+
 @pytest.mark.parametrize(
     ("command", "redirected", "why"),
     [
@@ -38,8 +46,8 @@ def run(typed: str, home: Path, before: str = "") -> subprocess.CompletedProcess
         ("ps", *FULL),
         ("--help", *CLOSED),
         ("types", *FULL),
-        ("doctor", *CLOSED),
         ("evaluate --help", *FULL),
+        *(evidence(command, *how) for command in COMMANDS for how in (CLOSED, FULL)),
     ],
 )
 def test_output_that_cannot_be_written_fails_with_one_line(
@@ -55,9 +63,9 @@ def test_output_that_cannot_be_written_fails_with_one_line(
         ("up nowhere", 2, "2>&-"),
         ("up", 2, "2>/dev/full"),
         ("run nowhere:Class", 2, ALL_CLOSED),
-        ("planner list", 3, "2>&-"),
-        ("events", 3, "2>/dev/full"),
         ("events", 3, ALL_CLOSED),
+        *(evidence(command, 2, how) for command in REFUSED for how in SILENT),
+        *(evidence(command, 3, how) for command in UNREACHED for how in SILENT),
     ],
 )
 def test_the_exit_code_tells_when_no_line_can(command: str, code: int, redirected: str, tmp_path: Path) -> None:
@@ -65,7 +73,7 @@ def test_the_exit_code_tells_when_no_line_can(command: str, code: int, redirecte
     assert (ran.returncode, ran.stdout, ran.stderr) == (code, "", "")
 
 
-@pytest.mark.parametrize("command", ["--help", "up"])
+@pytest.mark.parametrize("command", ["--help", "up", *map(evidence, (*COMMANDS, *REFUSED, *UNREACHED))])
 def test_too_few_open_files_are_refused_with_one_line(command: str, tmp_path: Path) -> None:
     ran = run(command, tmp_path, before="ulimit -n 20; ")
     assert (ran.returncode, ran.stdout) == (2, "")
