@@ -135,3 +135,18 @@ def test_a_circle_of_a_robot_s_rules_is_told_with_its_modes_and_the_robot_s_file
 def test_rules_that_nobody_enforces_are_refused_in_a_robot_too(tmp_path: Path) -> None:
     (line,) = told(rovers(tmp_path, TWO, RULED))
     assert "rules: nobody enforces them: add a component of the class" in line
+
+
+def test_a_circle_is_found_however_many_other_robots_have_rules(tmp_path: Path) -> None:
+    robots = "".join(f"  {name}: {{robot: rover, place: {{x: {x}}}}}\n" for x, name in enumerate("abcdef"))
+    uses = f"{TWO[: TWO.index('  left:')]}{robots}{TWO[TWO.index('components:') :]}"
+    spinning = _planned(uses) + (
+        "rules:\n"
+        "  doze: {when: f.eyes.target == 'f/eyes.open', mode: f/eyes.shut}\n"
+        "  wake: {when: f.eyes.target == 'f/eyes.shut', mode: f/eyes.open}\n"
+    )
+    (line,) = told(rovers(tmp_path, spinning, RULED))
+    assert line.startswith(at("stack.yaml", spinning, "wake:") + "rules.wake: leads in a circle with 'doze': ")
+    assert "f/eyes.open > f/eyes.shut > f/eyes.open" in line or "f/eyes.shut > f/eyes.open > f/eyes.shut" in line
+    calm = spinning.partition("rules:\n")[0]
+    assert len(load(rovers(tmp_path, calm, RULED)).architecture.mode_rules) == 18
