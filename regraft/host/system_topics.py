@@ -12,12 +12,21 @@ from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import ComponentState, SystemFault, SystemFaultKind
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES, SYSTEM_TOPICS
+from regraft.bus_schema.model.system_topics import (
+    DIAGNOSTICS,
+    FAULTS,
+    HOSTS,
+    MEASUREMENTS,
+    QUALITIES,
+    STATES,
+    SYSTEM_TOPICS,
+)
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.system_view import ENDS, SystemView
 from regraft.runtime.data.writers import Identity, Writers
@@ -73,9 +82,13 @@ class HostSystemTopics:
         keys, view = self._keys, self._view
         return {
             keys.status("*"): ({*SYSTEM_TOPICS}, self._take_status),
-            keys.event: ({FAULTS, STATES}, self._take_event),
+            keys.event: ({FAULTS, STATES, MEASUREMENTS}, self._take_event),
             keys.diagnostics: ({DIAGNOSTICS}, lambda s: view.take_diagnostic(codec.decode(s.payload, Diagnostic))),
             keys.quality("**"): ({QUALITIES}, lambda s: view.take_quality(codec.decode(s.payload, Quality))),
+            keys.qualities("*"): (
+                {MEASUREMENTS},
+                lambda s: view.take_measured(codec.decode(s.payload, MeasuredQualities)),
+            ),
             keys.host(self._host, "status"): ({HOSTS}, self._take_hosts),
         }
 
