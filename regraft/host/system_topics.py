@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from regraft.bus.interface import Bus, BusError, Closable, Sample
@@ -85,10 +86,7 @@ class HostSystemTopics:
             keys.event: ({FAULTS, STATES, MEASUREMENTS}, self._take_event),
             keys.diagnostics: ({DIAGNOSTICS}, lambda s: view.take_diagnostic(codec.decode(s.payload, Diagnostic))),
             keys.quality("**"): ({QUALITIES}, lambda s: view.take_quality(codec.decode(s.payload, Quality))),
-            keys.qualities("*"): (
-                {MEASUREMENTS},
-                lambda s: view.take_measured(codec.decode(s.payload, MeasuredQualities)),
-            ),
+            keys.qualities("*"): ({MEASUREMENTS}, self._take_measured),
             keys.host(self._host, "status"): ({HOSTS}, self._take_hosts),
         }
 
@@ -160,6 +158,10 @@ class HostSystemTopics:
             code = str(event.details.get("code", ""))
             incarnation = known.incarnation if known else 0
             self._view.take_fault(SystemFault(event.stamp, name, incarnation, kind, event.text, code))
+
+    def _take_measured(self, sample: Sample) -> None:
+        """Take a measurement by this host's clock: readers compare no clocks of two components."""
+        self._view.take_measured(replace(codec.decode(sample.payload, MeasuredQualities), stamp=self._now))
 
     def _take_hosts(self, sample: Sample) -> None:
         self._view.take_hosts(codec.decode(sample.payload, HostStatus).others)

@@ -7,11 +7,16 @@ from typing import Any, Final
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times
-from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, values_of
+from regraft.adaptation_manager.planners.modes.situation import measured_values, values_of
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
-from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.system import (
+    SystemFaults,
+    SystemMeasurements,
+    SystemQualities,
+    SystemStates,
+)
 from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
@@ -40,13 +45,14 @@ class ModePlanner(Component):
     states = Input(SystemStates, topic="system/states", latest_only=True)
     faults = Input(SystemFaults, topic="system/faults", latest_only=True)
     requirements = Input(SystemQualities, topic="system/qualities", latest_only=True, required=False)
+    measurements = Input(SystemMeasurements, topic="system/measurements", latest_only=True, required=False)
     adaptations = Input(AdaptationReport, description="after each, the targets are read again")
 
     settle = _seconds(0.2, "how long a condition has to hold, where its rule says nothing")
     dwell = _seconds(1.0, "how long a mode stays that a rule has entered, where the rule says nothing")
     manual_hold = _seconds(30.0, "how long a mode that others have entered or left is left alone")
     retry = _seconds(1.0, "time until a mode is tried again that could not be entered")
-    measure_every = _seconds(1.0, "time between two questions for qualities that conditions speak of")
+    measure_every = _seconds(0.1, "time between two looks at the qualities that conditions speak of")
     circle_window = _seconds(20.0, "in which a mode may be entered circle_limit times")
     circle_limit = Parameter(4, "how often rules enter a mode in circle_window before they are suspended", minimum=2)
     circle_pause = _seconds(60.0, "how long rules are suspended that lead in a circle, all but the first")
@@ -67,7 +73,6 @@ class ModePlanner(Component):
     def on_activate(self) -> None:
         """Begin to look."""
         self._manager = Manager(self.kit)
-        self._measured = MeasuredValues(self.kit, self.answer_within)
         self._architecture: Architecture | None = None
         self._modes: SystemModes | None = None
         self._names: dict[str, ConditionName] = {}
@@ -123,7 +128,8 @@ class ModePlanner(Component):
         architecture, modes = await self._seen()
         states = self.states.latest
         if self.kit.now() >= self._measure_at:
-            self._measured_values = await self._measured.read(self._names, states)
+            measurements = self.measurements.latest
+            self._measured_values = measured_values(self._names, states, measurements, self.kit.now())
             self._measure_at = self.kit.now() + self.measure_every
         self._values = values_of(self._names, states, self.faults.latest, self.requirements.latest, modes)
         self._values |= self._measured_values

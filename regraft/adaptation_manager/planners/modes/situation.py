@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from regraft import Kit
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.management.modes import SystemModes
-from regraft.bus_schema.messages.management.qualities import MeasuredQualities
-from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.system import (
+    SystemFaultKind,
+    SystemFaults,
+    SystemMeasurements,
+    SystemQualities,
+    SystemStates,
+)
 from regraft.bus_schema.model.lifecycle import State
 from regraft.bus_schema.model.modes.mode_conditions import GONE, ConditionName, NameKind, values_of_modes
 
@@ -62,34 +63,16 @@ def _requirement(known: ConditionName, requirements: SystemQualities | None) -> 
     return getattr(found, known.field) if found is not None and found.active else None
 
 
-class MeasuredValues:
-    """The qualities of components that conditions speak of, as the components measured them last."""
-
-    def __init__(self, kit: Kit, within: float) -> None:
-        """Wait ``within`` seconds for an answer."""
-        self._kit = kit
-        self._keys = Keys(kit.system)
-        self._within = within
-
-    async def read(self, names: Names, states: SystemStates | None) -> dict[str, float]:
-        """Return the values that count, by name; only an active component has any."""
-        wanted = {name: known for name, known in names.items() if known.kind is NameKind.QUALITY}
-        runs = {each.component: each.incarnation for each in (states.components if states else ()) if each.state}
-        if not wanted:
-            return {}
-        found: dict[str, dict[str, float]] = {}
-        async with self._kit.exclusive():
-            for component in sorted({known.owner for known in wanted.values()} & runs.keys()):
-                found[component] = await self._ask(component, runs[component])
-        values = ((name, found.get(known.owner, {}).get(known.field)) for name, known in wanted.items())
-        return {name: value for name, value in values if value is not None}
-
-    async def _ask(self, component: str, incarnation: int) -> dict[str, float]:
-        answers = await self._kit.ask(self._keys.control(component, incarnation, "qualities"), b"", self._within)
-        for answer in answers:
-            if not answer.error:
-                try:
-                    return dict(codec.decode(answer.payload, MeasuredQualities).values)
-                except BadMessage:
-                    continue
-        return {}
+def measured_values(
+    names: Names, states: SystemStates | None, measurements: SystemMeasurements | None, now: float
+) -> dict[str, float]:
+    """Return the qualities of components that count, by name; only the present run of a component has any."""
+    runs = {each.component: each.incarnation for each in (states.components if states else ()) if each.state}
+    found = {}
+    for name, known in names.items():
+        latest = measurements.of(known.owner) if measurements and known.kind is NameKind.QUALITY else None
+        if latest is None or latest.incarnation != runs.get(known.owner) or latest.is_late(now):
+            continue
+        if known.field in latest.values:
+            found[name] = latest.values[known.field]
+    return found
