@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from regraft.bus_schema.messages.protocol.usage import HostUsage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.capability import UNITS, devices, loads, needs, offered
+from regraft.bus_schema.model.hosts.offers import HostOffer, with_offers
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +43,11 @@ class HostCapability:
     devices: tuple[DeviceLine, ...]
 
 
-def capability(architecture: Architecture, host: str, usage: HostUsage | None = None) -> HostCapability:
-    """Return the capability of a host, with what was measured there if it is given."""
+def capability(
+    architecture: Architecture, host: str, usage: HostUsage | None = None, offer: HostOffer | None = None
+) -> HostCapability:
+    """Return the capability of a host, with what was measured there and what it offers itself, if these are given."""
+    architecture = with_offers(architecture, {host: offer} if offer else {})
     return HostCapability(host, tuple(_amounts(architecture, host, usage)), tuple(_devices(architecture, host)))
 
 
