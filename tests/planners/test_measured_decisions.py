@@ -17,7 +17,8 @@ from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.geometry import Twist
 from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import SystemMeasurements
-from regraft.bus_schema.messages.planning import Proposal, ProposalRequest
+from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuery, Proposal, ProposalRequest
+from regraft.bus_schema.model.adaptation import Outcome
 from regraft.cli.outcomes import BadInput
 from regraft.testing import Rig
 from tests.planners.parts import SmallManager, spec
@@ -114,6 +115,12 @@ def test_the_explanation_says_from_where_and_when_a_quality_was_measured(tmp_pat
         assert on.propose()["measured"] == {"speed": {"value": 0.25, "from": source}}
 
 
+def test_a_planner_describes_by_which_qualities_it_measures(tmp_path: Path) -> None:
+    with bench(tmp_path) as on:
+        described = on.rig.call("planners/forecast/describe", PlannerQuery(), PlannerDescription)
+        assert "It measures pace.speed by navigator.speed." in described.inputs["anyOf"][1]["description"]
+
+
 def test_the_journal_gets_what_the_decision_was_measured_by(tmp_path: Path) -> None:
     with bench(tmp_path) as on:
         on.measures(speed=0.05)
@@ -157,6 +164,14 @@ def test_what_was_measured_before_the_last_change_showed_effect_does_not_count(t
         on.rig.advance(0.2)
         on.measures(speed=0.16)
         assert on.propose()["measured"]["speed"]["value"] == 0.16
+
+
+def test_a_change_that_is_rejected_leaves_what_is_measured_as_it_was(tmp_path: Path) -> None:
+    with bench(tmp_path) as on:
+        on.measures(speed=0.05)
+        on.manager.fates = [Outcome.REJECTED]
+        assert on.propose(apply=True)["outcome"] == "rejected"
+        assert on.propose()["measured"]["speed"]["value"] == 0.05
 
 
 @pytest.mark.parametrize(

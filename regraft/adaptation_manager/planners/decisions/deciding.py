@@ -110,8 +110,17 @@ class DecidingPlanner(Component):
             return listed
         named = record_shape(DecisionInputs).json_schema()
         named["description"] = f"A decision that a file describes. It cannot express: {self.cannot_express}."
+        measured = [f"{name} by {', '.join(each)}" for name, each in self._measured_by().items()]
+        if measured:
+            named["description"] += f" It measures {'; '.join(measured)}."
         named["properties"]["decision"] = {"enum": list(self.known_decisions)}
         return {"type": "object", "anyOf": [listed, named]}
+
+    def _measured_by(self) -> dict[str, tuple[str, ...]]:
+        """Return the qualities of components by which each decision's qualities are measured."""
+        pairs = ((decision, quality) for decision in self.known_decisions.values() for quality in decision.qualities)
+        found = {f"{decision.name}.{q.name}": decision.measured_names(q) for decision, q in pairs}
+        return {name: names for name, names in found.items() if names}
 
     def decision_named(self, name: str) -> Decision:
         """Return a decision; raises BadMessage."""

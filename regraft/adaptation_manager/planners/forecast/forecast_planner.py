@@ -28,6 +28,7 @@ from regraft.bus_schema.messages.planning import (
     ProposalRequest,
     StrategyDescription,
 )
+from regraft.bus_schema.model.adaptation import Outcome
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 
@@ -123,7 +124,7 @@ class ForecastPlanner(DecidingPlanner):
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
         request = self.in_context(request, decided.decision, situation, standing)
         proposal = await self._carry_out(request, option.settings, choice, architecture)
-        if proposal.report is not None and proposal.changes:
+        if proposal.report is not None and proposal.report.outcome in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
             self.note_change(decided.decision, self.kit.now() + decided.decision.settle)
         return proposal
 
