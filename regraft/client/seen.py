@@ -14,6 +14,7 @@ from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.protocol.clock import ClockTime
 from regraft.bus_schema.messages.protocol.host import HostStatus, OtherHost, ProcessStatus
 from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.bus_schema.model.lifecycle import State
 
 K = TypeVar("K")
@@ -72,7 +73,7 @@ class HostSeen:
     """A host as seen from outside; ``age`` is the seconds since its last status.
 
     ``state`` is how the first host sees it, None for the first host itself. ``processes`` are those that it runs,
-    or was to run if it is not there.
+    or was to run if it is not there. ``offer`` is what it offered itself when it joined.
     """
 
     name: str
@@ -81,6 +82,7 @@ class HostSeen:
     age: float | None
     state: HostState | None = None
     processes: tuple[ProcessStatus, ...] = ()
+    offer: HostOffer = NO_OFFER
 
 
 class Board:
@@ -189,7 +191,8 @@ class Board:
                 status, heard = self._hosts.get(name, (None, now))
                 age = now - heard if status else None
                 state = others[name].state if name in others else None
-                seen[name] = HostSeen(name, name in alive, status, age, state, self._processes(name))
+                offer = others[name].offer if name in others else NO_OFFER
+                seen[name] = HostSeen(name, name in alive, status, age, state, self._processes(name), offer)
             return seen
 
     def _names(self, alive: set[str]) -> list[str]:

@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.protocol.control import ControlCode, ControlErr
 from regraft.bus_schema.messages.protocol.host import StartComponent
 from regraft.bus_schema.messages.protocol.joining import JoinedSystem, JoinHost, Lease, PastRun, RenewLease
 from regraft.bus_schema.model.hosts.hosts import LOCAL
+from regraft.bus_schema.model.hosts.offers import HostOffer
 from regraft.host.host import Host
 from regraft.host.plan import HostPlan
 from regraft.host.runs.managed_process import ManagedProcess
@@ -37,7 +38,14 @@ class JoinedHost(Host):
     """A joined host. ``over`` states why it has to end, empty while it has not to."""
 
     def __init__(
-        self, plan: HostPlan, bus: Bus, zygote: Zygote, joined: JoinedSystem, instance: str, seal: Seal
+        self,
+        plan: HostPlan,
+        bus: Bus,
+        zygote: Zygote,
+        joined: JoinedSystem,
+        instance: str,
+        seal: Seal,
+        offer: HostOffer,
     ) -> None:
         """It has just joined; nothing runs yet."""
         super().__init__(plan, bus, zygote)
@@ -46,6 +54,7 @@ class JoinedHost(Host):
         self.term, self.revision = joined.term, joined.revision
         self._instance = instance
         self._seal = seal
+        self._offer = offer
         self._lease = joined.lease
         self._held_until = now() + joined.lease
         self._lapsed = self._outside = False
@@ -120,7 +129,7 @@ class JoinedHost(Host):
     def _ask(self, sent: float) -> None:
         # A lease that has run out is not renewed: much may have been decided meanwhile.
         outside = self._outside or self._lapsed
-        asked = self._seal.on(JoinHost(self.plan.name, self._instance)) if outside else self._sign()
+        asked = self._seal.on(JoinHost(self.plan.name, self._instance, offer=self._offer)) if outside else self._sign()
         verb = "join" if outside else "renew"
 
         def done(answers: list[Answer]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from regraft.bus.interface import Bus, BusError, Closable, Sample
@@ -12,12 +13,21 @@ from regraft.bus_schema.encoding.registry import type_named
 from regraft.bus_schema.errors import SchemaError
 from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic, Event
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import ComponentState, SystemFault, SystemFaultKind
 from regraft.bus_schema.messages.protocol.host import HostStatus
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.lifecycle import State
-from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES, SYSTEM_TOPICS
+from regraft.bus_schema.model.system_topics import (
+    DIAGNOSTICS,
+    FAULTS,
+    HOSTS,
+    MEASUREMENTS,
+    QUALITIES,
+    STATES,
+    SYSTEM_TOPICS,
+)
 from regraft.runtime.core.clock import Clock
 from regraft.runtime.data.system_view import ENDS, SystemView
 from regraft.runtime.data.writers import Identity, Writers
@@ -75,9 +85,10 @@ class HostSystemTopics:
         keys, view = self._keys, self._view
         return {
             keys.status("*"): ({*SYSTEM_TOPICS}, self._take_status),
-            keys.event: ({FAULTS, STATES}, self._take_event),
+            keys.event: ({FAULTS, STATES, MEASUREMENTS}, self._take_event),
             keys.diagnostics: ({DIAGNOSTICS}, lambda s: view.take_diagnostic(codec.decode(s.payload, Diagnostic))),
             keys.quality("**"): ({QUALITIES}, lambda s: view.take_quality(codec.decode(s.payload, Quality))),
+            keys.qualities("*"): ({MEASUREMENTS}, self._take_measured),
             keys.host(self._host, "status"): ({HOSTS}, self._take_hosts),
         }
 
@@ -152,6 +163,10 @@ class HostSystemTopics:
             self._view.take_fault(SystemFault(event.stamp, name, incarnation, kind, event.text, code))
             if known is not None and kind in ENDS and known.incarnation > incarnation:
                 self._view.take_state(known, self._now)  # its next run is here already
+
+    def _take_measured(self, sample: Sample) -> None:
+        """Take a measurement by this host's clock: readers compare no clocks of two components."""
+        self._view.take_measured(replace(codec.decode(sample.payload, MeasuredQualities), stamp=self._now))
 
     def _take_hosts(self, sample: Sample) -> None:
         self._view.take_hosts(codec.decode(sample.payload, HostStatus).others)

@@ -169,6 +169,7 @@ class Control:
             parts.parameters.values = before
             raise ControlRefused(ControlCode.REFUSED, f"{', '.join(sorted(changed))}: {error}") from None
         self._retime()
+        self._measuring.invalidate("not measured since parameters have changed")
 
     def _connections(self, payload: bytes) -> object:
         wanted = codec.decode(payload, Rewire) if payload else Rewire(RewireStep.READ)
@@ -181,7 +182,17 @@ class Control:
         except (RewiringRefused, SchemaError) as error:
             raise ControlRefused(ControlCode.REFUSED, str(error)) from None
         self._answering.note_revision(wanted.revision)
-        return done if isinstance(done, Pending) else self._answering.view(done)
+        moved = wanted.step in (RewireStep.SWITCH, RewireStep.DISCONNECT)
+        if isinstance(done, Pending):
+            if moved:
+                done.afterwards = self._connections_changed
+            return done
+        if moved:
+            self._connections_changed()
+        return self._answering.view(done)
+
+    def _connections_changed(self) -> None:
+        self._measuring.invalidate("not measured since connections have changed")
 
     def _state(self, payload: bytes) -> object:
         wanted = codec.decode(payload, StateRequest) if payload else StateRequest(StateStep.SNAPSHOT)

@@ -51,7 +51,9 @@ class Seal:
 def seal_of(asked: JoinHost | RenewLease, key: bytes) -> bytes:
     """Return the seal of a message."""
     verb, detail = ("join", asked.pid) if isinstance(asked, JoinHost) else ("renew", int(asked.leaving))
-    lines = (verb, asked.host, asked.instance, asked.number, detail)
+    lines: tuple[object, ...] = (verb, asked.host, asked.instance, asked.number, detail)
+    if isinstance(asked, JoinHost) and asked.offer:
+        lines = (*lines, asked.offer.text())
     return hmac.digest(key, "\n".join(map(str, lines)).encode(), hashlib.sha256)
 
 

@@ -20,6 +20,7 @@ from regraft.bus_schema.keys import Keys, system_name
 from regraft.bus_schema.messages.protocol.control import ControlCode, ControlError
 from regraft.bus_schema.messages.protocol.joining import HostProof, JoinedSystem, JoinHost
 from regraft.bus_schema.model.hosts.hosts import LOCAL
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.host.joined_host import JoinedHost
 from regraft.host.joining.early_query import asked_by_a_child
 from regraft.host.plan import HostPlan, moved
@@ -54,12 +55,16 @@ class NothingThere(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Whom to join, as what. ``system`` None takes the one that is there; ``stack_folder`` None looks for it."""
+    """Whom to join, as what. ``system`` None takes the one that is there; ``stack_folder`` None looks for it.
+
+    ``offer`` is what the host offers in addition to what the stack names.
+    """
 
     endpoints: Endpoints
     name: str
     system: str | None = None
     stack_folder: Path | None = None
+    offer: HostOffer = NO_OFFER
 
 
 @dataclass(slots=True)
@@ -130,7 +135,7 @@ def run_guest(
 def _look(wanted: Wanted) -> JoinedSystem:
     """Ask what there is, without joining yet: a while may pass until all is imported."""
     key = Keys(system_name(wanted.system) if wanted.system else "*").host("*", "join")
-    payload = codec.encode(JoinHost(wanted.name, ""))
+    payload = codec.encode(JoinHost(wanted.name, "", offer=wanted.offer))
     deadline = time.monotonic() + WAIT_FOR_LOSS
     while True:
         answer = asked_by_a_child(wanted.endpoints, key, payload, ANSWER_TIMEOUT)
@@ -198,8 +203,10 @@ def _run(
         instance = secrets.token_hex(8)
         with ending.interrupting():
             seal = _proved(bus, wanted, architecture.system, instance)
-            first = _join(bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid()), seal)
-        host = JoinedHost(plan.as_joined(first), bus, zygote, first, instance, seal)
+            first = _join(
+                bus, architecture.system, JoinHost(plan.name, instance, pid=os.getpid(), offer=wanted.offer), seal
+            )
+        host = JoinedHost(plan.as_joined(first), bus, zygote, first, instance, seal, wanted.offer)
         joined = Joined(host, bus, architecture.system, plan.endpoint, notices)
         host.start()
         try:

@@ -26,6 +26,8 @@ from tests.support.systems import System, all_ended, home
 from tests.support.waiting import PATIENCE, wait_until
 
 KILL = "  - {at: 2.0, component: driver, kind: kill}\n"
+READERS = ("adaptation_manager", "decider", "summary")
+"""The components that read faults."""
 
 
 @dataclass
@@ -66,6 +68,8 @@ def test_a_scheduled_kill_is_decided_upon_as_in_simulated_time(system: System, h
     assert [(sample.source, sample.value > 0) for sample in heard.decided] == [("died", True), ("recovered", True)]
     wait_until(lambda: heard.states[-1].state_of("spare") is State.INACTIVE, "the spare one to rest again")
     assert heard.states[-1].state_of("driver") is State.ACTIVE
+    without_news = [faults for faults in heard.faults if not faults.news]
+    assert len(without_news) <= len(READERS), "only a new reader is sent what is present, and no heartbeat is a reason"
 
 
 def test_the_journal_has_lines_of_a_failure_and_its_end(system: System) -> None:

@@ -17,6 +17,7 @@ components:
   asleep: {class: tests.qualities.parts:Gauge, state: inactive}
   busy: {class: tests.qualities.parts:Busy}
   plain: {class: tests.qualities.parts:Plain}
+  listener: {class: tests.qualities.parts:Listener}
 """
 
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from regraft import Component, Parameter, Quality
+from regraft import Component, Input, Parameter, Quality
 from regraft.bus_schema.annotations import PlainValue
+from regraft.bus_schema.messages.management.system import SystemMeasurements
 
 
 class Unprintable:
@@ -97,3 +98,9 @@ class Busy(Component):
 
 class Plain(Component):
     """Declares nothing, and gives nothing."""
+
+
+class Listener(Component):
+    """Reads what others measure."""
+
+    measurements = Input(SystemMeasurements, topic="system/measurements", latest_only=True, required=False)

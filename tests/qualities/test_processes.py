@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
+from regraft.bus_schema.messages.management.system import SystemMeasurements
 from regraft.bus_schema.messages.protocol.control import ParameterValues
 from regraft.client import TopicSample
 from regraft.client.qualities import QualityNow, qualities_now
@@ -52,6 +53,19 @@ def test_a_client_sees_values_with_their_declaration_or_why_they_are_unknown(sys
     assert when(system, "broken.level", "raised").why == "evaluate raised RuntimeError: the gauge is broken"
     assert when(system, "asleep.level", "inactive").value is None
     assert "plain" not in {each.component for each in now(system).values()}
+
+
+def test_components_read_what_others_measure_as_a_topic(system: System) -> None:
+    read: list[SystemMeasurements] = []
+    system.client.topic("system/measurements", SystemMeasurements, lambda sample: read.append(sample.message))
+
+    def level(component: str) -> float | str | None:
+        found = read[-1].of(component) if read else None
+        return None if found is None else found.values.get("level", found.unknown.get("level"))
+
+    wait_until(lambda: level("gauge") == 0.5, "the gauge to be read")
+    wait_until(lambda: level("broken") == "evaluate raised RuntimeError: the gauge is broken", "the broken one")
+    assert read[-1].of("asleep") is None
 
 
 def test_silence_is_unknown_and_a_fault_of_its_own_until_it_is_over(system: System) -> None:

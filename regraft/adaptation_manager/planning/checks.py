@@ -50,7 +50,7 @@ async def check(
     list what it runs.
     """
     controls.processes |= await hosts.met(architecture, {*_hosts_named(request)})
-    architecture = hosts.with_joined(architecture)
+    rules, architecture = architecture.host_rules, hosts.with_joined(architecture)
     read = await read_named(request, architecture, controls, hosts)
     entered = [change.mode for change in request.changes if isinstance(change, EnterMode)]
     changes, wrong = expanded(request.changes, architecture, read.states())
@@ -60,6 +60,7 @@ async def check(
     found += [one if one.change is None else replace(one, change=changes[one.change][0]) for one in of_changes]
     if request.confirm:
         found += watch_violations(request.watch, request.confirm, plan.after)
+    plan = plan.with_host_rules(rules)  # what hosts offer themselves is theirs to say each time they join
     return tuple(found), plan.asking(asked_after(architecture.asked_modes, entered, architecture.mode_parts))
 
 

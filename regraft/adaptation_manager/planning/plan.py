@@ -8,7 +8,7 @@ from functools import cached_property
 from regraft.adaptation_manager.steps.actions import ApplyParameters, PlannedStep, TakeOver
 from regraft.bus_schema.messages.protocol.host import UpdateSpecs
 from regraft.bus_schema.model.adaptation import StepReport, StepState
-from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
+from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, HostRules
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,11 @@ class Plan:
     def asking(self, modes: dict[str, str]) -> Plan:
         """Return the plan with ``modes`` as those that are asked for after it, by part."""
         return replace(self, after=replace(self.after, asked_modes=modes))
+
+    def with_host_rules(self, rules: dict[str, HostRules]) -> Plan:
+        """Return the plan with ``rules`` in both architectures."""
+        before, after = (replace(each, host_rules=rules) for each in (self.before, self.after))
+        return replace(self, before=before, after=after)
 
     @cached_property
     def changes(self) -> UpdateSpecs:

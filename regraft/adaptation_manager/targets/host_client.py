@@ -34,6 +34,7 @@ from regraft.bus_schema.messages.protocol.host import (
 )
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.hosts.offers import with_offers
 from regraft.patience import stretched
 
 if TYPE_CHECKING:
@@ -208,8 +209,9 @@ class Hosts:
         return await self.processes(architecture.revision)
 
     def with_joined(self, architecture: Architecture) -> Architecture:
-        """Return the architecture with the hosts that have joined without being named in it."""
-        return architecture.with_hosts(name for name in sorted(self.others) if self.is_there(name))
+        """Return the architecture with the hosts that have joined without being named in it, and what hosts offer."""
+        known = architecture.with_hosts(name for name in sorted(self.others) if self.is_there(name))
+        return with_offers(known, {name: other.offer for name, other in self.others.items()})
 
     async def processes(self, revision: int) -> dict[str, ProcessStatus]:
         """Ask every host which processes it runs; an empty update asks that, and fences older managers.

@@ -6,6 +6,7 @@ STATES = "system/states"
 FAULTS = "system/faults"
 DIAGNOSTICS = "system/diagnostics"
 QUALITIES = "system/qualities"
+MEASUREMENTS = "system/measurements"
 HOSTS = "system/hosts"
 
 SYSTEM_TOPICS = {
@@ -13,6 +14,7 @@ SYSTEM_TOPICS = {
     FAULTS: "regraft/SystemFaults",
     DIAGNOSTICS: "regraft/SystemDiagnostics",
     QUALITIES: "regraft/SystemQualities",
+    MEASUREMENTS: "regraft/SystemMeasurements",
     HOSTS: "regraft/SystemHosts",
 }
 """The message type that each carries. A robot's scope does not apply to them."""

@@ -13,6 +13,7 @@ from regraft.bus_schema.encoding import codec
 from regraft.cli.outcomes import NOT_REACHABLE, BadInput
 from regraft.cli.running_system import Reached, reached
 from regraft.cli.system.host_log import log_to_file
+from regraft.cli.system.host_offer import read_offer
 from regraft.cli.system.host_resources import show_resources
 from regraft.cli.terminal.options import (
     InsecureOption,
@@ -41,6 +42,15 @@ def host(
     resources: Annotated[
         bool, typer.Option("--resources", help="Show what each host offers, and what its components need and take.")
     ] = False,
+    offer: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--offer",
+            metavar="NAME=AMOUNT|DEVICE",
+            help="With --join: what this host offers besides what the stack names, such as power=20, memory='2 GB' or "
+            "fpga; may be given several times.",
+        ),
+    ] = None,
     stack_folder: Annotated[
         Path | None,
         typer.Option(
@@ -59,8 +69,8 @@ def host(
 ) -> None:
     """List the hosts and the processes that they run; or join a system as one more host."""
     if join is None:
-        if name is not None or stack_folder is not None or tls is not None or insecure or secret is not None:
-            raise BadInput("--name, --stack-folder, --tls, --insecure and --secret belong to --join ENDPOINT")
+        if name is not None or stack_folder is not None or tls is not None or insecure or secret is not None or offer:
+            raise BadInput("--name, --offer, --stack-folder, --tls, --insecure and --secret belong to --join ENDPOINT")
         with reached(ctx, system) as there:
             (show_resources if resources else _list)(there, as_json)
         return
@@ -68,11 +78,12 @@ def host(
         raise BadInput("--resources shows the hosts of a system: leave out --join")
     if name is None:
         raise BadInput("--join needs a --name to be a host under, such as --name edge")
+    offered = read_offer(offer or [])
     guard = Guard(tls, insecure, secret)
     guard.check(join)
     named = chosen_system(ctx, system)
     endpoints = Endpoints(connect=(join,), tls=guard.tls(name), secret=guard.secret() or _secret_here(join, named))
-    _be_host(Wanted(endpoints, name, named, stack_folder), as_json)
+    _be_host(Wanted(endpoints, name, named, stack_folder, offered), as_json)
 
 
 # --- listing ---

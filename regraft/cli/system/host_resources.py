@@ -19,11 +19,13 @@ MEASURED_FOR = 0.6
 def show_resources(there: Reached, as_json: bool) -> None:
     """Print the capability of every host."""
     architecture = there.client.host_view(LOCAL).architecture
-    hosts = dict.fromkeys((*architecture.hosts, *there.client.hosts()))
+    seen = there.client.hosts()
+    hosts = dict.fromkeys((*architecture.hosts, *seen))
     _measured(there, hosts)
     time.sleep(MEASURED_FOR)
     measured = _measured(there, hosts)
-    found = [capability(architecture, host, measured.get(host)) for host in hosts]
+    offers = {host: seen[host].offer for host in hosts if host in seen}
+    found = [capability(architecture, host, measured.get(host), offers.get(host)) for host in hosts]
     if as_json:
         show_json({"hosts": [asdict(one) for one in found]})
         return

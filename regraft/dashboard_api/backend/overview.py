@@ -142,7 +142,7 @@ class Overview:
         lines = []
         for host in self._client.hosts(LISTEN_FOR).values():
             usage = self._usage(host.name) if measured and host.alive else None
-            can = capability(architecture, host.name, usage) if architecture else None
+            can = capability(architecture, host.name, usage, host.offer) if architecture else None
             lines.append(HostLine(host.name, host.alive, host.age, host.status, host.state, host.processes, can))
         return HostList(tuple(lines))
 

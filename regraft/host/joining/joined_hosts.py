@@ -17,6 +17,7 @@ from regraft.bus_schema.messages.protocol.joining import PROTOCOL, JoinHost, Lea
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.hosts.hosts import LOCAL
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer, offer_problems
 from regraft.host.host_publisher import Refused
 from regraft.runtime.core.lease import now
 
@@ -37,6 +38,7 @@ class _Other:
     renewed: float = 0.0
     status: HostStatus | None = None
     ending: bool = False
+    offer: HostOffer = NO_OFFER
 
 
 def _process(pid: int) -> str:
@@ -72,6 +74,9 @@ class JoinedHosts:
         host_name(asked.host)
         if asked.host == LOCAL:
             raise Refused(f"{LOCAL!r} is the name of a system's first host: choose another --name")
+        problems = list(offer_problems(self._architecture(), asked.host, asked.offer))
+        if problems:
+            raise Refused("; ".join(problems))
         other = self._others.get(asked.host)
         if other is None or other.state not in PRESENT or other.instance == asked.instance:
             return
@@ -86,7 +91,7 @@ class JoinedHosts:
         other = self._others.setdefault(asked.host, _Other())
         back = other.instance == asked.instance
         other.state, other.instance, other.pid = HostState.JOINED, asked.instance, asked.pid
-        other.renewed, other.status = now(), None
+        other.renewed, other.status, other.offer = now(), None, asked.offer
         if back:
             self._tell("host.returned", asked.host, f"host {asked.host} is back")
         else:
@@ -174,10 +179,10 @@ class JoinedHosts:
 
     def _status(self, host: str, other: _Other) -> OtherHost:
         if other.state is HostState.JOINED:
-            return OtherHost(host, other.state)
+            return OtherHost(host, other.state, offer=other.offer)
         known = {process.component: process for process in other.status.processes} if other.status else {}
         placed = [self._absent(name, known.get(name), other.state) for name in self.placed(host)]
-        return OtherHost(host, other.state, tuple(placed))
+        return OtherHost(host, other.state, tuple(placed), other.offer)
 
     def _absent(self, name: str, known: ProcessStatus | None, state: HostState) -> ProcessStatus:
         managed = self._architecture().components[name].managed

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Container
 
 from regraft.bus_schema.messages.health import ComponentStatus, Diagnostic
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import ComponentState, SystemFault, SystemFaultKind, SystemNews
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.system_topics import DIAGNOSTICS, QUALITIES
+from regraft.bus_schema.model.system_topics import DIAGNOSTICS, MEASUREMENTS, QUALITIES
 
 MAX_FAULTS = 100
 """Faults in one acknowledgement: further ones of a handler that always raises add nothing."""
@@ -25,6 +26,8 @@ class OwnNews:
         self._qualities: dict[str, Quality] = {}
         self._new_diagnostics: list[Diagnostic] = []
         self._new_qualities: dict[str, Quality] = {}
+        self._measured: MeasuredQualities | None = None
+        self._new_measured: MeasuredQualities | None = None
         self._wanted: Container[str] = ()
 
     def forget(self) -> None:
@@ -51,25 +54,36 @@ class OwnNews:
             if QUALITIES in self._wanted:
                 self._new_qualities[quality.requirement] = quality
 
+    def measured(self, measured: MeasuredQualities | None) -> None:
+        """Note what the component measures of itself, None: nothing since it became active."""
+        self._measured = measured
+        self._new_measured = measured if MEASUREMENTS in self._wanted else None
+
     def want(self, topics: Container[str]) -> None:
         """Collect what is read from now on; what was reported before, and is still so, is news to its first reader."""
         if DIAGNOSTICS in topics and DIAGNOSTICS not in self._wanted:
             self._new_diagnostics = list(self._diagnostics.values())
         if QUALITIES in topics and QUALITIES not in self._wanted:
             self._new_qualities = dict(self._qualities)
+        if MEASUREMENTS in topics and MEASUREMENTS not in self._wanted:
+            self._new_measured = self._measured
         self._wanted = topics
 
     def take(self, status: ComponentStatus) -> SystemNews | None:
         """Return what is new, None if nothing is; it counts as reported from now on."""
         state = ComponentState(status.component, status.incarnation, status.state, status.failure)
         told, self._state = self._state, state
-        if state == told and not (self._faults or self._new_diagnostics or self._new_qualities):
+        if state == told and not self._has_more():
             return None
         news = SystemNews(
             None if state == told else state,
             tuple(self._faults),
             tuple(self._new_diagnostics),
             tuple(self._new_qualities.values()),
+            self._new_measured,
         )
-        self._faults, self._new_diagnostics, self._new_qualities = [], [], {}
+        self._faults, self._new_diagnostics, self._new_qualities, self._new_measured = [], [], {}, None
         return news
+
+    def _has_more(self) -> bool:
+        return bool(self._faults or self._new_diagnostics or self._new_qualities or self._new_measured)

@@ -104,6 +104,13 @@ class StatusReporter:
     def measured(self, qualities: MeasuredQualities) -> None:
         """Put the component's own qualities."""
         self._put(self._keys.qualities(qualities.component), qualities)
+        if self.news is not None:
+            self.news.measured(qualities)
+
+    def forget_measured(self) -> None:
+        """Have a reader that comes now hear nothing of what was measured before."""
+        if self.news is not None:
+            self.news.measured(None)
 
     def fault(self, where: str, error: BaseException) -> None:
         """Report an exception from an author's method, with its traceback in the log."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from regraft.bus_schema.messages.health import Diagnostic
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.management.system import (
     ComponentState,
     HostCondition,
@@ -14,13 +15,15 @@ from regraft.bus_schema.messages.management.system import (
     SystemFaultKind,
     SystemFaults,
     SystemHosts,
+    SystemMeasurements,
     SystemNews,
     SystemQualities,
     SystemStates,
 )
 from regraft.bus_schema.messages.protocol.host import OtherHost
 from regraft.bus_schema.messages.quality import Quality
-from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, QUALITIES, STATES
+from regraft.bus_schema.model.lifecycle import State
+from regraft.bus_schema.model.system_topics import DIAGNOSTICS, FAULTS, HOSTS, MEASUREMENTS, QUALITIES, STATES
 
 ENDS = (SystemFaultKind.DIED, SystemFaultKind.HUNG, SystemFaultKind.QUARANTINED)
 """The faults after which a component has no run."""
@@ -42,12 +45,14 @@ class SystemView:
         self._diagnostics: dict[tuple[str, str], Diagnostic] = {}
         self._diagnostic_news: list[Diagnostic] = []
         self._qualities: dict[str, Quality] = {}
+        self._measured: dict[str, MeasuredQualities] = {}
         self._hosts: tuple[HostCondition, ...] = ()
         self._made: dict[str, Callable[[float], object]] = {
             STATES: self._states_message,
             FAULTS: self._faults_message,
             DIAGNOSTICS: self._diagnostics_message,
             QUALITIES: self._qualities_message,
+            MEASUREMENTS: self._measurements_message,
             HOSTS: lambda stamp: SystemHosts(stamp, self._hosts),
         }
 
@@ -63,6 +68,8 @@ class SystemView:
             self.take_diagnostic(diagnostic)
         for quality in news.qualities:
             self.take_quality(quality)
+        if news.measured is not None:
+            self.take_measured(news.measured)
 
     def take_state(self, state: ComponentState, stamp: float) -> None:
         """Take the state of a component; another run that has not failed is the end of the former one's fault."""
@@ -71,6 +78,9 @@ class SystemView:
             return
         self.states[state.component] = state
         self.changed.add(STATES)
+        measured = self._measured.get(state.component)
+        if measured is not None and (state.state is not State.ACTIVE or state.incarnation > measured.incarnation):
+            self._forget_measured(state.component)
         fault = self.faults.get(state.component)
         if fault is not None and state.incarnation > fault.incarnation and not state.failure:
             text = f"another run of {state.component} is there"
@@ -89,6 +99,8 @@ class SystemView:
         if fault.kind in ENDS and state is not None and state.state is not None:
             self.states[fault.component] = replace(state, state=None, failure="")
             self.changed.add(STATES)
+        if fault.kind in ENDS:
+            self._forget_measured(fault.component)
 
     def remove(self, component: str) -> None:
         """Forget a component that is removed."""
@@ -96,6 +108,7 @@ class SystemView:
             self.changed.add(STATES)
         if self.faults.pop(component, None) is not None:
             self.changed.add(FAULTS)
+        self._forget_measured(component)
 
     def take_diagnostic(self, diagnostic: Diagnostic) -> None:
         """Take a diagnostic."""
@@ -110,6 +123,19 @@ class SystemView:
         if quality.requirement in self._qualities or len(self._qualities) < MAX_KEPT:
             self._qualities[quality.requirement] = quality
             self.changed.add(QUALITIES)
+
+    def take_measured(self, measured: MeasuredQualities) -> None:
+        """Take what a component has measured of itself, unless it is known to do nothing, or to be another run."""
+        state = self.states.get(measured.component)
+        run = (measured.incarnation, True)
+        if state is not None and (state.incarnation, state.state is not State.ACTIVE) >= run:
+            return
+        self._measured[measured.component] = measured
+        self.changed.add(MEASUREMENTS)
+
+    def _forget_measured(self, component: str) -> None:
+        if self._measured.pop(component, None) is not None:
+            self.changed.add(MEASUREMENTS)
 
     def take_hosts(self, hosts: Iterable[OtherHost]) -> None:
         """Take how the hosts are."""
@@ -146,3 +172,6 @@ class SystemView:
 
     def _qualities_message(self, stamp: float) -> SystemQualities:
         return SystemQualities(stamp, tuple(quality for _, quality in sorted(self._qualities.items())))
+
+    def _measurements_message(self, stamp: float) -> SystemMeasurements:
+        return SystemMeasurements(stamp, tuple(measured for _, measured in sorted(self._measured.items())))

@@ -56,6 +56,13 @@ class Measuring:
     def forget(self) -> None:
         """Forget what was measured: the component has just become active."""
         self._last = None
+        self._parts.reporter.forget_measured()
+
+    def invalidate(self, why: str) -> None:
+        """Publish that what was measured no longer counts: it belongs to how the component was configured then."""
+        if self._last is not None and self._parts.state is State.ACTIVE:
+            self._last = self._message(all_unknown(self._described, why))
+            self._parts.reporter.measured(self._last)
 
     def _message(self, found: Judged) -> MeasuredQualities:
         assignment, period = self._parts.assignment, self.period

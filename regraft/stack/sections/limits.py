@@ -37,9 +37,14 @@ def read_memory(section: Section, key: str) -> float | None:
     node = section.node(key)
     if node is None or not isinstance(node.value, str):
         return section.number(key)
-    match = AMOUNT.fullmatch(node.value)
-    if match is None:
+    amount = memory_amount(node.value)
+    if amount is None:
         shown = str(plain(node))[:MAX_SHOWN_LENGTH]
         section.wrong(key, f"must be an amount such as '512 MB' ({', '.join(UNITS)}) or a number of MiB, is {shown!r}")
-        return None
-    return float(match[1]) * UNITS[match[2]] / UNITS["MiB"]
+    return amount
+
+
+def memory_amount(text: str) -> float | None:
+    """Return an amount of memory with its unit, such as ``512 MB``, in MiB; None for any other text."""
+    match = AMOUNT.fullmatch(text)
+    return float(match[1]) * UNITS[match[2]] / UNITS["MiB"] if match else None

@@ -66,6 +66,13 @@ def test_the_capability_of_each_host_is_shown(site: Site) -> None:
     assert 0.0 <= amounts["cpu"]["measured"] < 2.0
     area = amounts["accelerator_area"]
     assert (area["offered"], area["declared"], area["measured"], area["unit"]) == (1.0, 0.75, None, "")
+    assert area["why"] == "only declared: the system has no measure of it"
+    parts = {part["component"]: part["amounts"] for part in hosts["edge"]["components"]}
+    assert set(parts) == {"fast", "thrifty"}
+    fast = {amount["name"]: amount for amount in parts["fast"]}
+    assert (fast["memory"]["declared"], fast["memory"]["why"]) == (20.0, "")
+    assert 1.0 < fast["memory"]["measured"] < amounts["memory"]["measured"]
+    assert (fast["accelerator_area"]["declared"], fast["accelerator_area"]["measured"]) == (0.5, None)
     assert hosts["edge"]["devices"] == [{"name": "fpga", "holder": "fast"}]
     assert {amount["name"]: amount["offered"] for amount in hosts["local"]["amounts"]} == {"cpu": 2.0, "memory": None}
     table = run("host", "--resources", "--system", system.info.system).stdout

@@ -132,7 +132,8 @@ def test_the_forecast_takes_what_is_expected_to_be_best_and_explains_it(tmp_path
         chosen = on.propose().choice
         assert chosen["option"] == {"pace": 0.1}
         assert chosen["runners_up"][0]["option"] in ({"pace": 0.18}, {"pace": 0.26})
-        assert chosen["predicted"]["safety"] == {"before": 0.0, "after": 1.0}
+        estimated = {"before_from": "estimated", "after_from": "estimated"}
+        assert chosen["predicted"]["safety"] == {"before": 0.0, "after": 1.0, **estimated}
         assert (chosen["proven"], chosen["solver"]) == (True, "branch_and_bound")
         on.dark(0.2)
         assert on.propose(knobs={"solver": "exhaustive"}).choice["solver"] == "exhaustive"

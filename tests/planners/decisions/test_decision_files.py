@@ -166,7 +166,7 @@ def test_every_planner_can_express_faults_of_components_and_requirements(tmp_pat
 
 def test_what_a_planner_cannot_express_is_said(tmp_path: Path) -> None:
     decision = read_decision(written(tmp_path, RESCUER))
-    assert [each.field for each in not_learned(decision)] == ["qualities", "qualities.reach"]
+    assert [each.field for each in not_learned(decision)] == ["qualities", "qualities.reach", "objective.utility"]
     assert list(not_predicted(decision)) == []
     text = RESCUER.replace("reach: {estimated: total.reach}", "reach: {measured: dark}")
     assert [each.field for each in not_predicted(read_decision(written(tmp_path, text)))] == ["qualities.reach"]

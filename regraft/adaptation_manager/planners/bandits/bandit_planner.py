@@ -146,10 +146,15 @@ class BanditPlanner(DecidingPlanner):
             else:
                 situation = self.situation(decision, request)
                 check_fits(decision, architecture)
-                question = question_of(decision, situation, self.estimates(architecture))
-                request, context = self.in_context(request, decision, situation), numbers_of(situation)
+                standing = self.standing(decision, situation, architecture)
+                question = question_of(decision, situation, self.estimates(architecture), standing)
+                request = self.in_context(request, decision, situation, standing)
+                context = numbers_of(situation)
                 options = await self.kit.compute(options_in, question, self.most_options)
-                credit = credit or self._meters.credit(request.task)
+                measured, unknown = self._meters.credit(request.task)
+                credit = credit or measured
+                if credit is None and unknown:
+                    question.notes.append(f"the choice before has no credit: {unknown}")
             memory.check(asked.strategy, knobs, options, context)
             told = memory.credit(credit, architecture) if credit else None
             seed = f"{self.kit.seed}/{self.seed}"
@@ -164,7 +169,7 @@ class BanditPlanner(DecidingPlanner):
     async def _measure(self) -> None:
         while True:
             await self.kit.sleep(SAMPLE_EVERY)
-            self._meters.sample(self.kit.now(), self.situation)
+            self._meters.sample(self.kit.now(), self.measured_situation)
 
     async def _carry_out(
         self,
@@ -193,6 +198,8 @@ class BanditPlanner(DecidingPlanner):
             ticket, since = memory.stood(chosen, now, asked.settle, changed=bool(done.changes))
             choice |= {"applied": now, "measure_from": since}
             if question is not None:
+                if done.changes:
+                    self.note_change(question.decision, since)
                 self._meters.begin(request.task, question.decision, chosen.option, ticket, since)
         elif done.outcome != "refused":
             choice["rests"] = memory.failed(chosen, self.rest)
@@ -240,6 +247,7 @@ def _shown(chosen: Chosen, outcome: str, told: Told | None, question: Question |
         shown["decision"] = question.decision.name
         shown["faults"] = list(question.faults)
         shown["excluded"] = question.excluded()
+        shown["measured"] = question.standing.plain()
         shown["notes"] += question.notes
     if told:
         shown["credit"] = told.shown()

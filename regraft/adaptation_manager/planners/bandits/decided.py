@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -40,17 +41,19 @@ class Meters:
 
     by_task: dict[str, Meter] = field(default_factory=dict)
 
-    def credit(self, task: str) -> Credit | None:
-        """Return the credit of a task's present choice, None if nothing was measured."""
+    def credit(self, task: str) -> tuple[Credit | None, str]:
+        """Return the credit of a task's present choice, None if nothing was measured, and then why."""
         meter = self.by_task.pop(task, None)
-        earned = meter.credit() if meter else None
-        return read_credit(earned) if earned else None
+        if meter is None:
+            return None, ""
+        earned = meter.credit()
+        return (read_credit(earned), "") if earned else (None, meter.unknown)
 
     def begin(self, task: str, decision: Decision, option: Option, ticket: str, since: float) -> None:
         """Measure a choice from now on."""
         self.by_task[task] = Meter(decision, option.selections, ticket, since)
 
-    def sample(self, now: float, situation: Any) -> None:
-        """Take a sample for each task, in the situation of its decision."""
+    def sample(self, now: float, situation: Callable[[Decision, float], Mapping[str, Any]]) -> None:
+        """Take a sample for each task, in the situation of its decision by what was measured since its change."""
         for meter in self.by_task.values():
-            meter.sample(now, situation(meter.decision))
+            meter.sample(now, situation(meter.decision, meter.since))

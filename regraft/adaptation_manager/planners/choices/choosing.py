@@ -6,7 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from regraft.adaptation_manager.planners.choices.explanation import Explanation, Prediction, RunnerUp, exclusions
+from regraft.adaptation_manager.planners.choices.explanation import (
+    ESTIMATED,
+    MEASURED,
+    UNKNOWN_SOURCE,
+    Explanation,
+    Prediction,
+    RunnerUp,
+    exclusions,
+)
 from regraft.adaptation_manager.planners.choices.in_architecture import all_stand, changes_for
 from regraft.adaptation_manager.planners.choices.objective import Evaluation
 from regraft.adaptation_manager.planners.choices.problem import Problem
@@ -36,13 +44,19 @@ def standing(slots: Sequence[Slot], architecture: Architecture) -> tuple[int, ..
 
     Where several are in force, it is the one with the most settings.
     """
-    found = []
-    for slot in slots:
-        in_force = [i for i in range(len(slot.selections)) if all_stand(slot.settings(i), architecture)]
-        if not in_force:
-            return None
-        found.append(max(in_force, key=lambda index: (len(slot.settings(index)), -index)))
-    return tuple(found)
+    found = standing_selections(slots, architecture)
+    known = tuple(selection for selection in found if selection is not None)
+    return known if len(known) == len(found) else None
+
+
+def standing_selections(slots: Sequence[Slot], architecture: Architecture) -> tuple[int | None, ...]:
+    """Return the selection of each slot that is in force, None for a slot of which none is."""
+    return tuple(_in_force(slot, architecture) for slot in slots)
+
+
+def _in_force(slot: Slot, architecture: Architecture) -> int | None:
+    found = [i for i in range(len(slot.selections)) if all_stand(slot.settings(i), architecture)]
+    return max(found, key=lambda index: (len(slot.settings(index)), -index)) if found else None
 
 
 def choose(
@@ -114,7 +128,13 @@ class _Explaining:
         )
 
     def _prediction(self, name: str, text: Expression, chosen: Found | None, stands: Found | None) -> Prediction:
-        return Prediction(name, self._value(text, stands), self._value(text, chosen))
+        before, after = self._value(text, stands), self._value(text, chosen)
+        return Prediction(name, before, after, self._source(name, before, stands), self._source(name, after, chosen))
+
+    def _source(self, name: str, value: Any, found: Found | None) -> str:
+        if value is None or found is None:
+            return UNKNOWN_SOURCE
+        return MEASURED if self.evaluation.is_measured(name, dict(enumerate(found.chosen))) else ESTIMATED
 
     def _value(self, expression: Expression, found: Found | None) -> Any:
         if found is None:

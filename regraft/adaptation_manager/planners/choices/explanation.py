@@ -12,6 +12,9 @@ from regraft.adaptation_manager.planners.choices.rules.search import Search, Too
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.annotations import PlainValue
 
+MEASURED: Final = "measured"
+ESTIMATED: Final = "estimated"
+UNKNOWN_SOURCE: Final = "unknown"
 TOGETHER: Final = "the constraints together"
 
 
@@ -34,11 +37,16 @@ class RunnerUp:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """A quality as it is expected to be under the present choice, and under the new one; None if unknown."""
+    """A quality as it is under the present choice, and expected to be under the new one; None if unknown.
+
+    ``before_from`` and ``after_from`` name how each is known: ``measured``, ``estimated`` or ``unknown``.
+    """
 
     name: str
     before: Any
     after: Any
+    before_from: str
+    after_from: str
 
 
 @dataclass(frozen=True, slots=True)

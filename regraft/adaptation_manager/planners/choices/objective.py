@@ -2,6 +2,7 @@
 
 The names of an expression are looked for in this order:
 
+- a quality that is measured, as long as what it depends on stands; else its estimate
 - an estimate of a component: ``navigator.power``
 - an assumption
 - a slot: the name of its alternative, where one is chosen
@@ -49,11 +50,30 @@ class Objective:
     named: dict[str, Expression] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class MeasuredValue:
+    """A quality as it is measured of what stands: the selection in force of each slot, None where there is none.
+
+    It holds where nothing changes that it depends on: neither ``slots`` nor those of its estimate. Else the estimate
+    counts, if there is one.
+    """
+
+    value: float
+    standing: tuple[int | None, ...]
+    slots: frozenset[int] = frozenset()
+    estimated: Expression | None = None
+
+
 class Evaluation:
     """An objective under one context: works expressions out for combinations of some slots' selections."""
 
     def __init__(
-        self, slots: Sequence[Slot], objective: Objective, context: Mapping[str, Any], estimator: Estimator
+        self,
+        slots: Sequence[Slot],
+        objective: Objective,
+        context: Mapping[str, Any],
+        estimator: Estimator,
+        measured: Mapping[str, MeasuredValue] | None = None,
     ) -> None:
         self.slots = slots
         self.objective = objective
@@ -62,7 +82,9 @@ class Evaluation:
         self.unknown: dict[str, None] = {}
         self._index = {slot.name: index for index, slot in enumerate(slots)}
         self._assumed = dict(objective.assume)
-        self._named = {**objective.named, **self._totals()}
+        self.measured = dict(measured or {})
+        named = {**objective.named, **self._totals()}
+        self._named = {name: each for name, each in named.items() if name not in self.measured}
         self._scopes: dict[str, frozenset[int]] = {}
         self._estimated: dict[tuple[Any, ...], Mapping[str, float | Unknown] | Unknown] = {}
 
@@ -109,7 +131,39 @@ class Evaluation:
 
     def value(self, expression: Expression, chosen: Sequence[int]) -> float:
         """Return an expression's value for a combination of all slots, true being 1; raises Unknown."""
-        return self.whole(expression).number(Values(self, dict(enumerate(chosen))))
+        return self.partly(expression, dict(enumerate(chosen)))
+
+    def partly(self, expression: Expression, chosen: Mapping[int, int]) -> float:
+        """Return an expression's value where selections of some slots are chosen; raises Unknown."""
+        return self.whole(expression).number(Values(self, chosen))
+
+    # --- what is measured ---
+
+    def is_measured(self, name: str, chosen: Mapping[int, int]) -> bool:
+        """Return whether a quality has its measured value where selections of some slots are chosen."""
+        measured = self.measured.get(name)
+        return measured is not None and all(
+            measured.standing[index] is not None and chosen.get(index) == measured.standing[index]
+            for index in self._scope(name)
+        )
+
+    def quality(self, name: str, chosen: Mapping[int, int], values: Mapping[str, Any]) -> Any:
+        """Return a measured quality, or its estimate for what does not stand; raises Unknown."""
+        measured = self.measured[name]
+        if self.is_measured(name, chosen):
+            return measured.value
+        if measured.estimated is None:
+            raise Unknown(f"{name} is only measured, and of what stands alone")
+        return self.whole(measured.estimated).value(values)
+
+    def check_measured(self) -> None:
+        """Raise BadMessage if measured qualities tie more slots together than their estimates do, and too many."""
+        for name in self.measured:
+            self._sizes(sorted(self._scope(name)), Expression(name))
+        utility = self.whole(self.objective.utility)
+        if math.prod(len(self.slots[index].selections) for index in self.scope(utility)) > AS_WRITTEN:
+            for part in summands(self.objective.utility, self._named):
+                self._sizes(sorted(self.scope(part)), part)
 
     def _sizes(self, scope: Sequence[int], expression: Expression) -> list[int]:
         sizes = [len(self.slots[index].selections) for index in scope]
@@ -133,6 +187,11 @@ class Evaluation:
         return self._scopes[name]
 
     def _found(self, name: str) -> Iterator[int]:
+        if name in self.measured:
+            yield from self.measured[name].slots
+            estimated = self.measured[name].estimated
+            yield from self.scope(self.whole(estimated)) if estimated is not None else ()
+            return
         if name in self._assumed:
             yield from self.scope(self._assumed[name])
         if name in self._index:
@@ -218,6 +277,8 @@ class Values(Mapping[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         """Return a value; raises KeyError or Unknown."""
+        if name in self._evaluation.measured:
+            return self._evaluation.quality(name, self._chosen, self)
         component, _, quality = name.rpartition(".")
         if quality and self._evaluation.knows(component):
             found = self._evaluation.estimates(component, self._chosen, self._assumed)

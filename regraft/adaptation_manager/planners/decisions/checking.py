@@ -9,15 +9,14 @@ from typing import Final
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
 from regraft.adaptation_manager.planners.choices.settings import Setting
-from regraft.adaptation_manager.planners.decisions.model import Decision
+from regraft.adaptation_manager.planners.decisions.model import NO_COMPONENTS, Decision
 from regraft.adaptation_manager.planners.decisions.reading import expressions_of
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Unknown
-from regraft.bus_schema.suggestions import near, no_such
+from regraft.bus_schema.model.robots.scoped_changes import Names
+from regraft.bus_schema.suggestions import instead_of, near, no_such
 from regraft.stack.yaml.problems import Report
 
-OTHERS: Final = ("total", "qualities")
-"""The first parts of names that are no estimates: sums of figures, and requirements."""
 PLACEHOLDER: Final = 0.5
 """The value of assumptions for which a class is asked what it estimates at all."""
 VARIED_FIELDS: Final = {
@@ -30,7 +29,9 @@ VARIED_FIELDS: Final = {
 }
 
 
-def check_in(decision: Decision, architecture: Architecture, estimates: Estimator, report: Report) -> None:
+def check_in(
+    decision: Decision, architecture: Architecture, estimates: Estimator, report: Report, scope: str = ""
+) -> None:
     """Note each part of a decision that cannot be in an architecture with these estimates."""
     for misfit in misfits(decision.slots, architecture):
         slot = decision.slots[misfit.slot]
@@ -42,6 +43,7 @@ def check_in(decision: Decision, architecture: Architecture, estimates: Estimato
         if entry.component and entry.component not in architecture.components:
             report.add(f"context.{entry.name}.fault", no_such("component", entry.component, architecture.components))
     _check_estimates(decision, architecture, estimates, report)
+    _check_measured(decision, architecture, Names(scope), report)
 
 
 def _path(decision: Decision, slot: int, number: int, setting: Setting, part: str, report: Report) -> str:
@@ -65,7 +67,7 @@ def _check_estimates(decision: Decision, architecture: Architecture, estimates: 
     for path, expression in expressions_of(decision):
         for name in expression.names:
             owner, _, quality = name.rpartition(".")
-            if not owner or name in known or owner.split(".")[0] in OTHERS or path.endswith(".measured"):
+            if not owner or name in known or owner.split(".")[0] in NO_COMPONENTS or path.endswith(".measured"):
                 continue
             if not estimates.knows(owner):
                 report.add(path, f"{name}: {no_such('component', owner, architecture.components)}")
@@ -84,6 +86,36 @@ def _check_quality(
     meant = near(quality, found)
     if quality not in found and meant is not None:
         report.add(path, f"{component} estimates no {quality!r}; did you mean {meant!r}?")
+
+
+def _check_measured(decision: Decision, architecture: Architecture, names: Names, report: Report) -> None:
+    """Note what no component measures. One expression for both may speak of what is only estimated."""
+    for quality in decision.qualities:
+        if quality.measured is quality.estimated:
+            continue
+        for name in decision.measured_names(quality):
+            component, _, measured = name.rpartition(".")
+            why = not_measured(architecture, names.component(component), measured)
+            if why:
+                report.add(f"qualities.{quality.name}.measured", f"{name}: {why}")
+
+
+def not_measured(architecture: Architecture, component: str, quality: str) -> str:
+    """Return why a component measures no such quality, empty if it does."""
+    spec = architecture.components.get(component)
+    if spec is None:
+        return no_such("component", component, architecture.components)
+    described = spec.description
+    if described is None or not spec.managed:
+        return f"{component} is unmanaged: it measures nothing"
+    found = described.quality(quality)
+    if found is not None and not found.measured:
+        return f"{component} only estimates {quality!r}"
+    if found is None:
+        return f"{component} measures no {quality!r}; " + instead_of(
+            quality, [each.name for each in described.qualities if each.measured]
+        )
+    return "" if described.evaluate_every is not None else f"{component} measures nothing: its evaluate_every is None"
 
 
 def _names_of(decision: Decision) -> set[str]:
@@ -112,6 +144,24 @@ def not_learned(decision: Decision) -> Iterator[Inexpressible]:
         quality = next((each for each in decision.qualities if each.name == name), None)
         if quality is not None and quality.measured is None:
             yield Inexpressible(f"qualities.{name}", "is not measured, so the utility that was earned is not known")
+        elif quality is None and _is_estimate(name, decision):
+            why = f"{name} is an estimate, so the utility that was earned is not known: measure it as a quality"
+            yield Inexpressible("objective.utility", why)
+    yield from _only_measured_bounds(decision)
+
+
+def _is_estimate(name: str, decision: Decision) -> bool:
+    owner, _, _ = name.rpartition(".")
+    return bool(owner) and name not in _names_of(decision) and owner.split(".")[0] not in NO_COMPONENTS
+
+
+def _only_measured_bounds(decision: Decision) -> Iterator[Inexpressible]:
+    """Yield the bounds of qualities without an estimate: nothing but what stands can keep them."""
+    bound = {name for requirement in decision.requirements for name in requirement.expression.names}
+    for quality in decision.qualities:
+        if quality.name in bound and quality.estimated is None:
+            why = "is only measured, so only what stands can keep its bounds"
+            yield Inexpressible(f"qualities.{quality.name}", why)
 
 
 def not_predicted(decision: Decision) -> Iterator[Inexpressible]:
@@ -119,7 +169,7 @@ def not_predicted(decision: Decision) -> Iterator[Inexpressible]:
     for quality in decision.qualities:
         if quality.estimated is None:
             yield Inexpressible(f"qualities.{quality.name}", "is only measured, so it cannot be expected")
-    if decision.settle:
+    if decision.settle and not decision.measured_names():
         yield Inexpressible("objective.settle", "it measures no effect")
     if (decision.low, decision.high) != (0.0, 1.0):
         yield Inexpressible("objective.range", "it learns nothing, so utility may have any range")

@@ -90,7 +90,7 @@ def _read(file: Path, stack: Path | None, robot: str) -> tuple[Decision, Archite
             return found, None
         architecture = load(stack).architecture
         report = locations_in(file)
-        check_in(found, architecture, estimates_in(architecture, robot), report)
+        check_in(found, architecture, estimates_in(architecture, robot), report, robot)
         report.raise_if_any()
     except StackError as error:
         raise BadInput(str(error)) from None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
@@ -12,10 +13,12 @@ from regraft import CallFailed, Component, Input, Parameter, RequestRefused
 from regraft.adaptation_manager.planners.choices.context import numbers_of
 from regraft.adaptation_manager.planners.choices.estimates import Estimator
 from regraft.adaptation_manager.planners.choices.fitting import misfits
+from regraft.adaptation_manager.planners.decisions.measurements import MeasuredSituation, measurements_for
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.adaptation_manager.planners.decisions.reading import read_decision
 from regraft.adaptation_manager.planners.decisions.scoping import estimates_in, in_scope
 from regraft.adaptation_manager.planners.decisions.situation import inputs_for, situation
+from regraft.adaptation_manager.planners.decisions.standing import Standing, standing_of
 from regraft.adaptation_manager.planners.decisions.watching import Watch
 from regraft.bus_schema.annotations import Bounds, PlainValue, Seconds, Text
 from regraft.bus_schema.encoding.records import record_shape
@@ -95,6 +98,7 @@ class DecidingPlanner(Component):
     def begin_deciding(self) -> None:
         """Read the decisions, and begin to take those by itself that have triggers."""
         found = decisions_at(self.decisions)
+        self._effect_since: dict[str, float] = {}
         self.known_decisions = {name: in_scope(decision, self.kit.scope) for name, decision in found.items()}
         for decision in self.known_decisions.values():
             if decision.triggers.are_given:
@@ -106,8 +110,17 @@ class DecidingPlanner(Component):
             return listed
         named = record_shape(DecisionInputs).json_schema()
         named["description"] = f"A decision that a file describes. It cannot express: {self.cannot_express}."
+        measured = [f"{name} by {', '.join(each)}" for name, each in self._measured_by().items()]
+        if measured:
+            named["description"] += f" It measures {'; '.join(measured)}."
         named["properties"]["decision"] = {"enum": list(self.known_decisions)}
         return {"type": "object", "anyOf": [listed, named]}
+
+    def _measured_by(self) -> dict[str, tuple[str, ...]]:
+        """Return the qualities of components by which each decision's qualities are measured."""
+        pairs = ((decision, quality) for decision in self.known_decisions.values() for quality in decision.qualities)
+        found = {f"{decision.name}.{q.name}": decision.measured_names(q) for decision, q in pairs}
+        return {name: names for name, names in found.items() if names}
 
     def decision_named(self, name: str) -> Decision:
         """Return a decision; raises BadMessage."""
@@ -126,10 +139,29 @@ class DecidingPlanner(Component):
         """Return where the estimates come from that decisions speak of."""
         return estimates_in(architecture, self.kit.scope)
 
-    def in_context(self, request: ProposalRequest, decision: Decision, situation: dict[str, Any]) -> ProposalRequest:
-        """Return a request whose context, which the journal keeps, has the decision's own entries too."""
+    # --- what is measured ---
+
+    def note_change(self, decision: Decision, effect_since: float) -> None:
+        """Take the time from which on a change for a decision shows its effect: what was measured before does not."""
+        self._effect_since[decision.name] = effect_since
+
+    def standing(self, decision: Decision, situation: Mapping[str, Any], architecture: Architecture) -> Standing:
+        """Return what is measured now of what stands."""
+        since = self._effect_since.get(decision.name, -math.inf)
+        measurements = measurements_for(decision, self.kit, since)
+        return standing_of(decision, situation, measurements, architecture, self.kit.scope)
+
+    def measured_situation(self, decision: Decision, since: float) -> MeasuredSituation:
+        """Return what is known, with the qualities that components have measured after ``since``."""
+        return MeasuredSituation(self.situation(decision), measurements_for(decision, self.kit, since))
+
+    def in_context(
+        self, request: ProposalRequest, decision: Decision, situation: dict[str, Any], standing: Standing
+    ) -> ProposalRequest:
+        """Return a request whose context, which the journal keeps, has what the decision was taken by too."""
         own = {entry.name: situation[entry.name] for entry in decision.context if entry.name in situation}
-        return replace(request, context={**request.context, **own})
+        measured = {name: each["value"] for name, each in standing.plain().items()}
+        return replace(request, context={**request.context, **own, **({"measured": measured} if measured else {})})
 
     async def _watch(self, decision: Decision) -> None:
         watch = Watch(decision, self.kit.now())

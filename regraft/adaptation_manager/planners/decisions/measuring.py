@@ -17,24 +17,25 @@ SAMPLE_EVERY: Final = 0.25
 """Seconds."""
 
 
-def measured_utility(decision: Decision, selections: Sequence[int], situation: Mapping[str, Any]) -> float | None:
-    """Return the utility of a choice by what is measured, None where that is not known."""
+def measured_utility(decision: Decision, selections: Sequence[int], situation: Mapping[str, Any]) -> float:
+    """Return the utility of a choice by what is measured; raises Unknown."""
     objective = Objective(decision.utility, named=decision.measured())
     evaluation = Evaluation(decision.slots, objective, situation, NoEstimates())
-    try:
-        return evaluation.value(decision.utility, selections)
-    except Unknown:
-        return None
+    return evaluation.value(decision.utility, selections)
 
 
 @dataclass(slots=True)
 class Meter:
-    """Averages the samples that are taken of a choice's utility, from the time on at which it shows its effect."""
+    """Averages the samples that are taken of a choice's utility, from the time on at which it shows its effect.
+
+    ``unknown`` is why the latest sample that was to be taken does not count.
+    """
 
     decision: Decision
     selections: tuple[int, ...]
     ticket: str
     since: float
+    unknown: str = ""
     _first: float = math.nan
     _last: float = math.nan
     _sum: float = 0.0
@@ -44,8 +45,10 @@ class Meter:
         """Take a sample, unless it is too early or the utility is not known."""
         if now < self.since:
             return
-        utility = measured_utility(self.decision, self.selections, situation)
-        if utility is None:
+        try:
+            utility = measured_utility(self.decision, self.selections, situation)
+        except Unknown as error:
+            self.unknown = str(error)
             return
         if self._count == 0:
             self._first = now

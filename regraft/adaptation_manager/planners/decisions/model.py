@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
+from regraft.adaptation_manager.planners.choices.objective import TOTAL
 from regraft.adaptation_manager.planners.choices.rules.rules import Rule
 from regraft.adaptation_manager.planners.choices.slots import Slot
 from regraft.bus_schema.encoding.reading import Reading
 from regraft.bus_schema.model.expressions import Expression
+
+NO_COMPONENTS: Final = (TOTAL, "qualities")
+"""The first parts of names that are of no component: sums of figures, and requirements that come with a request."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,3 +125,12 @@ class Decision:
         """Return the expressions of names where qualities are measured."""
         known = {q.name: q.measured for q in self.qualities if q.measured is not None}
         return {**self.weights, **known}
+
+    def measured_names(self, quality: DecisionQuality | None = None) -> tuple[str, ...]:
+        """Return the qualities of components, such as ``navigator.speed``, by which one quality or all are measured."""
+        measured = [each.measured for each in ((quality,) if quality else self.qualities) if each.measured is not None]
+        own = {slot.name for slot in self.slots}
+        names = dict.fromkeys(name for expression in measured for name in expression.names)
+        return tuple(
+            n for n in names if "." in n and n.rpartition(".")[0] not in own and n.split(".")[0] not in NO_COMPONENTS
+        )

@@ -15,6 +15,8 @@ from regraft.adaptation_manager.planners.choices.rules.rulebook import Rulebook
 from regraft.adaptation_manager.planners.choices.rules.rules import Clause
 from regraft.adaptation_manager.planners.choices.solvers.protocol import UNLIMITED, Effort, Solver
 from regraft.adaptation_manager.planners.decisions.model import Decision, Fault
+from regraft.adaptation_manager.planners.decisions.standing import NOTHING_MEASURED, Standing
+from regraft.bus_schema.errors import BadMessage
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Expression, Unknown
 
@@ -26,13 +28,14 @@ NOTHING: Final = Clause(0, ((0, 0),))
 class Question:
     """A decision in one situation.
 
-    ``faults`` are those that hold. ``prescribed`` are the alternatives that they prescribe, by slot. ``notes`` name
-    what was not known.
+    ``standing`` is what is measured of the present choice. ``faults`` are those that hold. ``prescribed`` are the
+    alternatives that they prescribe, by slot. ``notes`` name what was not known.
     """
 
     decision: Decision
     evaluation: Evaluation
     rulebook: Rulebook
+    standing: Standing = NOTHING_MEASURED
     faults: tuple[str, ...] = ()
     prescribed: dict[int, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -81,15 +84,20 @@ class Question:
         )
 
 
-def question_of(decision: Decision, context: Mapping[str, Any], estimator: Estimator) -> Question:
-    """Return what a decision asks under a context; raises BadMessage if a constraint ties too much together."""
-    objective = Objective(decision.utility, decision.assume, decision.estimated())
-    evaluation = Evaluation(decision.slots, objective, context, estimator)
+def question_of(
+    decision: Decision, context: Mapping[str, Any], estimator: Estimator, standing: Standing = NOTHING_MEASURED
+) -> Question:
+    """Return what a decision asks under a context, where so much is measured of what stands.
+
+    Raises:
+        BadMessage: a constraint ties too much together.
+    """
+    evaluation, standing = _evaluation(decision, context, estimator, standing)
     rulebook = Rulebook()
     for text, rules in decision.rules:
         rulebook.add(text, rules)
     rulebook.exclude_contradictions(decision.slots)
-    question = Question(decision, evaluation, rulebook)
+    question = Question(decision, evaluation, rulebook, standing, notes=list(standing.notes))
     known = Known(context, decision.weights)
     question.faults = tuple(fault.name for fault in decision.faults if _holds(fault, known, question))
     for limit in decision.limits:
@@ -101,6 +109,21 @@ def question_of(decision: Decision, context: Mapping[str, Any], estimator: Estim
         rulebook.require(requirement.text, *evaluation.truths(requirement.expression))
     question.notes += evaluation.unknown
     return question
+
+
+def _evaluation(
+    decision: Decision, context: Mapping[str, Any], estimator: Estimator, standing: Standing
+) -> tuple[Evaluation, Standing]:
+    """Return the objective under a context; what is measured is left out if it ties too much together."""
+    objective = Objective(decision.utility, decision.assume, decision.estimated())
+    if standing.values:
+        try:
+            evaluation = Evaluation(decision.slots, objective, context, estimator, standing.values)
+            evaluation.check_measured()
+            return evaluation, standing
+        except BadMessage as error:
+            standing = standing.without_values(str(error))
+    return Evaluation(decision.slots, objective, context, estimator), standing
 
 
 def _holds(fault: Fault, known: Mapping[str, Any], question: Question) -> bool:

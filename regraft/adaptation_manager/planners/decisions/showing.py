@@ -65,7 +65,13 @@ def choice_lines(decision: Decision, question: Question, choice: Choice) -> Iter
     for excluded in told.excluded:
         yield f"excluded: {excluded.slot} {excluded.alternative}, because of {excluded.why}"
     for prediction in told.predicted:
-        yield f"predicted {prediction.name}: {_number(prediction.before)} now, {_number(prediction.after)} then"
+        now, then = _number(prediction.before), _number(prediction.after)
+        if question.standing.values:
+            now, then = f"{now} ({prediction.before_from})", f"{then} ({prediction.after_from})"
+        yield f"predicted {prediction.name}: {now} now, {then} then"
+    for name, sources in question.standing.sources.items():
+        where = ", ".join(f"{each} {_number(m.value)} at {m.stamp:g} s" for each, m in sources.items())
+        yield f"measured {name}: {where}"
     for note in dict.fromkeys((*question.notes, *told.unknown)):
         yield f"note: {note}"
     proof = "proven" if told.proven else f"not proven, up to {told.gap:.4g} better is possible"
@@ -100,7 +106,16 @@ def choice_plain(decision: Decision, question: Question, choice: Choice) -> dict
         "runners_up": [
             {"option": dict(zip(names, each.values, strict=True)), "utility": each.utility} for each in told.runners_up
         ],
-        "predicted": {each.name: {"before": each.before, "after": each.after} for each in told.predicted},
+        "measured": question.standing.plain(),
+        "predicted": {
+            each.name: {
+                "before": each.before,
+                "after": each.after,
+                "before_from": each.before_from,
+                "after_from": each.after_from,
+            }
+            for each in told.predicted
+        },
         "solver": told.solver,
         "steps": told.steps,
         "proven": told.proven,

@@ -10,19 +10,23 @@ from regraft import Input, Kit
 from regraft.adaptation_manager.planners.decisions.model import ContextEntry, Decision
 from regraft.bus_schema.encoding.reading import read
 from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities
+from regraft.bus_schema.messages.management.system import SystemFaults, SystemMeasurements, SystemQualities
 from regraft.bus_schema.model import system_topics
 
 FAULTS: Final = "faults"
 """The input from which the faults of components are read. No entry's input is called so: those have a '_'."""
 REQUIREMENTS: Final = "requirements"
 """The input from which requirements are read."""
+MEASUREMENTS: Final = "measurements"
+"""The input from which measured qualities of components are read."""
 
 
 def inputs_for(decisions: Iterable[Decision]) -> Iterator[Input[Any]]:
-    """Yield the inputs that decisions need: one for each entry of a topic, one for all faults, one for requirements."""
+    """Yield the inputs that decisions need: one for each entry of a topic, and those of the system's own topics."""
     system: set[str] = set()
     for decision in decisions:
+        if decision.measured_names():
+            system.add(MEASUREMENTS)
         for entry in decision.context:
             system |= {system_input(entry)}
             if entry.reading is not None:
@@ -41,6 +45,9 @@ def inputs_for(decisions: Iterable[Decision]) -> Iterator[Input[Any]]:
     if REQUIREMENTS in system:
         topic = system_topics.QUALITIES
         yield Input(SystemQualities, topic=topic, required=False, name=REQUIREMENTS, origin="decisions")
+    if MEASUREMENTS in system:
+        topic = system_topics.MEASUREMENTS
+        yield Input(SystemMeasurements, topic=topic, required=False, name=MEASUREMENTS, origin="decisions")
 
 
 def system_input(entry: ContextEntry) -> str:

@@ -15,6 +15,7 @@ from regraft.adaptation_manager.planners.decisions.deciding import read_decision
 from regraft.adaptation_manager.planners.decisions.model import Decision
 from regraft.adaptation_manager.planners.decisions.question import question_of
 from regraft.adaptation_manager.planners.decisions.showing import choice_plain, shown
+from regraft.adaptation_manager.planners.decisions.standing import Standing
 from regraft.bus_schema.annotations import Count, PlainValue, Seconds
 from regraft.bus_schema.encoding.records import record_shape
 from regraft.bus_schema.errors import BadMessage
@@ -44,7 +45,7 @@ class Decided:
     effort: Effort
 
     def choose(
-        self, architecture: Architecture, situation: Mapping[str, Any], estimates: Estimator
+        self, architecture: Architecture, situation: Mapping[str, Any], estimates: Estimator, standing: Standing
     ) -> tuple[Option | None, dict[str, PlainValue]]:
         """Return the option that is expected to be best, None if nothing can be expected, and the explanation.
 
@@ -52,7 +53,7 @@ class Decided:
             BadMessage: the decision ties too much together.
             CannotSolve: the solver cannot take it on.
         """
-        question = question_of(self.decision, situation, estimates)
+        question = question_of(self.decision, situation, estimates, standing)
         choice = question.choose(architecture, self.solver, self.effort)
         told = choice_plain(self.decision, question, choice)
         if choice.option is None:

@@ -28,6 +28,7 @@ from regraft.bus_schema.messages.planning import (
     ProposalRequest,
     StrategyDescription,
 )
+from regraft.bus_schema.model.adaptation import Outcome
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
 
@@ -44,7 +45,7 @@ class ForecastPlanner(DecidingPlanner):
     """
 
     resources = Resources(cpu=0.02, memory=60.0)
-    cannot_express = "measured qualities, settle and range, since it learns nothing"
+    cannot_express = "a quality that is only measured, and range, since it learns nothing"
     handler_timeout = 2.0  # a class is loaded when it is first asked for
 
     answer_within = Parameter(
@@ -114,14 +115,18 @@ class ForecastPlanner(DecidingPlanner):
         try:
             check_fits(decided.decision, architecture)
             situation, estimates = self.situation(decided.decision, request), self.estimates(architecture)
-            option, choice = await self.kit.compute(decided.choose, architecture, situation, estimates)
+            standing = self.standing(decided.decision, situation, architecture)
+            option, choice = await self.kit.compute(decided.choose, architecture, situation, estimates, standing)
         except (BadMessage, CannotSolve) as error:
             problem = error if isinstance(error, BadMessage) else BadMessage(str(error), ("knobs", "solver"))
             raise RequestRefused.malformed(problem.inside("inputs")) from None
         if option is None:
             return Proposal(request.task, (), {**choice, "outcome": "unchanged"})
-        request = self.in_context(request, decided.decision, situation)
-        return await self._carry_out(request, option.settings, choice, architecture)
+        request = self.in_context(request, decided.decision, situation, standing)
+        proposal = await self._carry_out(request, option.settings, choice, architecture)
+        if proposal.report is not None and proposal.report.outcome in (Outcome.APPLIED, Outcome.APPLIED_STATE_LOST):
+            self.note_change(decided.decision, self.kit.now() + decided.decision.settle)
+        return proposal
 
     async def _carry_out(
         self,

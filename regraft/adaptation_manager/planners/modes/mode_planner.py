@@ -7,11 +7,22 @@ from typing import Final, TypeVar
 from regraft import CallFailed, Component, Input, Level, Parameter, RequestRefused, service
 from regraft.adaptation_manager.planners.manager_client import AdaptationOrder, Manager
 from regraft.adaptation_manager.planners.modes.enforcement import Circling, Enforcement, Times, entered_by
-from regraft.adaptation_manager.planners.modes.situation import MeasuredValues, Values, fallen_out, values_of, wanted_by
+from regraft.adaptation_manager.planners.modes.situation import (
+    Values,
+    fallen_out,
+    measured_values,
+    values_of,
+    wanted_by,
+)
 from regraft.bus_schema.annotations import PlainValue
 from regraft.bus_schema.messages.management.manager import JournalPage, JournalRequest
 from regraft.bus_schema.messages.management.modes import MODES, DeciderRequest, DeciderStatus, ModesRequest, SystemModes
-from regraft.bus_schema.messages.management.system import SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.system import (
+    SystemFaults,
+    SystemMeasurements,
+    SystemQualities,
+    SystemStates,
+)
 from regraft.bus_schema.model.adaptation import JOURNAL, AdaptationReport, Change, EnterMode
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.description import Resources
@@ -43,13 +54,14 @@ class ModePlanner(Component):
     states = Input(SystemStates, topic="system/states", latest_only=True)
     faults = Input(SystemFaults, topic="system/faults", latest_only=True)
     requirements = Input(SystemQualities, topic="system/qualities", latest_only=True, required=False)
+    measurements = Input(SystemMeasurements, topic="system/measurements", latest_only=True, required=False)
     adaptations = Input(AdaptationReport, description="after each, the targets are read again")
 
     settle = _seconds(0.2, "how long a condition has to hold, where its rule says nothing")
     dwell = _seconds(1.0, "how long a mode stays that a rule has entered, where the rule says nothing")
     manual_hold = _seconds(30.0, "how long a mode that others have entered or left is left alone")
     retry = _seconds(1.0, "time until a mode is tried again that could not be entered")
-    measure_every = _seconds(1.0, "time between two questions for qualities that conditions speak of")
+    measure_every = _seconds(0.1, "time between two looks at the qualities that conditions speak of")
     circle_window = _seconds(20.0, "in which a mode may be entered circle_limit times")
     circle_limit = Parameter(4, "how often rules enter a mode in circle_window before they are suspended", minimum=2)
     circle_pause = _seconds(60.0, "how long rules are suspended that lead in a circle, all but the first")
@@ -71,7 +83,6 @@ class ModePlanner(Component):
     def on_activate(self) -> None:
         """Begin to look."""
         self._manager = Manager(self.kit)
-        self._measured = MeasuredValues(self.kit, self.answer_within)
         self._architecture: Architecture | None = None
         self._modes: SystemModes | None = None
         self._names: dict[str, ConditionName] = {}
@@ -131,7 +142,8 @@ class ModePlanner(Component):
         architecture, modes = await self._seen()
         states, faults, requirements = self._news()
         if self.kit.now() >= self._measure_at:
-            self._measured_values = await self._measured.read(self._names, states)
+            measurements = self.measurements.latest
+            self._measured_values = measured_values(self._names, states, measurements, self.kit.now())
             self._measure_at = self.kit.now() + self.measure_every
         self._values = values_of(self._names, states, faults, requirements, modes, self._measured_values)
         now = self.kit.now()
@@ -141,7 +153,7 @@ class ModePlanner(Component):
             await self._enter(rule, architecture)
 
     def _news(self) -> News:
-        """Return what the system says of itself, without what came before an inactive time."""
+        """Return what the system publishes of itself, without what came before an inactive time."""
         states, faults, requirements = self._stale
         return (
             _newer(self.states.latest, states),

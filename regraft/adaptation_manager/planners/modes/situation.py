@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from regraft import Kit
-from regraft.bus_schema.encoding import codec
-from regraft.bus_schema.errors import BadMessage
-from regraft.bus_schema.keys import Keys
 from regraft.bus_schema.messages.management.modes import SystemModes
-from regraft.bus_schema.messages.management.qualities import MeasuredQualities
-from regraft.bus_schema.messages.management.system import SystemFaultKind, SystemFaults, SystemQualities, SystemStates
+from regraft.bus_schema.messages.management.system import (
+    SystemFaultKind,
+    SystemFaults,
+    SystemMeasurements,
+    SystemQualities,
+    SystemStates,
+)
 from regraft.bus_schema.model.adaptation import ChangeState
 from regraft.bus_schema.model.architecture import Architecture
 from regraft.bus_schema.model.expressions import Unknown
@@ -118,45 +119,24 @@ class Values(dict[str, Any]):
         raise Unknown(f"{name} is not known" + (f": {why}" if why else ""))
 
 
-class MeasuredValues:
-    """The qualities of components that conditions speak of, as the components measured them last."""
-
-    def __init__(self, kit: Kit, within: float) -> None:
-        """Wait ``within`` seconds for an answer."""
-        self._kit = kit
-        self._keys = Keys(kit.system)
-        self._within = within
-
-    async def read(self, names: Names, states: SystemStates | None) -> Values:
-        """Return the values that count, by name; only an active component has any."""
-        wanted = {name: known for name, known in names.items() if known.kind is NameKind.QUALITY}
-        runs = {each.component: each.incarnation for each in (states.components if states else ()) if each.state}
-        if not wanted:
-            return Values({}, {})
-        found: dict[str, MeasuredQualities | str] = {}
-        async with self._kit.exclusive():
-            for component in sorted({known.owner for known in wanted.values()}):
-                run = runs.get(component)
-                found[component] = f"{component} has no run" if run is None else await self._ask(component, run)
-        values: dict[str, float] = {}
-        why: dict[str, str] = {}
-        for name, known in wanted.items():
-            measured = found[known.owner]
-            if isinstance(measured, str):
-                why[name] = measured
-            elif known.field in measured.values:
-                values[name] = measured.values[known.field]
+def measured_values(
+    names: Names, states: SystemStates | None, measurements: SystemMeasurements | None, now: float
+) -> Values:
+    """Return the qualities of components that count, by name; only the present run of a component has any."""
+    runs = {each.component: each.incarnation for each in (states.components if states else ()) if each.state}
+    values: dict[str, float] = {}
+    why: dict[str, str] = {}
+    for name, known in names.items():
+        if known.kind is NameKind.QUALITY:
+            latest = measurements.of(known.owner) if measurements else None
+            if known.owner not in runs:
+                why[name] = f"{known.owner} has no run"
+            elif latest is None or latest.incarnation != runs[known.owner]:
+                why[name] = "not measured yet"
+            elif latest.is_late(now):
+                why[name] = f"late: measured at {latest.stamp:g} s"
+            elif known.field in latest.values:
+                values[name] = latest.values[known.field]
             else:
-                why[name] = measured.unknown.get(known.field, "not given")
-        return Values(values, why)
-
-    async def _ask(self, component: str, incarnation: int) -> MeasuredQualities | str:
-        """Return what a component measured, or why that is not known."""
-        answers = await self._kit.ask(self._keys.control(component, incarnation, "qualities"), b"", self._within)
-        for answer in answers:
-            if not answer.error:
-                try:
-                    return codec.decode(answer.payload, MeasuredQualities)
-                except BadMessage as error:
-                    return str(error)
-        return f"{component} does not answer"
+                why[name] = latest.unknown.get(known.field, "not given")
+    return Values(values, why)

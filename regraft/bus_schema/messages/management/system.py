@@ -11,6 +11,7 @@ from enum import Enum
 from regraft.bus_schema.annotations import Count, Seconds, Told
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.messages.health import Diagnostic
+from regraft.bus_schema.messages.management.qualities import MeasuredQualities
 from regraft.bus_schema.messages.quality import Quality
 from regraft.bus_schema.model.hosts.host_state import HostState
 from regraft.bus_schema.model.lifecycle import State
@@ -96,6 +97,22 @@ class SystemQualities:
     qualities: tuple[Quality, ...] = ()
 
 
+@message("regraft/SystemMeasurements")
+@dataclass(frozen=True, slots=True)
+class SystemMeasurements:
+    """The qualities that active components have measured last, by the component's name.
+
+    A component is left out until it has measured, and from the end of its activity on.
+    """
+
+    stamp: Seconds
+    components: tuple[MeasuredQualities, ...] = ()
+
+    def of(self, component: str) -> MeasuredQualities | None:
+        """Return what a component has measured last, None if there is nothing that counts."""
+        return next((each for each in self.components if each.component == component), None)
+
+
 @message("regraft/HostCondition")
 @dataclass(frozen=True, slots=True)
 class HostCondition:
@@ -123,3 +140,4 @@ class SystemNews:
     faults: tuple[SystemFault, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     qualities: tuple[Quality, ...] = ()
+    measured: MeasuredQualities | None = None

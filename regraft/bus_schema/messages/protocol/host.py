@@ -11,6 +11,7 @@ from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.adaptation import Violation
 from regraft.bus_schema.model.architecture import Architecture, ComponentSpec, TopicSpec
 from regraft.bus_schema.model.hosts.host_state import HostState
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 from regraft.bus_schema.model.qualities.estimates import Figure
 
 
@@ -53,11 +54,15 @@ class ProcessStatus:
 @message("regraft/OtherHost")
 @dataclass(frozen=True, slots=True)
 class OtherHost:
-    """A host as the one sees it that it joined. ``processes`` are those of a host that cannot report them itself."""
+    """A host as the one sees it that it joined. ``processes`` are those of a host that cannot report them itself.
+
+    ``offer`` is what it offered when it joined last.
+    """
 
     host: str
     state: HostState
     processes: tuple[ProcessStatus, ...] = ()
+    offer: HostOffer = NO_OFFER
 
 
 @message("regraft/HostStatus")

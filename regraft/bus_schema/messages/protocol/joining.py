@@ -8,8 +8,9 @@ from typing import Annotated
 from regraft.bus_schema.annotations import Count, PlainValue, Seconds, Text
 from regraft.bus_schema.encoding.registry import message
 from regraft.bus_schema.model.architecture import Architecture
+from regraft.bus_schema.model.hosts.offers import NO_OFFER, HostOffer
 
-PROTOCOL = 4
+PROTOCOL = 5
 """The version that hosts of one system must have in common: raised with every change that older ones would misread."""
 
 
@@ -43,7 +44,7 @@ class HostKey:
 @message("regraft/JoinHost")
 @dataclass(frozen=True, slots=True)
 class JoinHost:
-    """A host wants to be part of the system. ``instance`` is unique to its process.
+    """A host wants to be part of the system. ``instance`` is unique to its process, ``offer`` adds to the stack's.
 
     Where hosts prove who they are, ``seal`` is an HMAC-SHA256 of the other fields, and ``number`` rises.
     """
@@ -54,6 +55,7 @@ class JoinHost:
     pid: Count = 0
     number: Count = 0
     seal: bytes = b""
+    offer: HostOffer = NO_OFFER
 
 
 @message("regraft/PastRun")
