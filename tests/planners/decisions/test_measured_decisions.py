@@ -21,7 +21,7 @@ from regraft.bus_schema.messages.planning import PlannerDescription, PlannerQuer
 from regraft.bus_schema.model.adaptation import Outcome
 from regraft.cli.outcomes import BadInput
 from regraft.testing import Rig
-from tests.planners.decisions.test_deciding import PLANNERS
+from tests.planners.decisions.deciding import PLANNERS
 from tests.planners.parts import SmallManager, spec
 
 PACE = """\

@@ -1,0 +1,1 @@
+"""Rules: in files, of robots, of ROS, and by measured values."""
